@@ -1,0 +1,105 @@
+#ifndef PLIANT_BASE_H
+#define PLIANT_BASE_H
+
+/// Status codes, allocator and log hooks, and the context that carries them.
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(_WIN32) && defined(PLIANT_SHARED)
+#if defined(PLIANT_BUILDING)
+#define PLI_API __declspec(dllexport)
+#else
+#define PLI_API __declspec(dllimport)
+#endif
+#elif defined(__GNUC__)
+#define PLI_API __attribute__((visibility("default")))
+#else
+#define PLI_API
+#endif
+
+#if defined(__GNUC__)
+#define PLI_PRINTF_LIKE(format_index, first_index) __attribute__((format(printf, format_index, first_index)))
+#else
+#define PLI_PRINTF_LIKE(format_index, first_index)
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define PLI_VERSION_MAJOR 0
+#define PLI_VERSION_MINOR 1
+#define PLI_VERSION_PATCH 0
+
+/// The one list of status codes: X(name, value, text).
+#define PLI_STATUS_LIST(X)                                                                                             \
+    X(PLI_OK, 0, "ok")                                                                                                 \
+    X(PLI_ERROR_NULL_ARGUMENT, 1, "a required pointer is null")                                                        \
+    X(PLI_ERROR_INVALID_DEF, 2, "a definition was not made by its default function")                                   \
+    X(PLI_ERROR_INVALID_VALUE, 3, "a value is outside its allowed range")                                              \
+    X(PLI_ERROR_NOT_FINITE, 4, "a value is NaN or infinite")                                                           \
+    X(PLI_ERROR_INDEX_OUT_OF_RANGE, 5, "an index is out of range")                                                     \
+    X(PLI_ERROR_INVALID_MESH, 6, "the mesh cannot be used for this")                                                   \
+    X(PLI_ERROR_STALE_ID, 7, "the id names something that no longer exists")                                           \
+    X(PLI_ERROR_WRONG_STATE, 8, "the call is not allowed now")                                                         \
+    X(PLI_ERROR_OUT_OF_MEMORY, 9, "out of memory")                                                                     \
+    X(PLI_ERROR_FILE_OPEN, 10, "the file cannot be opened")                                                            \
+    X(PLI_ERROR_FILE_FORMAT, 11, "the file is damaged or not of the expected format")
+
+/// Result of every call that can fail. On any value but PLI_OK the outputs and the state are as they were before.
+typedef enum pli_status {
+#define PLI_STATUS_ENUM(name, value, text) name = value,
+    PLI_STATUS_LIST(PLI_STATUS_ENUM)
+#undef PLI_STATUS_ENUM
+} pli_status;
+
+/// Short English text of a status code; never NULL.
+PLI_API const char* pli_status_string(pli_status status);
+
+/// Memory hooks. `allocate` returns a block aligned to `alignment` (a power of two, at most 64) or NULL;
+/// `release` gets the size that was asked for. `release` is never called with NULL.
+typedef struct pli_allocator {
+    void* (*allocate)(size_t size, size_t alignment, void* user);
+    void (*release)(void* block, size_t size, void* user);
+    void* user;
+} pli_allocator;
+
+typedef enum pli_log_level { PLI_LOG_INFO = 0, PLI_LOG_WARNING = 1, PLI_LOG_ERROR = 2 } pli_log_level;
+
+/// Receives one line without a newline. The library is silent when no log function is set.
+typedef void pli_log_fn(pli_log_level level, const char* message, void* user);
+
+/// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
+/// destroyed before it. One context is used by one thread at a time; different contexts never touch.
+typedef struct pli_context pli_context;
+
+typedef struct pli_context_def {
+    pli_allocator allocator; ///< all NULL: the C library's allocator
+    pli_log_fn* log;         ///< NULL: silent
+    void* log_user;
+} pli_context_def;
+
+PLI_API pli_context_def pli_context_def_default(void);
+
+/// @param def NULL for the defaults
+/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing), PLI_ERROR_OUT_OF_MEMORY
+PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
+
+/// NULL is allowed.
+PLI_API void pli_context_destroy(pli_context* context);
+
+/// What the last failed call in this context did wrong and where, in one line ("pli_mesh_append_link: node 17 is out
+/// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call.
+PLI_API const char* pli_last_error(const pli_context* context);
+
+/// Bytes that the context holds through its allocator at the moment, and allocations made so far.
+PLI_API size_t pli_context_allocated_bytes(const pli_context* context);
+PLI_API uint64_t pli_context_allocation_count(const pli_context* context);
+
+#define PLI_NULL_INDEX (-1)
+
+#ifdef __cplusplus
+}
+#endif
+#endif

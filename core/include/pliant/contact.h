@@ -1,0 +1,84 @@
+#ifndef PLIANT_CONTACT_H
+#define PLIANT_CONTACT_H
+
+/// Contacts of nodes with rigid bodies and of nodes with the faces of other soft bodies. They live for one step.
+
+#include "body.h"
+#include "rigid.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ------------------------------------------------------------------------------- nodes against rigid bodies
+
+typedef struct pli_rigid_contacts_def {
+    float friction;         ///< >= 0, default 0.2; multiplied with the rigid body's. Bullet name: kDF
+    float dynamic_hardness; ///< [0, 1], default 1: share of the penetration removed per iteration. Bullet name: kCHR
+    float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies. Bullet name: kKHR
+    uint32_t cookie;
+} pli_rigid_contacts_def;
+
+PLI_API pli_rigid_contacts_def pli_rigid_contacts_def_default(void);
+
+/// Nodes meet the signed distance of rigid shapes. Enable, or change when enabled. Bullet name: SDF_RS
+PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def);
+PLI_API void pli_body_disable_rigid_contacts(pli_body* body);
+
+typedef struct pli_rigid_contact {
+    int node;
+    pli_rigid* rigid;
+    int shape;       ///< index in the rigid body's shapes
+    pli_vec3 normal; ///< unit, world, out of the rigid body
+    float distance;  ///< m, minus the collision margin, at the predicted position; < 0
+} pli_rigid_contact;
+
+/// Contacts of the step in progress, or of the last one.
+/// @param contacts NULL, or room for `capacity` contacts
+/// @return the number of contacts there are
+PLI_API int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts);
+
+/// Changes the order in which contacts are solved, between collide and solve; results of Gauss-Seidel depend on it.
+/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
+PLI_API pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count);
+
+// ----------------------------------------------------------------- nodes against faces of other soft bodies
+
+typedef struct pli_soft_contacts_def {
+    float friction; ///< >= 0, default 0.2; the larger of the two bodies counts. Bullet name: kDF
+    float hardness; ///< [0, 1], default 1. Bullet name: kSHR
+    /// Keep Bullet's fat boxes from step to step and search with them, so that the same pairs are found as by
+    /// btSoftBody; default false: search with boxes that cover the whole reach of a contact.
+    bool bullet_boxes;
+    uint32_t cookie;
+} pli_soft_contacts_def;
+
+PLI_API pli_soft_contacts_def pli_soft_contacts_def_default(void);
+
+/// Nodes meet the faces of other bodies that have this enabled too. Bullet name: VF_SS
+PLI_API pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def);
+PLI_API void pli_body_disable_soft_contacts(pli_body* body);
+
+typedef struct pli_soft_contact {
+    int node; ///< of this body
+    pli_body* face_body;
+    int face;         ///< of the other body
+    float weights[3]; ///< barycentric, of the nearest point of the face
+    pli_vec3 normal;  ///< unit, from the face to the node
+    float margin;     ///< m, distance that the contact keeps
+} pli_soft_contact;
+
+/// As pli_body_get_rigid_contacts; contacts are kept by the body of the node.
+PLI_API int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts);
+PLI_API pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count);
+
+/// The stored boxes of `bullet_boxes`, to take them over from a btSoftBody before a step is compared.
+/// @param node_boxes [node_count], face_boxes [face_count]
+/// @return PLI_ERROR_WRONG_STATE when they are not kept
+PLI_API pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes,
+                                             const pli_bounds* face_boxes);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

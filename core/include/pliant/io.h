@@ -1,0 +1,35 @@
+#ifndef PLIANT_IO_H
+#define PLIANT_IO_H
+
+/// Readers of mesh files. Errors name the file, the line and what is wrong there.
+
+#include "mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Triangles read from a file; release with pli_triangles_destroy.
+typedef struct pli_triangles {
+    pli_context* context;
+    int point_count, triangle_count;
+    pli_vec3* points; ///< [point_count]
+    int* indices;     ///< [3 * triangle_count]
+} pli_triangles;
+
+/// Wavefront OBJ: `v` and `f` lines (polygons become fans, negative indices count from the end), all else is skipped.
+/// @return PLI_ERROR_FILE_OPEN, PLI_ERROR_FILE_FORMAT, PLI_ERROR_OUT_OF_MEMORY
+PLI_API pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles);
+PLI_API void pli_triangles_destroy(pli_triangles* triangles);
+
+/// pli_triangles_read_obj, then pli_mesh_create_from_triangles with shuffled links.
+PLI_API pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** mesh);
+
+/// TetGen: `base`.node and `base`.ele, and `base`.face when it is there (its triangles become the faces; else the
+/// mesh has none). Indices may start at 0 or 1. A link per edge of a tetrahedron. Bullet name: CreateFromTetGenData
+PLI_API pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,20 @@
+#ifndef PLIANT_PLIANT_H
+#define PLIANT_PLIANT_H
+
+/// Everything.
+
+#include "anchor.h"
+#include "base.h"
+#include "body.h"
+#include "contact.h"
+#include "forces.h"
+#include "generate.h"
+#include "io.h"
+#include "math.h"
+#include "mesh.h"
+#include "pose.h"
+#include "rigid.h"
+#include "shape.h"
+#include "world.h"
+
+#endif

@@ -1,0 +1,25 @@
+#ifndef PLIANT_POSE_H
+#define PLIANT_POSE_H
+
+/// Pose matching: the whole body is pulled towards the rigid motion of its rest shape that fits best.
+
+#include "body.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Takes the present shape as the rest shape. Enable, or change when enabled (the rest shape is taken anew).
+/// @param matching [0, 1]: share of the distance to the matched pose that one step removes. Bullet name: kMT with
+///                 setPose(false, true)
+PLI_API pli_status pli_body_enable_pose_matching(pli_body* body, float matching);
+PLI_API void pli_body_disable_pose_matching(pli_body* body);
+
+/// Rotation and centre of mass of the best fit in the last step.
+/// @return PLI_ERROR_WRONG_STATE when pose matching is not enabled
+PLI_API pli_status pli_body_get_pose(const pli_body* body, pli_transform* pose);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

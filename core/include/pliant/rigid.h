@@ -1,0 +1,71 @@
+#ifndef PLIANT_RIGID_H
+#define PLIANT_RIGID_H
+
+/// Rigid bodies as the soft bodies see them: pose, velocities, mass, friction and shapes. The core does not move them
+/// on its own account; the host (a rigid-body engine, or the caller) owns their motion, and reads back the velocities
+/// that contacts and anchors have changed.
+
+#include "shape.h"
+
+#include <stdbool.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pli_world pli_world;
+typedef struct pli_rigid pli_rigid;
+
+typedef enum pli_rigid_kind {
+    PLI_RIGID_STATIC = 0,    ///< never moves; velocities are ignored
+    PLI_RIGID_KINEMATIC = 1, ///< moved by the host; its velocities drag soft bodies, impulses do not change it
+    PLI_RIGID_DYNAMIC = 2    ///< impulses change its velocities
+} pli_rigid_kind;
+
+/// What the host sets before a step and reads after it.
+typedef struct pli_rigid_state {
+    pli_transform pose;             ///< origin = centre of mass
+    pli_vec3 linear_velocity;       ///< m/s
+    pli_vec3 angular_velocity;      ///< rad/s
+    float inverse_mass;             ///< 1/kg, > 0 for dynamic, ignored otherwise
+    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), ignored unless dynamic
+} pli_rigid_state;
+
+typedef struct pli_rigid_def {
+    pli_rigid_kind kind;
+    pli_rigid_state state;
+    float friction;           ///< >= 0, default 0.5; multiplied with the soft body's
+    pli_vec3 linear_factor;   ///< per-axis scale of linear impulses, default 1
+    pli_vec3 angular_factor;  ///< per-axis scale of angular impulses, default 1
+    int shape_count;          ///< number of entries in `shapes`
+    pli_shape* const* shapes; ///< [shape_count]; each is retained
+    const pli_transform* shape_poses; ///< [shape_count] in the frame of the body; NULL: all identity
+    void* user_data;
+    uint32_t cookie; ///< set by the default function
+} pli_rigid_def;
+
+PLI_API pli_rigid_def pli_rigid_def_default(void);
+
+/// Adds a rigid body to a world. pli_world_step meets all of them with all soft bodies.
+PLI_API pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid);
+/// Removes it, with the anchors that hold to it. NULL is allowed.
+PLI_API void pli_rigid_destroy(pli_rigid* rigid);
+
+/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE
+PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state);
+PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
+PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
+PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
+PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
+
+/// True when a contact or an anchor acted on the body in the last step: the host should wake it.
+PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
+
+/// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
+/// with it. For C programs without a rigid-body engine; call after pli_world_step.
+PLI_API pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

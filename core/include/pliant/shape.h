@@ -1,0 +1,74 @@
+#ifndef PLIANT_SHAPE_H
+#define PLIANT_SHAPE_H
+
+/// Collision shapes of rigid bodies, in their local frame. Shapes are immutable and shared: each create returns one
+/// reference, each rigid body that uses a shape holds another.
+
+#include "base.h"
+#include "math.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pli_shape pli_shape;
+
+/// What makes a shape. All callbacks get `user`, must be pure functions and may run on any thread.
+typedef struct pli_shape_def {
+    void* user;
+    /// Signed distances (negative inside) and unit outward normals at `count` local points. A distance above
+    /// `max_distance` may be reported as any value above it, without a normal. Required.
+    void (*distances)(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                      pli_vec3* normals);
+    /// The local bounds; infinite components are allowed. Required.
+    pli_bounds (*bounds)(const void* user);
+    /// The farthest point along a direction; NULL for shapes that are not convex.
+    pli_vec3 (*support)(const void* user, pli_vec3 direction);
+    /// Called when the last reference goes; may be NULL.
+    void (*destroy)(void* user);
+    uint32_t cookie; ///< set by the default function
+} pli_shape_def;
+
+PLI_API pli_shape_def pli_shape_def_default(void);
+PLI_API pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape);
+PLI_API void pli_shape_retain(pli_shape* shape);
+/// NULL is allowed.
+PLI_API void pli_shape_release(pli_shape* shape);
+
+/// The half space dot(normal, p) <= offset; `normal` is normalised, not zero.
+PLI_API pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float offset, pli_shape** shape);
+PLI_API pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape);
+PLI_API pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli_shape** shape);
+/// All points within `radius` of the segment from -`half_segment` to +`half_segment`.
+PLI_API pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment, float radius,
+                                            pli_shape** shape);
+/// A flat-ended cylinder around the segment from -`half_axis` to +`half_axis`.
+PLI_API pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, float radius,
+                                             pli_shape** shape);
+/// The convex hull of points, grown by `radius` >= 0 (rounded edges).
+/// @return PLI_ERROR_INVALID_MESH when the points lie in a plane
+PLI_API pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
+                                                float radius, pli_shape** shape);
+/// Triangles with their own bounding volume tree. The sign of the distance comes from the angle-weighted normal of
+/// the nearest feature, so a closed surface is solid and an open one is a floor seen from its front; behind an open
+/// surface only points within `thickness` (m, > 0) count as inside. Zero-area triangles are ignored.
+/// @param triangles [3 * triangle_count] indices of points
+PLI_API pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
+                                                  int triangle_count, const int* triangles, float thickness,
+                                                  pli_shape** shape);
+
+/// Wrap a shape in a lattice of sampled distances: values are taken at multiples of `voxel_size` (m, > 0), cached, and
+/// interpolated trilinearly; the normal is the gradient of the interpolant. This is how Bullet sees rigid shapes
+/// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`.
+/// Not for use from several threads at once: sampling fills the cache.
+PLI_API pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size,
+                                            pli_shape** shape);
+
+/// Queries, for colliders of one's own and for tests. `distance` may be used with a NULL normal.
+PLI_API float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);
+PLI_API pli_bounds pli_shape_bounds(const pli_shape* shape);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

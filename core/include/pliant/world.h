@@ -1,0 +1,70 @@
+#ifndef PLIANT_WORLD_H
+#define PLIANT_WORLD_H
+
+/// The world: soft bodies, rigid proxies, gravity and the step.
+
+#include "body.h"
+#include "rigid.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pli_world_def {
+    pli_vec3 gravity;               ///< m/s^2, default (0, -10, 0)
+    float air_density;              ///< kg/m^3, default 1.2; read by aerodynamics
+    float max_force_displacement;   ///< m per step and axis that forces (not gravity) may add, default 1000.
+                                    ///< Bullet name: m_maxDisplacement
+    void* user_data;
+    uint32_t cookie; ///< set by the default function
+} pli_world_def;
+
+PLI_API pli_world_def pli_world_def_default(void);
+PLI_API pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world);
+/// Destroys its bodies and rigid proxies too. NULL is allowed.
+PLI_API void pli_world_destroy(pli_world* world);
+PLI_API pli_context* pli_world_get_context(const pli_world* world);
+PLI_API pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity);
+PLI_API void* pli_world_get_user_data(const pli_world* world);
+
+/// One whole step: predict, collide everything that overlaps, solve.
+/// @param dt s, > 0
+PLI_API pli_status pli_world_step(pli_world* world, float dt);
+
+/// The three parts of a step, for hosts with a broad phase of their own. The order is: predict, any number of
+/// collide calls, solve. Rigid states may be set between any two of them: contacts are made from the state at the
+/// collide call, anchors and the solver use the state at the solve call.
+/// Nothing is done for a pair that does not overlap, that is switched off (pli_body_ignore_rigid) or that no enabled
+/// feature takes care of.
+/// @return PLI_ERROR_WRONG_STATE when called out of order
+PLI_API pli_status pli_world_predict(pli_world* world, float dt);
+PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid);
+PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
+PLI_API pli_status pli_world_solve(pli_world* world);
+
+/// True between pli_world_predict and pli_world_solve.
+PLI_API bool pli_world_is_stepping(const pli_world* world);
+
+PLI_API int pli_world_body_count(const pli_world* world);
+PLI_API pli_body* pli_world_get_body(const pli_world* world, int index);
+
+// ---------------------------------------------------------------------------------------------------- events
+
+typedef enum pli_event_kind {
+    /// A node left the finite numbers; the body was put back to the start of the step and frozen.
+    PLI_EVENT_BODY_FROZEN = 1
+} pli_event_kind;
+
+typedef struct pli_event {
+    pli_event_kind kind;
+    pli_body* body;
+    int node; ///< PLI_NULL_INDEX when no single node is meant
+} pli_event;
+
+/// Events of the last step; valid until the next one.
+PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

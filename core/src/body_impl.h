@@ -1,0 +1,91 @@
+#ifndef PLII_BODY_IMPL_H
+#define PLII_BODY_IMPL_H
+
+#include "context.h"
+#include "feature.h"
+#include "vec.h"
+
+/* 16 bytes: what one position sweep reads of a link. */
+typedef struct plii_link {
+    int nodes[2];
+    float rest_length_squared; /* m^2 */
+    float mass_term;           /* (inverse mass a + inverse mass b) / linear stiffness */
+} plii_link;
+
+/* Faces and tetrahedra never change while bodies step, so bodies of one mesh share them. */
+typedef struct plii_topology {
+    int reference_count;
+    int face_count, tetra_count;
+    int (*faces)[3];
+    int (*tetras)[4];
+} plii_topology;
+
+/* Material and kind of a link; kept only where they differ from material 0, not bending. */
+typedef uint16_t plii_link_tag;
+#define PLII_LINK_TAG_BENDING 0x8000u
+#define PLII_MAX_MATERIALS 0x8000
+
+struct pli_body {
+    uint32_t magic;
+    pli_world* world;
+    pli_context* context;
+    int world_index; /* place in the world's list */
+    void* user_data;
+
+    int node_count, link_count, material_count;
+    pli_vec4* positions;  /* [node_count] xyz, w = inverse mass */
+    pli_vec4* previous;   /* [node_count] xyz at the start of the step */
+    pli_vec4* velocities; /* [node_count] xyz */
+    plii_link* links;     /* [link_count] */
+    plii_link_tag* link_tags; /* [link_count] or NULL */
+    pli_material* materials;  /* [material_count] */
+    plii_topology* topology;
+
+    float collision_margin;
+    pli_solver_settings solver;
+    pli_bounds bounds; /* of the nodes, grown by the margin */
+    plii_step step;    /* of the step in progress */
+    bool is_frozen;
+    plii_pipeline pipeline;
+
+    /* Filled by services, NULL while nobody needs them. */
+    pli_vec3* forces;       /* [node_count] N, consumed by integration */
+    pli_vec3* normals;      /* [node_count] unit, zero for nodes without faces */
+    pli_vec3* face_normals; /* [face_count] unit */
+    float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
+    float* face_areas;      /* [face_count] doubled area, at rest */
+    uint8_t* anchored;      /* [node_count] 1 where an anchor holds the node */
+
+    const pli_rigid** ignored_rigids;
+    int ignored_rigid_count, ignored_rigid_capacity;
+};
+
+#define PLII_BODY_MAGIC 0x70626f64u
+
+/* Services. */
+extern const plii_feature_class plii_forces_class;  /* body->forces */
+extern const plii_feature_class plii_normals_class; /* body->normals, face_normals; refreshed after each step */
+extern const plii_feature_class plii_areas_class;   /* body->areas, face_areas; taken once */
+
+/* The two ways to solve links; every body has exactly one of them enabled. */
+extern const plii_feature_class plii_links_class;
+extern const plii_feature_class plii_velocity_links_class;
+
+void plii_body_update_bounds(pli_body* body);
+void plii_body_update_link_constants(pli_body* body);
+float plii_link_stiffness(const pli_body* body, int link);
+/* REFRESH stage outside of a step, after positions were set. */
+void plii_body_refresh(pli_body* body);
+
+/* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
+float plii_body_volume(const pli_body* body);
+
+/* The two halves of a step of the position-based solver. */
+void plii_solver_predict(pli_body* body, float dt);
+void plii_solver_solve(pli_body* body);
+
+/* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
+pli_status plii_check_body(const pli_body* body, const char* function);
+pli_status plii_check_node(const pli_body* body, int node, const char* function);
+
+#endif

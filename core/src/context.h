@@ -1,0 +1,48 @@
+#ifndef PLII_CONTEXT_H
+#define PLII_CONTEXT_H
+
+/* Hooks, memory and error messages. Everything that can fail ends in plii_fail. */
+
+#include "pliant/base.h"
+
+#include <stdbool.h>
+
+struct pli_context {
+    pli_allocator allocator;
+    pli_log_fn* log;
+    void* log_user;
+    size_t allocated_bytes;
+    uint64_t allocation_count;
+    char last_error[512];
+};
+
+/* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. */
+pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
+    PLI_PRINTF_LIKE(4, 5);
+void plii_log(pli_context* context, pli_log_level level, const char* format, ...) PLI_PRINTF_LIKE(3, 4);
+
+#define PLII_FAIL(context, status, ...) plii_fail(context, status, __func__, __VA_ARGS__)
+
+/* Returns early where nothing is owned. */
+#define PLII_TRY(expression)                                                                                           \
+    do {                                                                                                               \
+        const pli_status plii_try_status = (expression);                                                               \
+        if (plii_try_status != PLI_OK) { return plii_try_status; }                                                     \
+    } while (0)
+
+/* Zeroed, 64-byte aligned; NULL when out of memory or when `size` is 0. */
+void* plii_allocate(pli_context* context, size_t size);
+/* NULL is allowed. */
+void plii_release(pli_context* context, void* block, size_t size);
+
+/* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
+bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
+#define PLII_RESERVE(context, data, capacity, needed)                                                                  \
+    plii_reserve(context, (void**)(data), capacity, needed, sizeof **(data))
+
+/* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
+void* plii_duplicate(pli_context* context, const void* block, size_t size);
+
+#define PLII_DEF_COOKIE 0x706c6931u
+
+#endif

@@ -1,0 +1,113 @@
+#ifndef PLII_FEATURE_H
+#define PLII_FEATURE_H
+
+/* Features of a body and the pipeline that runs them.
+
+   A step runs stages, never features:
+
+       per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
+       per pair    collide_rigid, collide_body                pli_world_collide_*
+       per body    PREPARE -> VELOCITY*n -> POSITION*n -> DRIFT*n -> FINISH   pli_world_solve
+       per body    REFRESH, after all bodies are solved
+
+   These are btSoftBody's stages, so that results can be compared one by one. A feature is one file with one class and
+   one enable function. Nothing names all features: what a program does not enable it does not link. */
+
+#include "pliant/body.h"
+#include "pliant/rigid.h"
+
+typedef struct plii_step {
+    float dt;         /* s, scaled by the body's time scale */
+    float inverse_dt; /* 1/s */
+} plii_step;
+
+typedef enum plii_stage {
+    PLII_STAGE_FORCES,   /* add to body->forces */
+    PLII_STAGE_UPDATE,   /* after integration: what follows from predicted positions */
+    PLII_STAGE_PREPARE,  /* once before the iterations */
+    PLII_STAGE_VELOCITY, /* each velocity iteration */
+    PLII_STAGE_POSITION, /* each position iteration */
+    PLII_STAGE_DRIFT,    /* each drift iteration */
+    PLII_STAGE_FINISH,   /* once after the iterations */
+    PLII_STAGE_REFRESH,  /* what the next step and the user read: normals */
+    PLII_STAGE_COUNT
+} plii_stage;
+
+/* Order within a stage: Bullet's. Equal orders run in the order of enabling. */
+enum {
+    PLII_ORDER_AERO = 10,
+    PLII_ORDER_PRESSURE = 20,
+    PLII_ORDER_VOLUME = 30,
+    PLII_ORDER_FACE_AERO = 40,
+
+    PLII_ORDER_CLEAR_CONTACTS = 5,
+    PLII_ORDER_BOUNDS = 20,
+    PLII_ORDER_BOXES = 30,
+    PLII_ORDER_POSE = 40,
+
+    PLII_ORDER_ANCHORS = 10,
+    PLII_ORDER_RIGID_CONTACTS = 20,
+    PLII_ORDER_SOFT_CONTACTS = 30,
+    PLII_ORDER_LINKS = 40
+};
+
+typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
+
+typedef struct plii_feature_class {
+    const char* name;
+    size_t state_size; /* bytes, zeroed when enabled, freed with the feature */
+    /* Features (services) this one reads, NULL-ended; enabled first and shared by count. NULL: none. */
+    const struct plii_feature_class* const* needs;
+    struct {
+        plii_run_fn* run; /* NULL: nothing in this stage */
+        int order;
+    } stages[PLII_STAGE_COUNT];
+
+    /* All optional. */
+    pli_status (*enable)(pli_body* body, void* state); /* after the needs; must leave nothing behind on failure */
+    void (*disable)(pli_body* body, void* state);
+    pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
+    /* `other` has the same feature enabled. */
+    pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
+    void (*forget_body)(pli_body* body, void* state, const pli_body* other);   /* another body goes away */
+    size_t (*bytes)(const pli_body* body, const void* state); /* memory beyond state_size */
+} plii_feature_class;
+
+typedef struct plii_feature {
+    const plii_feature_class* klass;
+    void* state;
+    int users; /* enabled by the user (1) + features that need it */
+    bool by_user;
+} plii_feature;
+
+typedef struct plii_pipeline_entry {
+    plii_run_fn* run;
+    void* state;
+} plii_pipeline_entry;
+
+typedef struct plii_pipeline {
+    plii_feature* features; /* in the order of enabling */
+    int feature_count, feature_capacity;
+    plii_pipeline_entry* entries; /* sorted by stage and order */
+    int entry_capacity;
+    int begin[PLII_STAGE_COUNT + 1];
+} plii_pipeline;
+
+/* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
+pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
+/* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
+void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
+/* NULL when not enabled. */
+void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+void plii_feature_disable_all(pli_body* body);
+size_t plii_feature_bytes(const pli_body* body);
+
+static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                  const plii_step* step) {
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        pipeline->entries[i].run(body, pipeline->entries[i].state, step);
+    }
+}
+
+#endif

@@ -1,0 +1,54 @@
+#ifndef PLII_RIGID_IMPL_H
+#define PLII_RIGID_IMPL_H
+
+#include "context.h"
+#include "pliant/rigid.h"
+#include "vec.h"
+
+struct pli_rigid {
+    uint32_t magic;
+    pli_world* world;
+    pli_context* context;
+    int world_index;
+    void* user_data;
+    pli_rigid_kind kind;
+    /* For static and kinematic bodies the inverse mass and inertia are zero, for static ones the velocities too. */
+    pli_rigid_state state;
+    float friction;
+    pli_vec3 linear_factor, angular_factor;
+    bool was_touched;
+    int shape_count;
+    pli_shape** shapes;
+    pli_transform* shape_poses;
+};
+
+#define PLII_RIGID_MAGIC 0x70726764u
+
+/* World pose of shape `index`. */
+pli_transform plii_rigid_shape_pose(const pli_rigid* rigid, int index);
+/* World bounds over all shapes. */
+pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
+
+/* Velocity at an offset from the centre of mass. */
+static inline pli_vec3 plii_rigid_velocity_at(const pli_rigid* rigid, pli_vec3 offset) {
+    return pli_vec3_add(rigid->state.linear_velocity, pli_vec3_cross(rigid->state.angular_velocity, offset));
+}
+
+/* btRigidBody::applyImpulse, same order of operations. Nothing unless the body is dynamic. */
+static inline void plii_rigid_apply_impulse(pli_rigid* rigid, pli_vec3 impulse, pli_vec3 offset) {
+    if (rigid->state.inverse_mass == 0.0f) { return; }
+    const pli_vec3 scaled = pli_vec3_mul(impulse, rigid->linear_factor);
+    rigid->state.linear_velocity =
+        pli_vec3_add(rigid->state.linear_velocity, pli_vec3_scale(scaled, rigid->state.inverse_mass));
+    const pli_vec3 torque = pli_vec3_cross(offset, scaled);
+    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
+    rigid->state.angular_velocity =
+        pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
+}
+
+/* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
+   (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
+pli_mat3 plii_impulse_matrix(float dt, float point_inverse_mass, float rigid_inverse_mass, pli_mat3 rigid_inverse_inertia,
+                             pli_vec3 offset);
+
+#endif

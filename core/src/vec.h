@@ -1,0 +1,83 @@
+#ifndef PLII_VEC_H
+#define PLII_VEC_H
+
+/* Vector and matrix helpers of the core. Where Bullet's float results are to be met bit for bit, the order of the
+   operations is part of the contract. */
+
+#include "pliant/body.h"
+#include "pliant/math.h"
+
+#include <float.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#define PLII_EPSILON FLT_EPSILON
+
+static inline pli_vec3 plii_xyz(pli_vec4 v) { return pli_vec3_make(v.x, v.y, v.z); }
+
+/* Keeps w. */
+static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
+    target->x = v.x;
+    target->y = v.y;
+    target->z = v.z;
+}
+
+static inline bool plii_is_finite(float value) { return isfinite(value) != 0; }
+static inline bool plii_vec3_is_finite(pli_vec3 v) {
+    return plii_is_finite(v.x) && plii_is_finite(v.y) && plii_is_finite(v.z);
+}
+static inline bool plii_mat3_is_finite(pli_mat3 m) {
+    return plii_vec3_is_finite(m.rows[0]) && plii_vec3_is_finite(m.rows[1]) && plii_vec3_is_finite(m.rows[2]);
+}
+static inline bool plii_transform_is_finite(pli_transform t) {
+    return plii_mat3_is_finite(t.rotation) && plii_vec3_is_finite(t.origin);
+}
+
+/* One reciprocal and three products, as btVector3 divides by a scalar. */
+static inline pli_vec3 plii_vec3_divide(pli_vec3 a, float s) { return pli_vec3_scale(a, 1.0f / s); }
+
+/* btVector3::safeNormalize: (1, 0, 0) when too short. */
+static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
+    const float length_squared = pli_vec3_length_squared(a);
+    if (length_squared >= PLII_EPSILON * PLII_EPSILON) { return plii_vec3_divide(a, sqrtf(length_squared)); }
+    return pli_vec3_make(1, 0, 0);
+}
+
+static inline float plii_min(float a, float b) { return a < b ? a : b; }
+static inline float plii_max(float a, float b) { return a > b ? a : b; }
+static inline float plii_clamp(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
+
+static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
+    return pli_vec3_make(plii_min(a.x, b.x), plii_min(a.y, b.y), plii_min(a.z, b.z));
+}
+static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
+    return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
+}
+
+static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
+    return a.min.x <= b.max.x && a.max.x >= b.min.x && a.min.y <= b.max.y && a.max.y >= b.min.y && a.min.z <= b.max.z &&
+           a.max.z >= b.min.z;
+}
+static inline pli_bounds plii_bounds_grow(pli_bounds b, float margin) {
+    const pli_vec3 m = pli_vec3_make(margin, margin, margin);
+    b.min = pli_vec3_sub(b.min, m);
+    b.max = pli_vec3_add(b.max, m);
+    return b;
+}
+static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
+    return outer.min.x <= inner.min.x && outer.min.y <= inner.min.y && outer.min.z <= inner.min.z &&
+           outer.max.x >= inner.max.x && outer.max.y >= inner.max.y && outer.max.z >= inner.max.z;
+}
+
+/* Bounds of a box after a rigid motion. */
+pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose);
+
+pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b);
+pli_mat3 plii_mat3_diagonal(float x, float y, float z);
+/* [v]x: plii_mat3_cross(v) * u = v x u. */
+pli_mat3 plii_mat3_cross(pli_vec3 v);
+float plii_mat3_determinant(pli_mat3 m);
+/* Adjugate over determinant by the first row, no check for singularity (btMatrix3x3::inverse). */
+pli_mat3 plii_mat3_inverse(pli_mat3 m);
+
+#endif

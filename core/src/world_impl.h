@@ -1,0 +1,33 @@
+#ifndef PLII_WORLD_IMPL_H
+#define PLII_WORLD_IMPL_H
+
+#include "body_impl.h"
+#include "context.h"
+#include "pliant/world.h"
+#include "rigid_impl.h"
+
+struct pli_world {
+    uint32_t magic;
+    pli_context* context;
+    pli_world_def def;
+    bool is_stepping;
+    pli_body** bodies;
+    int body_count, body_capacity;
+    pli_rigid** rigids;
+    int rigid_count, rigid_capacity;
+    pli_event* events;
+    int event_count, event_capacity;
+};
+
+#define PLII_WORLD_MAGIC 0x70776c64u
+
+/* Bodies and rigid proxies keep their place in the list as `world_index`; removal closes the gap, order is kept. */
+pli_status plii_world_add_body(pli_world* world, pli_body* body);
+void plii_world_remove_body(pli_world* world, pli_body* body);
+pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
+void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
+void plii_world_add_event(pli_world* world, pli_event event);
+
+pli_status plii_check_world(const pli_world* world, const char* function);
+
+#endif
