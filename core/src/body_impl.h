@@ -22,7 +22,7 @@ typedef struct plii_topology {
 
 /* Material and kind of a link; kept only where they differ from material 0, not bending. */
 typedef uint16_t plii_link_tag;
-#define PLII_LINK_TAG_BENDING 0x8000u
+#define PLII_LINK_TAG_BENDING 0x8000
 #define PLII_MAX_MATERIALS 0x8000
 
 struct pli_body {
@@ -33,10 +33,10 @@ struct pli_body {
     void* user_data;
 
     int node_count, link_count, material_count;
-    pli_vec4* positions;  /* [node_count] xyz, w = inverse mass */
-    pli_vec4* previous;   /* [node_count] xyz at the start of the step */
-    pli_vec4* velocities; /* [node_count] xyz */
-    plii_link* links;     /* [link_count] */
+    pli_vec4* positions;      /* [node_count] xyz, w = inverse mass */
+    pli_vec4* previous;       /* [node_count] xyz at the start of the step */
+    pli_vec4* velocities;     /* [node_count] xyz */
+    plii_link* links;         /* [link_count] */
     plii_link_tag* link_tags; /* [link_count] or NULL */
     pli_material* materials;  /* [material_count] */
     plii_topology* topology;
@@ -67,9 +67,8 @@ extern const plii_feature_class plii_forces_class;  /* body->forces */
 extern const plii_feature_class plii_normals_class; /* body->normals, face_normals; refreshed after each step */
 extern const plii_feature_class plii_areas_class;   /* body->areas, face_areas; taken once */
 
-/* The two ways to solve links; every body has exactly one of them enabled. */
+/* Links on positions: what every body starts with. */
 extern const plii_feature_class plii_links_class;
-extern const plii_feature_class plii_velocity_links_class;
 
 void plii_body_update_bounds(pli_body* body);
 void plii_body_update_link_constants(pli_body* body);
@@ -83,6 +82,8 @@ float plii_body_volume(const pli_body* body);
 /* The two halves of a step of the position-based solver. */
 void plii_solver_predict(pli_body* body, float dt);
 void plii_solver_solve(pli_body* body);
+/* Puts a body with a node that is NaN or infinite back to the start of the step and freezes it, with an event. */
+bool plii_solver_freeze_if_not_finite(pli_body* body);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);

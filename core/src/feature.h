@@ -41,7 +41,6 @@ enum {
     PLII_ORDER_FACE_AERO = 40,
 
     PLII_ORDER_CLEAR_CONTACTS = 5,
-    PLII_ORDER_BOUNDS = 20,
     PLII_ORDER_BOXES = 30,
     PLII_ORDER_POSE = 40,
 
@@ -71,7 +70,7 @@ typedef struct plii_feature_class {
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     void (*forget_body)(pli_body* body, void* state, const pli_body* other);   /* another body goes away */
-    size_t (*bytes)(const pli_body* body, const void* state); /* memory beyond state_size */
+    size_t (*bytes)(const pli_body* body, const void* state);                  /* memory beyond state_size */
 } plii_feature_class;
 
 typedef struct plii_feature {

@@ -13,7 +13,9 @@
 
 #define PLII_EPSILON FLT_EPSILON
 
-static inline pli_vec3 plii_xyz(pli_vec4 v) { return pli_vec3_make(v.x, v.y, v.z); }
+static inline pli_vec3 plii_xyz(pli_vec4 v) {
+    return pli_vec3_make(v.x, v.y, v.z);
+}
 
 /* Keeps w. */
 static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
@@ -22,7 +24,9 @@ static inline void plii_set_xyz(pli_vec4* target, pli_vec3 v) {
     target->z = v.z;
 }
 
-static inline bool plii_is_finite(float value) { return isfinite(value) != 0; }
+static inline bool plii_is_finite(float value) {
+    return isfinite(value) != 0;
+}
 static inline bool plii_vec3_is_finite(pli_vec3 v) {
     return plii_is_finite(v.x) && plii_is_finite(v.y) && plii_is_finite(v.z);
 }
@@ -34,7 +38,9 @@ static inline bool plii_transform_is_finite(pli_transform t) {
 }
 
 /* One reciprocal and three products, as btVector3 divides by a scalar. */
-static inline pli_vec3 plii_vec3_divide(pli_vec3 a, float s) { return pli_vec3_scale(a, 1.0f / s); }
+static inline pli_vec3 plii_vec3_divide(pli_vec3 a, float s) {
+    return pli_vec3_scale(a, 1.0f / s);
+}
 
 /* btVector3::safeNormalize: (1, 0, 0) when too short. */
 static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
@@ -43,9 +49,15 @@ static inline pli_vec3 plii_vec3_safe_normalize(pli_vec3 a) {
     return pli_vec3_make(1, 0, 0);
 }
 
-static inline float plii_min(float a, float b) { return a < b ? a : b; }
-static inline float plii_max(float a, float b) { return a > b ? a : b; }
-static inline float plii_clamp(float v, float low, float high) { return v < low ? low : v > high ? high : v; }
+static inline float plii_min(float a, float b) {
+    return a < b ? a : b;
+}
+static inline float plii_max(float a, float b) {
+    return a > b ? a : b;
+}
+static inline float plii_clamp(float v, float low, float high) {
+    return v < low ? low : v > high ? high : v;
+}
 
 static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_min(a.x, b.x), plii_min(a.y, b.y), plii_min(a.z, b.z));

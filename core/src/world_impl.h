@@ -13,6 +13,8 @@ struct pli_world {
     bool is_stepping;
     pli_body** bodies;
     int body_count, body_capacity;
+    pli_body** sweep; /* [body_count] sorted by the lower x bound */
+    int sweep_capacity;
     pli_rigid** rigids;
     int rigid_count, rigid_capacity;
     pli_event* events;

@@ -19,9 +19,9 @@ typedef struct pli_anchor_id {
 typedef struct pli_anchor_def {
     int node;
     pli_rigid* rigid;
-    const pli_vec3* local_pivot;  ///< in the frame of the rigid body; NULL: where the node is now
-    float influence;              ///< default 1; scales the impulse
-    bool disable_collision;       ///< the soft body ignores this rigid body from now on, default false
+    const pli_vec3* local_pivot; ///< in the frame of the rigid body; NULL: where the node is now
+    float influence;             ///< default 1; scales the impulse
+    bool disable_collision;      ///< the soft body ignores this rigid body from now on, default false
     uint32_t cookie;
 } pli_anchor_def;
 

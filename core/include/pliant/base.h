@@ -83,7 +83,8 @@ typedef struct pli_context_def {
 PLI_API pli_context_def pli_context_def_default(void);
 
 /// @param def NULL for the defaults
-/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing), PLI_ERROR_OUT_OF_MEMORY
+/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing),
+/// PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// NULL is allowed.

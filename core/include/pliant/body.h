@@ -17,12 +17,12 @@ typedef struct pli_body pli_body;
 
 /// How the position-based solver runs.
 typedef struct pli_solver_settings {
-    int velocity_iterations;    ///< >= 0, default 0; see pli_body_use_velocity_links. Bullet name: viterations
-    int position_iterations;    ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
-    int drift_iterations;       ///< >= 0, default 0; Bullet name: diterations
-    float drift_correction;     ///< share of the drift solve that enters the velocity, default 1. Bullet name: kVCF
-    float velocity_damping;     ///< [0, 1], share of the velocity lost per step, default 0. Bullet name: kDP
-    float time_scale;           ///< > 0, default 1
+    int velocity_iterations; ///< >= 0, default 0; see pli_body_use_velocity_links. Bullet name: viterations
+    int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
+    int drift_iterations;    ///< >= 0, default 0; Bullet name: diterations
+    float drift_correction;  ///< share of the drift solve that enters the velocity, default 1. Bullet name: kVCF
+    float velocity_damping;  ///< [0, 1], share of the velocity lost per step, default 0. Bullet name: kDP
+    float time_scale;        ///< > 0, default 1
 } pli_solver_settings;
 
 typedef struct pli_body_def {
@@ -67,8 +67,8 @@ typedef struct pli_body_view {
     const pli_vec3* normals;    ///< [node_count] unit, or NULL when no enabled feature needs normals
     const int* link_nodes;      ///< node a of link i at link_nodes[i * link_node_stride], node b right after it
     int link_node_stride;
-    const int* face_nodes;      ///< [3 * face_count]
-    const int* tetra_nodes;     ///< [4 * tetra_count]
+    const int* face_nodes;  ///< [3 * face_count]
+    const int* tetra_nodes; ///< [4 * tetra_count]
 } pli_body_view;
 
 PLI_API pli_body_view pli_body_get_view(const pli_body* body);

@@ -23,8 +23,8 @@ typedef enum pli_aero_model {
 
 typedef struct pli_aero_def {
     pli_aero_model model;
-    float lift; ///< >= 0, default 0. Bullet name: kLF
-    float drag; ///< >= 0, default 0. Bullet name: kDG
+    float lift;    ///< >= 0, default 0. Bullet name: kLF
+    float drag;    ///< >= 0, default 0. Bullet name: kDG
     pli_vec3 wind; ///< m/s
     uint32_t cookie;
 } pli_aero_def;

@@ -42,14 +42,30 @@ static inline pli_vec3 pli_vec3_make(float x, float y, float z) {
     return v;
 }
 
-static inline pli_vec3 pli_vec3_add(pli_vec3 a, pli_vec3 b) { return pli_vec3_make(a.x + b.x, a.y + b.y, a.z + b.z); }
-static inline pli_vec3 pli_vec3_sub(pli_vec3 a, pli_vec3 b) { return pli_vec3_make(a.x - b.x, a.y - b.y, a.z - b.z); }
-static inline pli_vec3 pli_vec3_scale(pli_vec3 a, float s) { return pli_vec3_make(a.x * s, a.y * s, a.z * s); }
-static inline pli_vec3 pli_vec3_neg(pli_vec3 a) { return pli_vec3_make(-a.x, -a.y, -a.z); }
-static inline pli_vec3 pli_vec3_mul(pli_vec3 a, pli_vec3 b) { return pli_vec3_make(a.x * b.x, a.y * b.y, a.z * b.z); }
-static inline float pli_vec3_dot(pli_vec3 a, pli_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static inline float pli_vec3_length_squared(pli_vec3 a) { return pli_vec3_dot(a, a); }
-static inline float pli_vec3_length(pli_vec3 a) { return sqrtf(pli_vec3_dot(a, a)); }
+static inline pli_vec3 pli_vec3_add(pli_vec3 a, pli_vec3 b) {
+    return pli_vec3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+static inline pli_vec3 pli_vec3_sub(pli_vec3 a, pli_vec3 b) {
+    return pli_vec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+static inline pli_vec3 pli_vec3_scale(pli_vec3 a, float s) {
+    return pli_vec3_make(a.x * s, a.y * s, a.z * s);
+}
+static inline pli_vec3 pli_vec3_neg(pli_vec3 a) {
+    return pli_vec3_make(-a.x, -a.y, -a.z);
+}
+static inline pli_vec3 pli_vec3_mul(pli_vec3 a, pli_vec3 b) {
+    return pli_vec3_make(a.x * b.x, a.y * b.y, a.z * b.z);
+}
+static inline float pli_vec3_dot(pli_vec3 a, pli_vec3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static inline float pli_vec3_length_squared(pli_vec3 a) {
+    return pli_vec3_dot(a, a);
+}
+static inline float pli_vec3_length(pli_vec3 a) {
+    return sqrtf(pli_vec3_dot(a, a));
+}
 
 static inline pli_vec3 pli_vec3_cross(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);

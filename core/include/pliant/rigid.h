@@ -34,11 +34,11 @@ typedef struct pli_rigid_state {
 typedef struct pli_rigid_def {
     pli_rigid_kind kind;
     pli_rigid_state state;
-    float friction;           ///< >= 0, default 0.5; multiplied with the soft body's
-    pli_vec3 linear_factor;   ///< per-axis scale of linear impulses, default 1
-    pli_vec3 angular_factor;  ///< per-axis scale of angular impulses, default 1
-    int shape_count;          ///< number of entries in `shapes`
-    pli_shape* const* shapes; ///< [shape_count]; each is retained
+    float friction;                   ///< >= 0, default 0.5; multiplied with the soft body's
+    pli_vec3 linear_factor;           ///< per-axis scale of linear impulses, default 1
+    pli_vec3 angular_factor;          ///< per-axis scale of angular impulses, default 1
+    int shape_count;                  ///< number of entries in `shapes`
+    pli_shape* const* shapes;         ///< [shape_count]; each is retained
     const pli_transform* shape_poses; ///< [shape_count] in the frame of the body; NULL: all identity
     void* user_data;
     uint32_t cookie; ///< set by the default function

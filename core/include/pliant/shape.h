@@ -43,8 +43,7 @@ PLI_API pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_exte
 PLI_API pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment, float radius,
                                             pli_shape** shape);
 /// A flat-ended cylinder around the segment from -`half_axis` to +`half_axis`.
-PLI_API pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, float radius,
-                                             pli_shape** shape);
+PLI_API pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, float radius, pli_shape** shape);
 /// The convex hull of points, grown by `radius` >= 0 (rounded edges).
 /// @return PLI_ERROR_INVALID_MESH when the points lie in a plane
 PLI_API pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,

@@ -11,10 +11,10 @@ extern "C" {
 #endif
 
 typedef struct pli_world_def {
-    pli_vec3 gravity;               ///< m/s^2, default (0, -10, 0)
-    float air_density;              ///< kg/m^3, default 1.2; read by aerodynamics
-    float max_force_displacement;   ///< m per step and axis that forces (not gravity) may add, default 1000.
-                                    ///< Bullet name: m_maxDisplacement
+    pli_vec3 gravity;             ///< m/s^2, default (0, -10, 0)
+    float air_density;            ///< kg/m^3, default 1.2; read by aerodynamics
+    float max_force_displacement; ///< m per step and axis that forces (not gravity) may add, default 1000.
+                                  ///< Bullet name: m_maxDisplacement
     void* user_data;
     uint32_t cookie; ///< set by the default function
 } pli_world_def;

@@ -1,0 +1,132 @@
+/* Hooks, memory accounting and error messages. */
+
+#include "context.h"
+
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define CONTEXT_ALIGNMENT 64u
+
+const char* pli_status_string(pli_status status) {
+    switch (status) {
+#define STATUS_TEXT(name, value, text)                                                                                 \
+    case name:                                                                                                         \
+        return text;
+        PLI_STATUS_LIST(STATUS_TEXT)
+#undef STATUS_TEXT
+    }
+    return "unknown status";
+}
+
+static size_t context_round_up(size_t size, size_t alignment) {
+    return (size + alignment - 1) / alignment * alignment;
+}
+
+static void* context_default_allocate(size_t size, size_t alignment, void* user) {
+    (void)user;
+    return size > SIZE_MAX - alignment ? NULL : aligned_alloc(alignment, context_round_up(size, alignment));
+}
+
+static void context_default_release(void* block, size_t size, void* user) {
+    (void)size;
+    (void)user;
+    free(block);
+}
+
+pli_context_def pli_context_def_default(void) {
+    return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL}};
+}
+
+pli_status pli_context_create(const pli_context_def* def, pli_context** context) {
+    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    pli_context_def used = def != NULL ? *def : pli_context_def_default();
+    if (used.allocator.allocate == NULL && used.allocator.release == NULL) {
+        used.allocator = pli_context_def_default().allocator;
+    }
+    if (used.allocator.allocate == NULL || used.allocator.release == NULL) { return PLI_ERROR_INVALID_VALUE; }
+    pli_context* made = used.allocator.allocate(sizeof *made, CONTEXT_ALIGNMENT, used.allocator.user);
+    if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    memset(made, 0, sizeof *made);
+    made->allocator = used.allocator;
+    made->log = used.log;
+    made->log_user = used.log_user;
+    *context = made;
+    return PLI_OK;
+}
+
+void pli_context_destroy(pli_context* context) {
+    if (context == NULL) { return; }
+    context->allocator.release(context, sizeof *context, context->allocator.user);
+}
+
+const char* pli_last_error(const pli_context* context) {
+    return context != NULL ? context->last_error : "";
+}
+size_t pli_context_allocated_bytes(const pli_context* context) {
+    return context != NULL ? context->allocated_bytes : 0;
+}
+uint64_t pli_context_allocation_count(const pli_context* context) {
+    return context != NULL ? context->allocation_count : 0;
+}
+
+pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...) {
+    if (context == NULL) { return status; }
+    const int prefix = snprintf(context->last_error, sizeof context->last_error, "%s: ", function);
+    if (prefix >= 0 && (size_t)prefix < sizeof context->last_error) {
+        va_list arguments;
+        va_start(arguments, format);
+        vsnprintf(context->last_error + prefix, sizeof context->last_error - (size_t)prefix, format, arguments);
+        va_end(arguments);
+    }
+    if (context->log != NULL) { context->log(PLI_LOG_ERROR, context->last_error, context->log_user); }
+    return status;
+}
+
+void plii_log(pli_context* context, pli_log_level level, const char* format, ...) {
+    if (context->log == NULL) { return; }
+    char message[512];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    context->log(level, message, context->log_user);
+}
+
+void* plii_allocate(pli_context* context, size_t size) {
+    if (size == 0) { return NULL; }
+    void* block = context->allocator.allocate(size, CONTEXT_ALIGNMENT, context->allocator.user);
+    if (block == NULL) { return NULL; }
+    memset(block, 0, size);
+    context->allocated_bytes += size;
+    context->allocation_count += 1;
+    return block;
+}
+
+void plii_release(pli_context* context, void* block, size_t size) {
+    if (block == NULL) { return; }
+    context->allocated_bytes -= size;
+    context->allocator.release(block, size, context->allocator.user);
+}
+
+bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size) {
+    if (needed <= *capacity) { return true; }
+    int grown = *capacity < 8 ? 8 : *capacity <= INT32_MAX / 2 ? *capacity * 2 : INT32_MAX;
+    if (grown < needed) { grown = needed; }
+    void* block = plii_allocate(context, (size_t)grown * element_size);
+    if (block == NULL) { return false; }
+    const size_t old_size = (size_t)*capacity * element_size;
+    if (old_size > 0) { memcpy(block, *data, old_size); }
+    plii_release(context, *data, old_size);
+    *data = block;
+    *capacity = grown;
+    return true;
+}
+
+void* plii_duplicate(pli_context* context, const void* block, size_t size) {
+    void* copy = plii_allocate(context, size);
+    if (copy != NULL) { memcpy(copy, block, size); }
+    return copy;
+}

@@ -1,0 +1,168 @@
+/* The pipeline of a body: which features are enabled, who needs whom, and what runs in which stage. */
+
+#include "feature.h"
+
+#include "body_impl.h"
+
+static int feature_find(const pli_body* body, const plii_feature_class* klass) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        if (pipeline->features[i].klass == klass) { return i; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
+}
+
+/* Insertion into stage order keeps the order of enabling among equals. Room was made before. */
+static void feature_rebuild_pipeline(pli_body* body) {
+    plii_pipeline* pipeline = &body->pipeline;
+    int count = 0;
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        pipeline->begin[stage] = count;
+        int last_order = INT32_MIN;
+        for (;;) {
+            int next_order = INT32_MAX;
+            for (int i = 0; i < pipeline->feature_count; ++i) {
+                const plii_feature_class* klass = pipeline->features[i].klass;
+                const int order = klass->stages[stage].order;
+                if (klass->stages[stage].run != NULL && order > last_order && order < next_order) {
+                    next_order = order;
+                }
+            }
+            if (next_order == INT32_MAX) { break; }
+            for (int i = 0; i < pipeline->feature_count; ++i) {
+                const plii_feature* feature = &pipeline->features[i];
+                if (feature->klass->stages[stage].run != NULL && feature->klass->stages[stage].order == next_order) {
+                    pipeline->entries[count++] =
+                        (plii_pipeline_entry){feature->klass->stages[stage].run, feature->state};
+                }
+            }
+            last_order = next_order;
+        }
+    }
+    pipeline->begin[PLII_STAGE_COUNT] = count;
+}
+
+static void feature_drop_user(pli_body* body, const plii_feature_class* klass);
+
+static void feature_drop_needs(pli_body* body, const plii_feature_class* klass) {
+    for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+        feature_drop_user(body, *need);
+    }
+}
+
+static void feature_remove(pli_body* body, int index) {
+    plii_pipeline* pipeline = &body->pipeline;
+    const plii_feature feature = pipeline->features[index];
+    if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
+    plii_release(body->context, feature.state, feature.klass->state_size);
+    for (int i = index; i + 1 < pipeline->feature_count; ++i) {
+        pipeline->features[i] = pipeline->features[i + 1];
+    }
+    pipeline->feature_count -= 1;
+    feature_rebuild_pipeline(body);
+    feature_drop_needs(body, feature.klass);
+}
+
+static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    plii_feature* feature = &body->pipeline.features[index];
+    feature->users -= 1;
+    if (feature->users == 0) { feature_remove(body, index); }
+}
+
+static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
+    plii_pipeline* pipeline = &body->pipeline;
+    const int count = pipeline->feature_count + 1;
+    if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, count) ||
+        !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, count * PLII_STAGE_COUNT)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    void* state = plii_allocate(body->context, klass->state_size);
+    if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (klass->enable != NULL) {
+        const pli_status status = klass->enable(body, state);
+        if (status != PLI_OK) {
+            plii_release(body->context, state, klass->state_size);
+            return status;
+        }
+    }
+    pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
+    feature_rebuild_pipeline(body);
+    return PLI_OK;
+}
+
+/* One more user of a feature, which is added with its needs when it is not there. */
+static pli_status feature_add_user(pli_body* body, const plii_feature_class* klass) {
+    int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX) {
+        pli_status status = PLI_OK;
+        int met_needs = 0;
+        for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+            status = feature_add_user(body, *need);
+            if (status != PLI_OK) { break; }
+            met_needs += 1;
+        }
+        if (status == PLI_OK) { status = feature_add(body, klass); }
+        if (status != PLI_OK) {
+            while (met_needs > 0) {
+                feature_drop_user(body, klass->needs[--met_needs]);
+            }
+            return status;
+        }
+        index = feature_find(body, klass);
+    }
+    body->pipeline.features[index].users += 1;
+    return PLI_OK;
+}
+
+pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state) {
+    int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {
+        const pli_status status = feature_add_user(body, klass);
+        if (status == PLI_ERROR_OUT_OF_MEMORY) {
+            return PLII_FAIL(body->context, status, "no memory to enable %s", klass->name);
+        }
+        if (status != PLI_OK) { return status; }
+        index = feature_find(body, klass);
+        body->pipeline.features[index].by_user = true;
+    }
+    if (state != NULL) { *state = body->pipeline.features[index].state; }
+    return PLI_OK;
+}
+
+void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }
+    body->pipeline.features[index].by_user = false;
+    feature_drop_user(body, klass);
+}
+
+void plii_feature_disable_all(pli_body* body) {
+    plii_pipeline* pipeline = &body->pipeline;
+    /* A feature is enabled after its needs, so going backwards no need goes before its user. */
+    for (int i = pipeline->feature_count - 1; i >= 0; --i) {
+        const plii_feature feature = pipeline->features[i];
+        if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
+        plii_release(body->context, feature.state, feature.klass->state_size);
+    }
+    plii_release(body->context, pipeline->features, (size_t)pipeline->feature_capacity * sizeof *pipeline->features);
+    plii_release(body->context, pipeline->entries, (size_t)pipeline->entry_capacity * sizeof *pipeline->entries);
+    *pipeline = (plii_pipeline){0};
+}
+
+size_t plii_feature_bytes(const pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    size_t bytes = (size_t)pipeline->feature_capacity * sizeof *pipeline->features +
+                   (size_t)pipeline->entry_capacity * sizeof *pipeline->entries;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        bytes += feature->klass->state_size;
+        if (feature->klass->bytes != NULL) { bytes += feature->klass->bytes(body, feature->state); }
+    }
+    return bytes;
+}

@@ -1,0 +1,221 @@
+/* Rigid proxies: state, shapes, and free motion for programs without a rigid-body engine. */
+
+#include "shape_impl.h"
+#include "world_impl.h"
+
+static pli_status rigid_check(const pli_rigid* rigid) {
+    return rigid != NULL && rigid->magic == PLII_RIGID_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+}
+
+pli_rigid_def pli_rigid_def_default(void) {
+    return (pli_rigid_def){
+        .kind = PLI_RIGID_STATIC,
+        .state = {.pose = pli_transform_identity()},
+        .friction = 0.5f,
+        .linear_factor = {1, 1, 1},
+        .angular_factor = {1, 1, 1},
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                    const char* function) {
+    if (!plii_transform_is_finite(state->pose)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
+    }
+    if (kind != PLI_RIGID_STATIC &&
+        (!plii_vec3_is_finite(state->linear_velocity) || !plii_vec3_is_finite(state->angular_velocity))) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "a velocity is not finite");
+    }
+    if (kind != PLI_RIGID_DYNAMIC) { return PLI_OK; }
+    if (!(state->inverse_mass > 0.0f) || !plii_is_finite(state->inverse_mass)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "inverse mass %g of a dynamic body is not positive and finite", (double)state->inverse_mass);
+    }
+    if (!plii_mat3_is_finite(state->inverse_inertia_world)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the inverse inertia is not finite");
+    }
+    return PLI_OK;
+}
+
+static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
+    rigid->state = *state;
+    if (rigid->kind != PLI_RIGID_DYNAMIC) {
+        rigid->state.inverse_mass = 0.0f;
+        rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
+    }
+    if (rigid->kind == PLI_RIGID_STATIC) {
+        rigid->state.linear_velocity = pli_vec3_make(0, 0, 0);
+        rigid->state.angular_velocity = pli_vec3_make(0, 0, 0);
+    }
+}
+
+static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_def_default()");
+    }
+    if (def->kind < PLI_RIGID_STATIC || def->kind > PLI_RIGID_DYNAMIC) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "unknown kind %d", (int)def->kind);
+    }
+    PLII_TRY(rigid_check_state(context, def->kind, &def->state, function));
+    if (!(def->friction >= 0.0f) || !plii_is_finite(def->friction)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative or not finite",
+                         (double)def->friction);
+    }
+    if (!plii_vec3_is_finite(def->linear_factor) || !plii_vec3_is_finite(def->angular_factor)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
+    }
+    if (def->shape_count < 0 || (def->shape_count > 0 && def->shapes == NULL)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them",
+                         def->shape_count);
+    }
+    for (int i = 0; i < def->shape_count; ++i) {
+        if (def->shapes[i] == NULL || def->shapes[i]->magic != PLII_SHAPE_MAGIC) {
+            return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape %d is not a shape", i);
+        }
+        if (def->shape_poses != NULL && !plii_transform_is_finite(def->shape_poses[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
+        }
+    }
+    return PLI_OK;
+}
+
+static void rigid_release(pli_rigid* rigid) {
+    pli_context* context = rigid->context;
+    for (int i = 0; rigid->shapes != NULL && i < rigid->shape_count; ++i) {
+        pli_shape_release(rigid->shapes[i]);
+    }
+    plii_release(context, rigid->shapes, (size_t)rigid->shape_count * sizeof(pli_shape*));
+    plii_release(context, rigid->shape_poses, (size_t)rigid->shape_count * sizeof *rigid->shape_poses);
+    plii_release(context, rigid, sizeof *rigid);
+}
+
+pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid) {
+    PLII_TRY(plii_check_world(world, __func__));
+    pli_context* context = world->context;
+    if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
+    PLII_TRY(rigid_check_def(context, def, __func__));
+
+    pli_rigid* made = plii_allocate(context, sizeof *made);
+    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the rigid body"); }
+    made->magic = PLII_RIGID_MAGIC;
+    made->world = world;
+    made->context = context;
+    made->user_data = def->user_data;
+    made->kind = def->kind;
+    made->friction = def->friction;
+    made->linear_factor = def->linear_factor;
+    made->angular_factor = def->angular_factor;
+    rigid_store_state(made, &def->state);
+    const size_t count = (size_t)def->shape_count;
+    made->shape_poses = plii_allocate(context, count * sizeof *made->shape_poses);
+    made->shapes = plii_allocate(context, count * sizeof(pli_shape*));
+    made->shape_count = def->shape_count;
+    bool complete = count == 0 || (made->shape_poses != NULL && made->shapes != NULL);
+    for (int i = 0; complete && i < def->shape_count; ++i) {
+        made->shapes[i] = def->shapes[i];
+        made->shape_poses[i] = def->shape_poses != NULL ? def->shape_poses[i] : pli_transform_identity();
+        pli_shape_retain(made->shapes[i]);
+    }
+    complete = complete && plii_world_add_rigid(world, made) == PLI_OK;
+    if (!complete) {
+        rigid_release(made);
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a rigid body of %d shapes", def->shape_count);
+    }
+    *rigid = made;
+    return PLI_OK;
+}
+
+void pli_rigid_destroy(pli_rigid* rigid) {
+    if (rigid_check(rigid) != PLI_OK) { return; }
+    if (rigid->world->is_stepping) {
+        PLII_FAIL(rigid->context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
+        return;
+    }
+    plii_world_remove_rigid(rigid->world, rigid);
+    rigid->magic = 0;
+    rigid_release(rigid);
+}
+
+pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
+    PLII_TRY(rigid_check(rigid));
+    if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
+    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, state, __func__));
+    rigid_store_state(rigid, state);
+    return PLI_OK;
+}
+
+pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
+    return rigid_check(rigid) == PLI_OK ? rigid->state : (pli_rigid_state){.pose = pli_transform_identity()};
+}
+
+pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
+    PLII_TRY(rigid_check(rigid));
+    if (!(friction >= 0.0f) || !plii_is_finite(friction)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "friction %g is negative or not finite",
+                         (double)friction);
+    }
+    rigid->friction = friction;
+    return PLI_OK;
+}
+
+pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
+    return rigid_check(rigid) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
+}
+void* pli_rigid_get_user_data(const pli_rigid* rigid) {
+    return rigid_check(rigid) == PLI_OK ? rigid->user_data : NULL;
+}
+bool pli_rigid_was_touched(const pli_rigid* rigid) {
+    return rigid_check(rigid) == PLI_OK && rigid->was_touched;
+}
+
+pli_transform plii_rigid_shape_pose(const pli_rigid* rigid, int index) {
+    return pli_transform_mul(rigid->state.pose, rigid->shape_poses[index]);
+}
+
+pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
+    pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_bounds bounds =
+            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), plii_rigid_shape_pose(rigid, i));
+        all.min = plii_vec3_min(all.min, bounds.min);
+        all.max = plii_vec3_max(all.max, bounds.max);
+    }
+    return all;
+}
+
+// ---------------------------------------------------------------------------------------------- free motion
+
+/* Orthonormal rows closest to the first row, then the second. */
+static pli_mat3 rigid_orthonormalize(pli_mat3 m) {
+    const pli_vec3 x = plii_vec3_safe_normalize(m.rows[0]);
+    const pli_vec3 y = plii_vec3_safe_normalize(pli_vec3_sub(m.rows[1], pli_vec3_scale(x, pli_vec3_dot(x, m.rows[1]))));
+    return (pli_mat3){{x, y, pli_vec3_cross(x, y)}};
+}
+
+/* Rotation by the vector `turn` (axis times angle in radians). */
+static pli_mat3 rigid_rotation(pli_vec3 turn) {
+    const float angle = pli_vec3_length(turn);
+    const float half = 0.5f * angle;
+    const float scale = angle > 1e-4f ? sinf(half) / angle : 0.5f;
+    return pli_mat3_from_quat((pli_quat){turn.x * scale, turn.y * scale, turn.z * scale, cosf(half)});
+}
+
+pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
+    PLII_TRY(rigid_check(rigid));
+    if (!plii_vec3_is_finite(gravity) || !(dt > 0.0f) || !plii_is_finite(dt)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "gravity is not finite or dt = %g is not positive",
+                         (double)dt);
+    }
+    if (rigid->kind == PLI_RIGID_STATIC) { return PLI_OK; }
+    pli_rigid_state* state = &rigid->state;
+    if (rigid->kind == PLI_RIGID_DYNAMIC) {
+        state->linear_velocity = pli_vec3_add(state->linear_velocity, pli_vec3_scale(gravity, dt));
+    }
+    state->pose.origin = pli_vec3_add(state->pose.origin, pli_vec3_scale(state->linear_velocity, dt));
+    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state->angular_velocity, dt));
+    state->pose.rotation = rigid_orthonormalize(pli_mat3_mul(turn, state->pose.rotation));
+    state->inverse_inertia_world =
+        pli_mat3_mul(pli_mat3_mul(turn, state->inverse_inertia_world), pli_mat3_transpose(turn));
+    return PLI_OK;
+}

@@ -1,0 +1,306 @@
+/* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
+
+#include "world_impl.h"
+
+#include <string.h>
+
+pli_status plii_check_world(const pli_world* world, const char* function) {
+    (void)function;
+    return world != NULL && world->magic == PLII_WORLD_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+}
+
+// ----------------------------------------------------------------------------------------------------- life
+
+pli_world_def pli_world_def_default(void) {
+    return (pli_world_def){
+        .gravity = {0, -10, 0},
+        .air_density = 1.2f,
+        .max_force_displacement = 1000.0f,
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
+    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
+    const pli_world_def used = def != NULL ? *def : pli_world_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_world_def_default()");
+    }
+    if (!plii_vec3_is_finite(used.gravity)) {
+        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
+    }
+    if (!(used.air_density >= 0.0f) || !plii_is_finite(used.air_density)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "air_density %g is negative or not finite",
+                         (double)used.air_density);
+    }
+    if (!(used.max_force_displacement > 0.0f)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "max_force_displacement %g is not positive",
+                         (double)used.max_force_displacement);
+    }
+    pli_world* made = plii_allocate(context, sizeof *made);
+    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the world"); }
+    made->magic = PLII_WORLD_MAGIC;
+    made->context = context;
+    made->def = used;
+    *world = made;
+    return PLI_OK;
+}
+
+void pli_world_destroy(pli_world* world) {
+    if (plii_check_world(world, __func__) != PLI_OK) { return; }
+    pli_context* context = world->context;
+    world->is_stepping = false;
+    while (world->body_count > 0) {
+        pli_body_destroy(world->bodies[world->body_count - 1]);
+    }
+    while (world->rigid_count > 0) {
+        pli_rigid_destroy(world->rigids[world->rigid_count - 1]);
+    }
+    plii_release(context, world->bodies, (size_t)world->body_capacity * sizeof *world->bodies);
+    plii_release(context, world->sweep, (size_t)world->sweep_capacity * sizeof *world->sweep);
+    plii_release(context, world->rigids, (size_t)world->rigid_capacity * sizeof *world->rigids);
+    plii_release(context, world->events, (size_t)world->event_capacity * sizeof *world->events);
+    world->magic = 0;
+    plii_release(context, world, sizeof *world);
+}
+
+pli_context* pli_world_get_context(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->context : NULL;
+}
+void* pli_world_get_user_data(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->def.user_data : NULL;
+}
+
+pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
+    PLII_TRY(plii_check_world(world, __func__));
+    if (!plii_vec3_is_finite(gravity)) {
+        return PLII_FAIL(world->context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
+    }
+    world->def.gravity = gravity;
+    return PLI_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------- lists
+
+pli_status plii_world_add_body(pli_world* world, pli_body* body) {
+    const int count = world->body_count + 1;
+    if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
+        !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
+        !PLII_RESERVE(world->context, &world->events, &world->event_capacity, count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    body->world_index = world->body_count;
+    world->sweep[world->body_count] = body;
+    world->bodies[world->body_count++] = body;
+    return PLI_OK;
+}
+
+/* Tells every feature of every body through one of its hooks that something goes away. */
+static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->forget_rigid != NULL) { feature->klass->forget_rigid(body, feature->state, rigid); }
+        }
+        for (int k = 0; k < body->ignored_rigid_count; ++k) {
+            if (body->ignored_rigids[k] == rigid) {
+                body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
+                break;
+            }
+        }
+    }
+}
+
+static void world_forget_body(pli_world* world, const pli_body* gone) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->forget_body != NULL) { feature->klass->forget_body(body, feature->state, gone); }
+        }
+    }
+}
+
+void plii_world_remove_body(pli_world* world, pli_body* body) {
+    world_forget_body(world, body);
+    for (int i = body->world_index; i + 1 < world->body_count; ++i) {
+        world->bodies[i] = world->bodies[i + 1];
+        world->bodies[i]->world_index = i;
+    }
+    int kept = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        if (world->sweep[i] != body) { world->sweep[kept++] = world->sweep[i]; }
+    }
+    world->body_count -= 1;
+    kept = 0;
+    for (int i = 0; i < world->event_count; ++i) {
+        if (world->events[i].body != body) { world->events[kept++] = world->events[i]; }
+    }
+    world->event_count = kept;
+}
+
+pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
+    if (!PLII_RESERVE(world->context, &world->rigids, &world->rigid_capacity, world->rigid_count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    rigid->world_index = world->rigid_count;
+    world->rigids[world->rigid_count++] = rigid;
+    return PLI_OK;
+}
+
+void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
+    world_forget_rigid(world, rigid);
+    for (int i = rigid->world_index; i + 1 < world->rigid_count; ++i) {
+        world->rigids[i] = world->rigids[i + 1];
+        world->rigids[i]->world_index = i;
+    }
+    world->rigid_count -= 1;
+}
+
+void plii_world_add_event(pli_world* world, pli_event event) {
+    /* A body gives at most one event per step, and room for that was made when it was added. */
+    if (world->event_count < world->event_capacity) { world->events[world->event_count++] = event; }
+}
+
+int pli_world_body_count(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->body_count : 0;
+}
+pli_body* pli_world_get_body(const pli_world* world, int index) {
+    if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->body_count) { return NULL; }
+    return world->bodies[index];
+}
+const pli_event* pli_world_events(const pli_world* world, int* count) {
+    const bool is_world = plii_check_world(world, __func__) == PLI_OK;
+    if (count != NULL) { *count = is_world ? world->event_count : 0; }
+    return is_world ? world->events : NULL;
+}
+bool pli_world_is_stepping(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK && world->is_stepping;
+}
+
+// ----------------------------------------------------------------------------------------------------- step
+
+pli_status pli_world_predict(pli_world* world, float dt) {
+    PLII_TRY(plii_check_world(world, __func__));
+    if (world->is_stepping) {
+        return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "the step before has not been solved");
+    }
+    if (!(dt > 0.0f) || !plii_is_finite(dt)) {
+        return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "dt = %g is not positive and finite", (double)dt);
+    }
+    world->is_stepping = true;
+    world->event_count = 0;
+    for (int i = 0; i < world->rigid_count; ++i) {
+        world->rigids[i]->was_touched = false;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        if (!world->bodies[i]->is_frozen) { plii_solver_predict(world->bodies[i], dt); }
+    }
+    return PLI_OK;
+}
+
+static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
+                                   const char* function) {
+    if (!world->is_stepping) {
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
+    }
+    if (world_a != world || world_b != world) {
+        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a member of the pair is of another world");
+    }
+    return PLI_OK;
+}
+
+pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_body(body, __func__));
+    if (rigid == NULL || rigid->magic != PLII_RIGID_MAGIC) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
+    if (body->is_frozen || pli_body_ignores_rigid(body, rigid)) { return PLI_OK; }
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->collide_rigid != NULL) {
+            PLII_TRY(feature->klass->collide_rigid(body, feature->state, rigid));
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_body(body_a, __func__));
+    PLII_TRY(plii_check_body(body_b, __func__));
+    PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
+    if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
+    if (body_a->is_frozen || body_b->is_frozen) { return PLI_OK; }
+    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body_a->pipeline.features[i];
+        if (feature->klass->collide_body == NULL) { continue; }
+        void* other_state = plii_feature_state(body_b, feature->klass);
+        if (other_state != NULL) {
+            PLII_TRY(feature->klass->collide_body(body_a, feature->state, body_b, other_state));
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_world_solve(pli_world* world) {
+    PLII_TRY(plii_check_world(world, __func__));
+    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+    for (int i = 0; i < world->body_count; ++i) {
+        if (!world->bodies[i]->is_frozen) { plii_solver_solve(world->bodies[i]); }
+    }
+    /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!body->is_frozen && !plii_solver_freeze_if_not_finite(body)) { plii_body_refresh(body); }
+    }
+    world->is_stepping = false;
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------- pairs that overlap
+
+static pli_status world_collide_rigids(pli_world* world) {
+    for (int r = 0; r < world->rigid_count; ++r) {
+        pli_rigid* rigid = world->rigids[r];
+        const pli_bounds bounds = plii_rigid_bounds(rigid);
+        for (int b = 0; b < world->body_count; ++b) {
+            if (plii_bounds_overlap(world->bodies[b]->bounds, bounds)) {
+                PLII_TRY(pli_world_collide_rigid(world, world->bodies[b], rigid));
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
+static pli_status world_collide_soft_pairs(pli_world* world) {
+    pli_body** sweep = world->sweep;
+    for (int i = 1; i < world->body_count; ++i) {
+        pli_body* moved = sweep[i];
+        int k = i;
+        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
+            sweep[k] = sweep[k - 1];
+            --k;
+        }
+        sweep[k] = moved;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
+            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
+            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
+            PLII_TRY(pli_world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]));
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_world_step(pli_world* world, float dt) {
+    PLII_TRY(pli_world_predict(world, dt));
+    pli_status status = world_collide_rigids(world);
+    if (status == PLI_OK) { status = world_collide_soft_pairs(world); }
+    const pli_status solved = pli_world_solve(world);
+    return status != PLI_OK ? status : solved;
+}
