@@ -1,6 +1,9 @@
 # Settings shared by all targets of this project: language standard, warnings, sanitizers, reproducible arithmetic.
 function(pliant_target target)
-    target_compile_features(${target} PRIVATE c_std_17 cxx_std_17)
+    target_compile_features(${target} PRIVATE c_std_17)
+    if(CMAKE_CXX_COMPILER)
+        target_compile_features(${target} PRIVATE cxx_std_17)
+    endif()
     set_target_properties(${target} PROPERTIES C_EXTENSIONS OFF CXX_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON
         C_VISIBILITY_PRESET hidden CXX_VISIBILITY_PRESET hidden)
     # Contraction of a*b+c to a fused operation would make results depend on compiler and target.

@@ -1,0 +1,14 @@
+#!/bin/sh
+# Shows Pliant at work: installs what is missing (Debian, with apt), builds, runs the demo scenes on Pliant and on
+# Bullet, and ends with the path of the pictures. Needs no display. A second run only does what is left.
+#
+#   usage: sh demos/run.sh
+set -eu
+cd "$(dirname "$0")/.."
+. cmake/bootstrap.sh
+
+install_missing
+build_preset release
+say "running the demo"
+mkdir -p out
+build/release/demos/app/pliant demo --out out/demo

@@ -1,0 +1,34 @@
+#!/bin/sh
+# Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset and then
+# the unit tests again under AddressSanitizer and UBSan. Exit status 0 when all passed.
+#
+#   usage: sh tests/run.sh
+set -eu
+cd "$(dirname "$0")/.."
+. cmake/bootstrap.sh
+
+passed=0
+failed=0
+
+run_tests() { # PRESET
+    say "testing preset $1"
+    log=build/$1-tests.log
+    ctest --preset "$1" -j 2 2>&1 | tee "$log"
+    # "97% tests passed, 2 tests failed out of 67"; without that line the tests did not run.
+    summary=$(sed -n 's/^[0-9]*% tests passed, \([0-9]*\) tests\{0,1\} failed out of \([0-9]*\)$/\1 \2/p' "$log")
+    if [ -z "$summary" ]; then
+        echo "ctest --preset $1 ran no tests" >&2
+        exit 1
+    fi
+    failed=$((failed + ${summary% *}))
+    passed=$((passed + ${summary#* } - ${summary% *}))
+}
+
+install_missing
+build_preset release
+run_tests release
+build_preset asan
+run_tests asan
+
+printf '%d passed, %d failed\n' "$passed" "$failed"
+[ "$failed" -eq 0 ]
