@@ -1,0 +1,44 @@
+#ifndef DEMOS_COMPARE_H
+#define DEMOS_COMPARE_H
+
+// How far Pliant is from btSoftBody in one scene.
+
+#include "engine.h"
+
+#include <functional>
+
+namespace demos {
+
+// Each frame Pliant (reference mode) takes over the state of btSoftBody and of the rigid world, both make one step.
+// Error of a frame = max over nodes of max(|dx|, dt |dv|) / diagonal of the rest bounds.
+struct OneStep {
+    int frames = 0;
+    double median = 0, p99 = 0, maximum = 0;
+    double bit_equal_share = 0;        // of the frames, 0..1
+    int frames_with_lone_contacts = 0; // a contact that only one engine made
+    int frames_above_limit = 0;        // error above 1e-5
+    int unexplained_frames = 0;        // above 1e-5 without such a contact
+    std::vector<double> errors;        // per frame
+};
+
+// Both from the same start, each on its own. Error as above without the velocity; < 0: not reached.
+struct FreeRun {
+    double error_30 = -1, error_60 = -1, error_300 = -1;
+};
+
+struct Comparison {
+    std::string scene;
+    OneStep one_step;
+    FreeRun free_run;
+    int nodes = 0;
+    double bullet_ms = 0, pliant_ms = 0; // medians per step, free run
+    double time_ratio = 0;               // bullet_ms / pliant_ms
+};
+
+using Progress = std::function<void(int frame, int frames)>; // may be empty
+
+OneStep compare_one_step(const Description& description, int frames, const Progress& progress);
+Comparison compare(const Description& description, int frames, const Progress& progress);
+
+} // namespace demos
+#endif

@@ -1,0 +1,145 @@
+#ifndef DEMOS_ENGINE_H
+#define DEMOS_ENGINE_H
+
+// One scene running in one engine: what the program, the comparison, the pictures and the tests work with.
+
+#include "../scenes/scene_builder.h"
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace demos {
+
+// Every failure that a user can cause; what() is one line.
+struct Error : std::runtime_error {
+    using std::runtime_error::runtime_error;
+};
+
+// ------------------------------------------------------------------------- what the scene builder has recorded
+
+struct Shape {
+    scene_shape_kind kind;
+    pli_vec3 half_extents;
+    float radius, half_height;
+    int axis;
+    float margin;
+    std::vector<pli_vec3> points;
+    std::vector<int> triangles;
+    std::vector<Shape> children;
+    std::vector<pli_transform> child_poses;
+};
+
+struct RigidRecord {
+    std::string name;
+    Shape shape;
+    float mass;
+    pli_transform pose;
+    float friction;
+    bool is_collision_only;
+};
+
+struct FirstForce {
+    int node;
+    pli_vec3 force;
+};
+
+struct AnchorRecord {
+    int node, rigid;
+    bool disable_collision;
+    float influence;
+};
+
+struct MeshDeleter {
+    void operator()(pli_mesh* mesh) const { pli_mesh_destroy(mesh); }
+};
+using MeshPointer = std::unique_ptr<pli_mesh, MeshDeleter>;
+
+struct SoftRecord {
+    std::string name;
+    MeshPointer mesh;
+    scene_soft_def def;
+    pli_vec3 velocity;
+    std::vector<FirstForce> first_forces;
+    std::vector<AnchorRecord> anchors;
+    int order; // number of rigid bodies that were added before this soft body
+};
+
+struct SceneOptions {
+    std::string mesh_file;  // --mesh; empty: the scene's own
+    std::string tetra_base; // --tetra; empty: the scene's own
+};
+
+// The record of a scene. Owns its context and meshes; must outlive the engines that are built from it.
+class Description {
+public:
+    // Throws Error when the scene cannot be built (unreadable mesh file, scene that takes no mesh, ...).
+    static std::unique_ptr<Description> build(const scene& which, const SceneOptions& options);
+    virtual ~Description() = default;
+
+    const scene* source = nullptr;
+    std::vector<RigidRecord> rigids;
+    std::vector<SoftRecord> softs;
+    bool has_camera = false;
+    scene_camera camera{};
+    pli_bounds rest_bounds{}; // of all soft bodies at the start
+};
+
+// ------------------------------------------------------------------------------------------------ running scenes
+
+enum class EngineKind { pliant, bullet };
+
+struct EngineOptions {
+    bool reference = false; // Pliant only: Bullet's lattice distances and boxes, as for comparisons
+};
+
+// Present state of one soft body, copied out of the engine. Faces and links index the nodes.
+struct SoftState {
+    std::vector<pli_vec3> positions, velocities;
+    std::vector<float> inverse_masses;
+    std::vector<int> link_nodes; // 2 per link
+    std::vector<float> rest_lengths;
+    std::vector<int> face_nodes;  // 3 per face
+    std::vector<int> tetra_nodes; // 4 per tetrahedron
+};
+
+struct RigidState {
+    pli_transform pose;
+    pli_vec3 linear_velocity, angular_velocity;
+};
+
+class Engine {
+public:
+    virtual ~Engine() = default;
+    virtual EngineKind kind() const = 0;
+    virtual std::string name() const = 0; // "pliant" or "bullet"
+    virtual const Description& description() const = 0;
+
+    // One frame of 1/60 s.
+    virtual void step() = 0;
+    // Wall time that the last step spent on soft bodies (prediction, contacts, solve), ms.
+    virtual double soft_milliseconds() const = 0;
+
+    virtual SoftState soft(int index) const = 0;
+    virtual RigidState rigid(int index) const = 0;
+};
+
+std::unique_ptr<Engine> make_engine(EngineKind kind, const Description& description, const EngineOptions& options);
+
+// ---------------------------------------------------------------------------------------------------- measures
+
+struct Measures {
+    int nodes = 0, links = 0, faces = 0, tetras = 0, clusters = 0;
+    bool finite = true;
+    double max_stretch = 0;    // largest |length / rest - 1|
+    double kinetic_energy = 0; // J, soft bodies
+    uint64_t state_hash = 0;   // bits of positions and velocities of all soft bodies
+};
+
+Measures measure(const Engine& engine);
+
+constexpr float frame_seconds = 1.0f / 60.0f;
+
+} // namespace demos
+#endif

@@ -1,0 +1,126 @@
+#ifndef SCENE_BUILDER_H
+#define SCENE_BUILDER_H
+
+/* What scenes are written against. A scene only describes: the builder records rigid bodies, soft bodies, anchors and
+   scripted events, and every engine (Pliant through the bridge, btSoftBody, the core alone) is built from the same
+   record. A wrong call (NaN, unknown index, ...) is remembered by the builder and fails the scene with a message. */
+
+#include <pliant/pliant.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct scene_builder scene_builder;
+
+/* Owner of the meshes that a scene makes. */
+pli_context* scene_context(scene_builder* builder);
+
+// ----------------------------------------------------------------------------------------------------- meshes
+
+/* A mesh made from a named set of triangles, links shuffled: "bunny" (453 nodes) and "torus" (300 nodes), or the user's
+   file (--mesh) in place of either. NULL when the builder has failed; the other functions accept that. */
+pli_mesh* scene_triangle_mesh(scene_builder* builder, const char* name);
+
+/* Passes a status on to the builder; true when it is PLI_OK. For calls of pli_mesh_ functions. */
+bool scene_check(scene_builder* builder, pli_status status);
+
+// ----------------------------------------------------------------------------------------------- rigid bodies
+
+typedef enum scene_shape_kind {
+    SCENE_SHAPE_BOX,           /* half_extents */
+    SCENE_SHAPE_SPHERE,        /* radius */
+    SCENE_SHAPE_CAPSULE,       /* radius, half_height of the segment, axis */
+    SCENE_SHAPE_CYLINDER,      /* half_extents (axis names the long one) */
+    SCENE_SHAPE_TRIANGLE_MESH, /* points, triangles; static only */
+    SCENE_SHAPE_COMPOUND       /* children, child_poses */
+} scene_shape_kind;
+
+typedef struct scene_shape {
+    scene_shape_kind kind;
+    pli_vec3 half_extents;
+    float radius, half_height;
+    int axis;     /* 0 x, 1 y, 2 z */
+    float margin; /* m, Bullet's collision margin of the shape; < 0: Bullet's default */
+    int point_count, triangle_count, child_count;
+    const pli_vec3* points; /* arrays are copied by scene_add_rigid */
+    const int* triangles;
+    const struct scene_shape* children;
+    const pli_transform* child_poses;
+} scene_shape;
+
+scene_shape scene_box(pli_vec3 half_extents);
+scene_shape scene_sphere(float radius);
+
+typedef struct scene_rigid_def {
+    const char* name;
+    scene_shape shape;
+    float mass; /* kg; 0: static */
+    pli_transform pose;
+    float friction;         /* default 0.5 */
+    bool is_collision_only; /* a plain static btCollisionObject, as the demos' ground, not a btRigidBody */
+} scene_rigid_def;
+
+scene_rigid_def scene_rigid_def_default(void);
+/* Index of the rigid body in the order of adding. */
+int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def);
+
+// ------------------------------------------------------------------------------------------------ soft bodies
+
+/* The settings of a soft body, with btSoftBody's defaults. */
+typedef struct scene_soft_def {
+    const char* name;
+    float collision_margin; /* default 0.25 */
+    pli_solver_settings solver;
+    bool velocity_links;
+    pli_rigid_contacts_def rigid_contacts;
+    bool has_rigid_contacts; /* default true */
+    pli_soft_contacts_def soft_contacts;
+    bool has_soft_contacts; /* default false */
+    float anchor_hardness;  /* default 0.7 */
+    pli_aero_def aero;      /* lift and drag 0: none */
+    float pressure;         /* 0: none */
+    float volume_conservation;
+    float pose_matching;
+} scene_soft_def;
+
+scene_soft_def scene_soft_def_default(void);
+/* Takes over the mesh (also when it fails; NULL is allowed). Index of the soft body in the order of adding. */
+int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def* def);
+
+void scene_set_velocity(scene_builder* builder, int soft, pli_vec3 velocity);
+/* A force that acts in the first step only. */
+void scene_add_first_force(scene_builder* builder, int soft, int node, pli_vec3 force);
+
+/* The pivot is where the node is. */
+void scene_add_anchor(scene_builder* builder, int soft, int node, int rigid, bool disable_collision, float influence);
+
+// ----------------------------------------------------------------------------------------------------- scene
+
+typedef struct scene_camera {
+    pli_vec3 target;
+    float distance, yaw_degrees, pitch_degrees; /* pitch < 0 looks down */
+} scene_camera;
+
+/* Where pictures are taken from. Default: chosen from the bounds of the soft bodies at the frame that is drawn. */
+void scene_set_camera(scene_builder* builder, scene_camera camera);
+
+typedef struct scene {
+    const char* name;    /* as in `pliant run NAME` */
+    const char* summary; /* one sentence: what to look at */
+    bool takes_mesh;     /* --mesh replaces its triangle mesh */
+    bool takes_tetra;    /* --tetra replaces its tetrahedral mesh */
+    int picture_frame;   /* the frame that pictures show by default */
+    void (*build)(scene_builder* builder);
+} scene;
+
+/* All scenes in the order of the list. */
+extern const scene* const scene_list[];
+extern const int scene_count;
+/* NULL when there is none of that name; letter case does not matter. */
+const scene* scene_find(const char* name);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
