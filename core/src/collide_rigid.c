@@ -1,0 +1,297 @@
+/* Contacts of nodes with rigid bodies by signed distance (btSoftColliders::CollideSDF_RS, btSoftBody::checkContact)
+   and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
+   for bit, but for the order of the contacts: shape by shape, ascending nodes. */
+
+#include "body_impl.h"
+#include "permutation.h"
+#include "pliant/contact.h"
+#include "rigid_impl.h"
+#include "shape_impl.h"
+#include "world_impl.h"
+
+/* Nodes whose distances are asked in one call. */
+#define RIGID_CONTACTS_BATCH 64
+
+typedef struct rigid_contact {
+    pli_rigid* rigid;
+    int node, shape;
+    pli_vec3 normal;
+    float offset;            /* dot(normal, x) + offset = distance to the surface that is kept free */
+    pli_mat3 impulse_matrix; /* Bullet: c0 */
+    pli_vec3 lever;          /* from the rigid body's centre of mass to the node. Bullet: c1 */
+    float node_response;     /* displacement of the node per impulse. Bullet: c2 */
+    float slip;              /* share of the tangential displacement that stays. Bullet: c3 */
+    float hardness;          /* Bullet: c4 */
+    float distance;
+} rigid_contact;
+
+typedef struct rigid_contacts_state {
+    pli_rigid_contacts_def def;
+    rigid_contact* contacts;
+    int count, capacity;
+    /* For reordering. */
+    rigid_contact* spare;
+    int spare_capacity;
+    uint8_t* marks;
+    int marks_capacity;
+} rigid_contacts_state;
+
+pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
+    pli_rigid_contacts_def def = {0};
+    def.friction = 0.2f;
+    def.dynamic_hardness = 1.0f;
+    def.static_hardness = 0.1f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+// ------------------------------------------------------------------------------------------------ making contacts
+
+/* One node closer than the margin. */
+static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape, int node,
+                                     pli_vec3 normal, float distance) {
+    const float dt = body->step.dt;
+    const float node_inverse_mass = body->positions[node].w;
+    const float rigid_inverse_mass = rigid->state.inverse_mass;
+    if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
+    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+    }
+    const pli_vec3 x = plii_xyz(body->positions[node]);
+    rigid_contact* contact = &state->contacts[state->count++];
+    contact->rigid = rigid;
+    contact->node = node;
+    contact->shape = shape;
+    contact->normal = normal;
+    contact->offset = -pli_vec3_dot(normal, pli_vec3_sub(x, pli_vec3_scale(normal, distance)));
+    contact->distance = distance;
+    contact->lever = pli_vec3_sub(x, rigid->state.pose.origin);
+
+    /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
+       may exceed 1, as in Bullet; the sliding is then reversed. */
+    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), dt);
+    const pli_vec3 node_motion = pli_vec3_sub(x, plii_xyz(body->previous[node]));
+    const pli_vec3 motion = pli_vec3_sub(node_motion, rigid_motion);
+    const float along_normal = pli_vec3_dot(motion, normal);
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
+    const float friction = state->def.friction * rigid->friction;
+    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
+    contact->slip = sticks ? 0.0f : 1.0f - friction;
+
+    contact->impulse_matrix = plii_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
+                                                  rigid->state.inverse_inertia_world, contact->lever);
+    contact->node_response = node_inverse_mass * dt;
+    contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    rigid->was_touched = true;
+    return PLI_OK;
+}
+
+/* Distances of gathered nodes, and contacts from those below the margin. */
+static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape_index,
+                                       pli_transform pose, int count, const int* nodes, const pli_vec3* points) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const float margin = body->collision_margin;
+    float distances[RIGID_CONTACTS_BATCH];
+    pli_vec3 normals[RIGID_CONTACTS_BATCH];
+    shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+    for (int i = 0; i < count; ++i) {
+        const float distance = distances[i] - margin;
+        if (!(distance < 0.0f) || !plii_is_finite(distance) || !plii_vec3_is_finite(normals[i])) { continue; }
+        const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
+        PLII_TRY(rigid_contacts_add(body, state, rigid, shape_index, nodes[i], normal, distance));
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid,
+                                               int shape_index) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const pli_transform pose = plii_rigid_shape_pose(rigid, shape_index);
+    const pli_bounds near =
+        plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose), body->collision_margin);
+    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    int nodes[RIGID_CONTACTS_BATCH];
+    pli_vec3 points[RIGID_CONTACTS_BATCH];
+    int count = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec4 x = body->positions[i];
+        if (!(x.x >= near.min.x && x.x <= near.max.x && x.y >= near.min.y && x.y <= near.max.y && x.z >= near.min.z &&
+              x.z <= near.max.z)) {
+            continue;
+        }
+        if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
+        nodes[count] = i;
+        points[count++] = pli_transform_inverse_point(pose, plii_xyz(x));
+        if (count == RIGID_CONTACTS_BATCH) {
+            PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, pose, count, nodes, points));
+            count = 0;
+        }
+    }
+    return count > 0 ? rigid_contacts_batch(body, state, rigid, shape_index, pose, count, nodes, points) : PLI_OK;
+}
+
+static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
+    rigid_contacts_state* state = data;
+    const int before = state->count;
+    const bool was_touched = rigid->was_touched;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_status status = rigid_contacts_collide_shape(body, state, rigid, i);
+        if (status != PLI_OK) {
+            state->count = before;
+            rigid->was_touched = was_touched;
+            return status;
+        }
+    }
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- solving
+
+static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+    const rigid_contacts_state* state = data;
+    const float margin = body->collision_margin;
+    for (int i = 0; i < state->count; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        pli_vec4* position = &body->positions[contact->node];
+        const pli_vec3 x = plii_xyz(*position);
+        const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), step->dt);
+        const pli_vec3 node_motion = pli_vec3_sub(x, plii_xyz(body->previous[contact->node]));
+        const pli_vec3 motion = pli_vec3_sub(node_motion, rigid_motion);
+        const float along_normal = pli_vec3_dot(motion, contact->normal);
+        if (!(along_normal <= PLII_EPSILON)) { continue; }
+        const float gap = plii_min(pli_vec3_dot(x, contact->normal) + contact->offset, margin);
+        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(contact->normal, along_normal));
+        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(motion, pli_vec3_scale(sliding, contact->slip)),
+                                            pli_vec3_scale(contact->normal, gap * contact->hardness));
+        const pli_vec3 impulse = pli_mat3_mul_vec3(contact->impulse_matrix, error);
+        plii_set_xyz(position, pli_vec3_sub(x, pli_vec3_scale(impulse, contact->node_response)));
+        plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------- the feature
+
+static void rigid_contacts_clear(pli_body* body, void* data, const plii_step* step) {
+    (void)body;
+    (void)step;
+    ((rigid_contacts_state*)data)->count = 0;
+}
+
+static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+    rigid_contacts_state* state = data;
+    (void)body;
+    int kept = 0;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static void rigid_contacts_disable(pli_body* body, void* data) {
+    rigid_contacts_state* state = data;
+    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_release(body->context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
+    plii_release(body->context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
+}
+
+static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
+    const rigid_contacts_state* state = data;
+    (void)body;
+    return (size_t)state->capacity * sizeof *state->contacts + (size_t)state->spare_capacity * sizeof *state->spare +
+           (size_t)state->marks_capacity * sizeof *state->marks;
+}
+
+static const plii_feature_class rigid_contacts_class = {
+    .name = "rigid_contacts",
+    .state_size = sizeof(rigid_contacts_state),
+    .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, PLII_ORDER_CLEAR_CONTACTS},
+               [PLII_STAGE_POSITION] = {rigid_contacts_solve, PLII_ORDER_RIGID_CONTACTS}},
+    .disable = rigid_contacts_disable,
+    .collide_rigid = rigid_contacts_collide,
+    .forget_rigid = rigid_contacts_forget_rigid,
+    .bytes = rigid_contacts_bytes,
+};
+
+static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,
+                                           const char* function) {
+    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function,
+                         "def was not made by pli_rigid_contacts_def_default");
+    }
+    if (!plii_is_finite(def->friction) || !plii_is_finite(def->dynamic_hardness) ||
+        !plii_is_finite(def->static_hardness)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction or a hardness is not finite");
+    }
+    if (!(def->friction >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
+                         (double)def->friction);
+    }
+    if (!(def->dynamic_hardness >= 0.0f && def->dynamic_hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "dynamic_hardness is %g, not in [0, 1]",
+                         (double)def->dynamic_hardness);
+    }
+    if (!(def->static_hardness >= 0.0f && def->static_hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "static_hardness is %g, not in [0, 1]",
+                         (double)def->static_hardness);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(rigid_contacts_check_def(body->context, def, __func__));
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
+    ((rigid_contacts_state*)state)->def = *def;
+    return PLI_OK;
+}
+
+void pli_body_disable_rigid_contacts(pli_body* body) {
+    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &rigid_contacts_class); }
+}
+
+int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    if (state == NULL) { return 0; }
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        contacts[i].node = contact->node;
+        contacts[i].rigid = contact->rigid;
+        contacts[i].shape = contact->shape;
+        contacts[i].normal = contact->normal;
+        contacts[i].distance = contact->distance;
+    }
+    return state->count;
+}
+
+pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
+    PLII_TRY(plii_check_body(body, __func__));
+    pli_context* context = body->context;
+    rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    if (state == NULL) { return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
+    if (!body->world->is_stepping) {
+        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "only allowed between collide and solve");
+    }
+    if (count != state->count) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "count is %d, there are %d contacts", count, state->count);
+    }
+    if (count == 0) { return PLI_OK; }
+    if (order == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "order is null"); }
+    if (!PLII_RESERVE(context, &state->marks, &state->marks_capacity, count) ||
+        !PLII_RESERVE(context, &state->spare, &state->spare_capacity, state->capacity)) {
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to reorder %d contacts", count);
+    }
+    PLII_TRY(plii_check_permutation(context, order, count, state->marks, __func__));
+    for (int i = 0; i < count; ++i) {
+        state->spare[i] = state->contacts[order[i]];
+    }
+    rigid_contact* contacts = state->contacts;
+    const int capacity = state->capacity;
+    state->contacts = state->spare;
+    state->capacity = state->spare_capacity;
+    state->spare = contacts;
+    state->spare_capacity = capacity;
+    return PLI_OK;
+}

@@ -1,0 +1,331 @@
+/* Signed distances of the built-in shapes: against double-precision tests for inside and outside, against points of
+   the surface, against finite differences, and against each other. */
+
+#include "check.h"
+
+#include "pliant/shape.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { POINTS = 10000, SURFACE_POINTS = 500 };
+
+static pli_context* context;
+
+static int setup(void** state) {
+    (void)state;
+    return pli_context_create(NULL, &context) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** state) {
+    (void)state;
+    const bool leaks = pli_context_allocated_bytes(context) != 0;
+    pli_context_destroy(context);
+    return leaks ? -1 : 0;
+}
+
+/* Uniform in [-size, size]. */
+static uint32_t random_state = 1;
+static float random_float(float size) {
+    random_state = random_state * 1664525u + 1013904223u;
+    return ((float)(random_state >> 8) / 8388608.0f - 1.0f) * size;
+}
+static pli_vec3 random_vec3(float size) {
+    const float x = random_float(size), y = random_float(size);
+    return pli_vec3_make(x, y, random_float(size));
+}
+
+static bool is_finite(pli_vec3 v) {
+    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z);
+}
+
+/* What a signed distance must fulfil. `inside` > 0 within the shape, < 0 outside, 0 too close to tell. */
+typedef int inside_fn(pli_vec3 p, const void* user);
+
+static void check_shape(const pli_shape* shape, float size, float tolerance, float gradient_tolerance,
+                        inside_fn* inside, const void* user) {
+    pli_vec3* surface = malloc(sizeof(pli_vec3) * SURFACE_POINTS);
+    assert_non_null(surface);
+    int surface_count = 0;
+    pli_vec3 n;
+    while (surface_count < SURFACE_POINTS) {
+        const pli_vec3 p = random_vec3(size);
+        const float d = pli_shape_distance(shape, p, &n);
+        surface[surface_count++] = pli_vec3_sub(p, pli_vec3_scale(n, d));
+    }
+    const pli_bounds bounds = pli_shape_bounds(shape);
+    int smooth = 0;
+    for (int i = 0; i < POINTS; ++i) {
+        const pli_vec3 p = random_vec3(size);
+        const float d = pli_shape_distance(shape, p, &n);
+        check_near(pli_vec3_length(n), 1.0, 1e-6);
+
+        /* The sign. */
+        const int expected = inside(p, user);
+        if (expected > 0) { check_at_most(d, tolerance); }
+        if (expected < 0) { check_at_most(-d, tolerance); }
+        if (p.x < bounds.min.x || p.x > bounds.max.x || p.y < bounds.min.y || p.y > bounds.max.y ||
+            p.z < bounds.min.z || p.z > bounds.max.z) {
+            check_at_most(-d, tolerance);
+        }
+
+        /* At distance d along -n there is surface, and no point of the surface is closer. */
+        const pli_vec3 foot = pli_vec3_sub(p, pli_vec3_scale(n, d));
+        check_near(pli_shape_distance(shape, foot, NULL), 0.0, tolerance);
+        float nearest_squared = INFINITY;
+        for (int k = 0; k < surface_count; ++k) {
+            const float squared = pli_vec3_length_squared(pli_vec3_sub(p, surface[k]));
+            if (squared < nearest_squared) { nearest_squared = squared; }
+        }
+        check_at_most(fabsf(d) - sqrtf(nearest_squared), tolerance);
+
+        /* Away from creases the normal is the gradient. */
+        const float h = 1e-3f;
+        pli_vec3 gradient, n1, n2;
+        float* components[3] = {&gradient.x, &gradient.y, &gradient.z};
+        bool is_smooth = true;
+        for (int axis = 0; axis < 3; ++axis) {
+            pli_vec3 a = p, b = p;
+            (axis == 0 ? &a.x : axis == 1 ? &a.y : &a.z)[0] -= h;
+            (axis == 0 ? &b.x : axis == 1 ? &b.y : &b.z)[0] += h;
+            const float low = pli_shape_distance(shape, a, &n1), high = pli_shape_distance(shape, b, &n2);
+            *components[axis] = (high - low) / (2 * h);
+            is_smooth = is_smooth && pli_vec3_length(pli_vec3_sub(n1, n2)) < 0.01f;
+        }
+        if (is_smooth) {
+            ++smooth;
+            check_at_most(pli_vec3_length(pli_vec3_sub(gradient, n)), gradient_tolerance);
+        }
+    }
+    assert_true(smooth > POINTS / 2);
+    free(surface);
+}
+
+// ------------------------------------------------------------------------------------------------ analytic shapes
+
+static int inside_sphere(pli_vec3 p, const void* user) {
+    const double r = *(const double*)user;
+    const double d = r * r - (double)p.x * (double)p.x - (double)p.y * (double)p.y - (double)p.z * (double)p.z;
+    return d > 1e-5 ? 1 : d < -1e-5 ? -1 : 0;
+}
+
+static void test_shape_sphere(void** state) {
+    (void)state;
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_sphere(context, 0.8f, &shape), PLI_OK);
+    check_shape(shape, 2.0f, 1e-6f, 2e-3f, inside_sphere, &(double){0.8});
+    pli_vec3 n;
+    check_near(pli_shape_distance(shape, pli_vec3_make(0, 0, 0), &n), -0.8, 1e-7);
+    check_near(pli_vec3_length(n), 1, 0);
+    check_near(pli_shape_distance(shape, pli_vec3_make(1e-20f, 0, 0), &n), -0.8, 1e-7);
+    check_near(pli_vec3_length(n), 1, 0);
+    pli_shape_release(shape);
+}
+
+static int inside_box(pli_vec3 p, const void* user) {
+    const pli_vec3* h = user;
+    const float d = fminf(fminf(h->x - fabsf(p.x), h->y - fabsf(p.y)), h->z - fabsf(p.z));
+    return d > 1e-6f ? 1 : d < -1e-6f ? -1 : 0;
+}
+
+static void test_shape_box_has_sharp_edges(void** state) {
+    (void)state;
+    const pli_vec3 h = {0.5f, 1.0f, 0.25f};
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_box(context, h, &shape), PLI_OK);
+    check_shape(shape, 2.0f, 1e-6f, 2e-3f, inside_box, &h);
+    pli_vec3 n;
+    /* From a corner, an edge, a side, the middle. */
+    check_near(pli_shape_distance(shape, pli_vec3_make(0.6f, 1.1f, -0.35f), &n), 0.1 * sqrt(3), 1e-7);
+    check_near(n.z, -1 / sqrt(3), 1e-6);
+    check_near(pli_shape_distance(shape, pli_vec3_make(-0.8f, 0, 0.65f), &n), 0.5, 1e-7);
+    check_near(n.x, -0.6, 1e-6);
+    check_near(n.y, 0, 0);
+    check_near(pli_shape_distance(shape, pli_vec3_make(0, 0, 0), &n), -0.25, 0);
+    check_near(n.z, 1, 0);
+    check_near(pli_shape_distance(shape, pli_vec3_make(0.5f, 1.0f, 0.25f), &n), 0, 0);
+    check_near(n.x, 1, 0);
+    pli_shape_release(shape);
+}
+
+typedef struct rod {
+    pli_vec3 half;
+    float radius;
+} rod;
+
+static void rod_coordinates(pli_vec3 p, const rod* r, double* along, double* across) {
+    const double ax = (double)r->half.x, ay = (double)r->half.y, az = (double)r->half.z;
+    const double length = sqrt(ax * ax + ay * ay + az * az);
+    const double x = (double)p.x, y = (double)p.y, z = (double)p.z;
+    *along = length > 0 ? (x * ax + y * ay + z * az) / length : 0;
+    *across = sqrt(fmax(0, x * x + y * y + z * z - *along * *along));
+}
+
+static int inside_capsule(pli_vec3 p, const void* user) {
+    const rod* r = user;
+    double along, across;
+    rod_coordinates(p, r, &along, &across);
+    const double beyond = fmax(0, fabs(along) - (double)pli_vec3_length(r->half));
+    const double d = (double)r->radius - sqrt(beyond * beyond + across * across);
+    return d > 1e-5 ? 1 : d < -1e-5 ? -1 : 0;
+}
+
+static int inside_cylinder(pli_vec3 p, const void* user) {
+    const rod* r = user;
+    double along, across;
+    rod_coordinates(p, r, &along, &across);
+    const double d = fmin((double)r->radius - across, (double)pli_vec3_length(r->half) - fabs(along));
+    return d > 1e-5 ? 1 : d < -1e-5 ? -1 : 0;
+}
+
+static const rod rods[] = {
+    {{0, 0.7f, 0}, 0.4f}, {{0.5f, 0, 0}, 0.2f}, {{0.3f, -0.6f, 0.45f}, 0.5f}, {{-0.01f, 0.02f, 0.9f}, 1.1f}};
+
+static void test_shape_capsule(void** state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof rods / sizeof *rods; ++i) {
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_shape_create_capsule(context, rods[i].half, rods[i].radius, &shape), PLI_OK);
+        check_shape(shape, 2.0f, 2e-6f, 2e-3f, inside_capsule, &rods[i]);
+        pli_vec3 n;
+        check_near(pli_shape_distance(shape, pli_vec3_make(0, 0, 0), &n), -rods[i].radius, 0);
+        check_near(pli_vec3_length(n), 1, 1e-6);
+        check_near(pli_vec3_dot(n, rods[i].half), 0, 1e-6);
+        pli_shape_release(shape);
+    }
+    /* Without a length it is a sphere. */
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_capsule(context, pli_vec3_make(0, 0, 0), 0.5f, &shape), PLI_OK);
+    check_near(pli_shape_distance(shape, pli_vec3_make(0, 2, 0), NULL), 1.5, 0);
+    pli_shape_release(shape);
+}
+
+static void test_shape_cylinder(void** state) {
+    (void)state;
+    for (size_t i = 0; i < sizeof rods / sizeof *rods; ++i) {
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_shape_create_cylinder(context, rods[i].half, rods[i].radius, &shape), PLI_OK);
+        check_shape(shape, 2.0f, 2e-6f, 2e-3f, inside_cylinder, &rods[i]);
+        pli_vec3 n;
+        pli_shape_distance(shape, pli_vec3_make(0, 0, 0), &n);
+        check_near(pli_vec3_length(n), 1, 1e-6);
+        pli_shape_release(shape);
+    }
+}
+
+static void test_shape_plane(void** state) {
+    (void)state;
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_plane(context, pli_vec3_make(0, 3, 0), 2.0f, &shape), PLI_OK);
+    pli_vec3 n;
+    check_near(pli_shape_distance(shape, pli_vec3_make(5, 2.5f, -7), &n), 0.5, 0);
+    check_near(n.y, 1, 0);
+    check_near(pli_shape_distance(shape, pli_vec3_make(5, -7, 1), NULL), -9, 0);
+    const pli_bounds bounds = pli_shape_bounds(shape);
+    check_near(bounds.max.y, 2, 0);
+    assert_true(isinf(bounds.min.y) && isinf(bounds.max.x) && isinf(bounds.min.z));
+    pli_shape_release(shape);
+    assert_int_equal(pli_shape_create_plane(context, pli_vec3_make(1, 1, 1), 0, &shape), PLI_OK);
+    check_near(pli_shape_distance(shape, pli_vec3_make(1, 1, 1), NULL), sqrt(3), 1e-6);
+    assert_true(isinf(pli_shape_bounds(shape).max.y));
+    pli_shape_release(shape);
+}
+
+// --------------------------------------------------------------------------------------------------- life, errors
+
+static int destroyed;
+static void custom_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                             pli_vec3* normals) {
+    (void)user;
+    (void)max_distance;
+    for (int i = 0; i < count; ++i) {
+        distances[i] = points[i].y;
+        normals[i] = pli_vec3_make(0, 1, 0);
+    }
+}
+static pli_bounds custom_bounds(const void* user) {
+    (void)user;
+    return (pli_bounds){{-1, -1, -1}, {1, 0, 1}};
+}
+static void custom_destroy(void* user) {
+    assert_ptr_equal(user, &destroyed);
+    ++destroyed;
+}
+
+static void test_shape_is_destroyed_with_the_last_reference(void** state) {
+    (void)state;
+    destroyed = 0;
+    pli_shape_def def = pli_shape_def_default();
+    def.distances = custom_distances;
+    def.bounds = custom_bounds;
+    def.destroy = custom_destroy;
+    def.user = &destroyed;
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create(context, &def, &shape), PLI_OK);
+    pli_shape_retain(shape);
+    pli_shape_release(shape);
+    assert_int_equal(destroyed, 0);
+    check_near(pli_shape_distance(shape, pli_vec3_make(0, 4, 0), NULL), 4, 0);
+    pli_shape_release(shape);
+    assert_int_equal(destroyed, 1);
+    pli_shape_release(NULL);
+    pli_shape_retain(NULL);
+}
+
+static void check_refused(pli_status got, pli_status expected, const pli_shape* shape, const char* message) {
+    assert_int_equal(got, expected);
+    assert_null(shape);
+    if (strstr(pli_last_error(context), message) == NULL) {
+        fail_msg("\"%s\" does not say \"%s\"", pli_last_error(context), message);
+    }
+}
+
+static void test_shape_refuses_bad_input(void** state) {
+    (void)state;
+    pli_shape* s = NULL;
+    const pli_vec3 zero = {0, 0, 0}, one = {1, 1, 1}, bad = {1, NAN, 1};
+    pli_shape_def def = pli_shape_def_default();
+    check_refused(pli_shape_create(context, NULL, &s), PLI_ERROR_NULL_ARGUMENT, s, "def");
+    check_refused(pli_shape_create(context, &def, &s), PLI_ERROR_NULL_ARGUMENT, s, "distances");
+    def.distances = custom_distances;
+    check_refused(pli_shape_create(context, &def, &s), PLI_ERROR_NULL_ARGUMENT, s, "bounds");
+    def.cookie = 0;
+    check_refused(pli_shape_create(context, &def, &s), PLI_ERROR_INVALID_DEF, s, "pli_shape_def_default");
+    assert_int_equal(pli_shape_create_sphere(NULL, 1, &s), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_shape_create_sphere(context, 1, NULL), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_shape_create_plane(context, zero, 0, &s), PLI_ERROR_INVALID_VALUE, s, "normal");
+    check_refused(pli_shape_create_plane(context, bad, 0, &s), PLI_ERROR_NOT_FINITE, s, "normal");
+    check_refused(pli_shape_create_plane(context, one, INFINITY, &s), PLI_ERROR_NOT_FINITE, s, "offset");
+    check_refused(pli_shape_create_sphere(context, 0, &s), PLI_ERROR_INVALID_VALUE, s, "radius is 0");
+    check_refused(pli_shape_create_sphere(context, NAN, &s), PLI_ERROR_NOT_FINITE, s, "radius");
+    check_refused(pli_shape_create_box(context, zero, &s), PLI_ERROR_INVALID_VALUE, s, "half_extents");
+    check_refused(pli_shape_create_box(context, bad, &s), PLI_ERROR_NOT_FINITE, s, "half_extents");
+    check_refused(pli_shape_create_capsule(context, one, -1, &s), PLI_ERROR_INVALID_VALUE, s, "radius is -1");
+    check_refused(pli_shape_create_capsule(context, bad, 1, &s), PLI_ERROR_NOT_FINITE, s, "half_segment");
+    check_refused(pli_shape_create_cylinder(context, zero, 1, &s), PLI_ERROR_INVALID_VALUE, s, "half_axis");
+    check_refused(pli_shape_create_cylinder(context, one, 0, &s), PLI_ERROR_INVALID_VALUE, s, "radius is 0");
+    check_refused(pli_shape_create_cylinder(context, one, NAN, &s), PLI_ERROR_NOT_FINITE, s, "radius");
+
+    /* Queries never crash. */
+    assert_true(isinf(pli_shape_distance(NULL, one, NULL)));
+    check_near(pli_shape_bounds(NULL).max.x, 0, 0);
+    assert_int_equal(pli_shape_create_sphere(context, 1, &s), PLI_OK);
+    pli_vec3 n;
+    assert_true(isinf(pli_shape_distance(s, bad, &n)));
+    assert_true(is_finite(n));
+    pli_shape_release(s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_shape_sphere),
+        cmocka_unit_test(test_shape_box_has_sharp_edges),
+        cmocka_unit_test(test_shape_capsule),
+        cmocka_unit_test(test_shape_cylinder),
+        cmocka_unit_test(test_shape_plane),
+        cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),
+        cmocka_unit_test(test_shape_refuses_bad_input),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
