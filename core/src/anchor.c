@@ -1,0 +1,282 @@
+/* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
+   contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
+
+#include "pliant/anchor.h"
+
+#include "body_impl.h"
+#include "rigid_impl.h"
+
+#include <string.h>
+
+typedef struct anchor_item {
+    int node, slot;
+    pli_rigid* rigid;
+    pli_vec3 pivot; /* in the frame of the rigid body */
+    float influence;
+    float displacement; /* of the node per unit of impulse, s/kg; this and what follows hold for one step */
+    pli_vec3 offset;    /* from the centre of the rigid body, world axes */
+    pli_mat3 impulse_matrix;
+} anchor_item;
+
+/* What an id points at. */
+typedef struct anchor_slot {
+    uint32_t generation; /* raised when the anchor goes */
+    int item;            /* PLI_NULL_INDEX when free */
+    int next_free;       /* slot, PLI_NULL_INDEX at the end */
+} anchor_slot;
+
+/* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
+typedef struct anchor_state {
+    float hardness;
+    anchor_item* items; /* in the order of creation */
+    int item_count, item_capacity;
+    anchor_slot* slots;
+    int slot_count, slot_capacity, first_free;
+} anchor_state;
+
+static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
+    anchor_state* anchors = state;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        anchor_item* anchor = &anchors->items[i];
+        pli_rigid* rigid = anchor->rigid;
+        const float inverse_mass = body->positions[anchor->node].w;
+        anchor->offset = pli_mat3_mul_vec3(rigid->state.pose.rotation, anchor->pivot);
+        /* Nothing can move when the node is pinned and the rigid body has no mass to move: no impulse. */
+        anchor->impulse_matrix = plii_mat3_diagonal(0, 0, 0);
+        if (inverse_mass > 0.0f || rigid->state.inverse_mass > 0.0f) {
+            anchor->impulse_matrix = plii_impulse_matrix(step->dt, inverse_mass, rigid->state.inverse_mass,
+                                                         rigid->state.inverse_inertia_world, anchor->offset);
+        }
+        anchor->displacement = step->dt * inverse_mass;
+        rigid->was_touched = true;
+    }
+}
+
+static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
+    const anchor_state* anchors = state;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const anchor_item* anchor = &anchors->items[i];
+        const pli_vec3 node = plii_xyz(body->positions[anchor->node]);
+        const pli_vec3 goal = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
+        const pli_vec3 goal_motion = pli_vec3_scale(plii_rigid_velocity_at(anchor->rigid, anchor->offset), step->dt);
+        const pli_vec3 node_motion = pli_vec3_sub(node, plii_xyz(body->previous[anchor->node]));
+        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, node_motion),
+                                            pli_vec3_scale(pli_vec3_sub(goal, node), anchors->hardness));
+        const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->impulse_matrix, error), anchor->influence);
+        /* A soft body that leaves the finite numbers must not take the rigid body along. */
+        if (!plii_vec3_is_finite(impulse)) { continue; }
+        plii_set_xyz(&body->positions[anchor->node], pli_vec3_add(node, pli_vec3_scale(impulse, anchor->displacement)));
+        plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), anchor->offset);
+    }
+}
+
+static void anchor_release_marks(pli_body* body) {
+    plii_release(body->context, body->anchored, (size_t)body->node_count * sizeof *body->anchored);
+    body->anchored = NULL;
+}
+
+/* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
+static void anchor_retire(anchor_state* anchors, anchor_item* anchor) {
+    anchor_slot* slot = &anchors->slots[anchor->slot];
+    slot->generation += 1;
+    slot->item = PLI_NULL_INDEX;
+    slot->next_free = anchors->first_free;
+    anchors->first_free = anchor->slot;
+    anchor->slot = PLI_NULL_INDEX;
+}
+
+/* Closes the gaps; the others keep their order. */
+static void anchor_compact(pli_body* body, anchor_state* anchors) {
+    int kept = 0;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const anchor_item anchor = anchors->items[i];
+        body->anchored[anchor.node] = 0;
+        if (anchor.slot == PLI_NULL_INDEX) { continue; }
+        anchors->items[kept] = anchor;
+        anchors->slots[anchor.slot].item = kept++;
+    }
+    anchors->item_count = kept;
+    /* A node may have several anchors. */
+    for (int i = 0; i < kept; ++i) {
+        body->anchored[anchors->items[i].node] = 1;
+    }
+    if (kept == 0) { anchor_release_marks(body); }
+}
+
+static void anchor_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+    anchor_state* anchors = state;
+    bool found = false;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        if (anchors->items[i].rigid == rigid) {
+            anchor_retire(anchors, &anchors->items[i]);
+            found = true;
+        }
+    }
+    if (found) { anchor_compact(body, anchors); }
+}
+
+static pli_status anchor_enable(pli_body* body, void* state) {
+    (void)body;
+    anchor_state* anchors = state;
+    anchors->hardness = 0.7f;
+    anchors->first_free = PLI_NULL_INDEX;
+    return PLI_OK;
+}
+
+static void anchor_disable(pli_body* body, void* state) {
+    anchor_state* anchors = state;
+    plii_release(body->context, anchors->items, (size_t)anchors->item_capacity * sizeof *anchors->items);
+    plii_release(body->context, anchors->slots, (size_t)anchors->slot_capacity * sizeof *anchors->slots);
+    anchor_release_marks(body);
+}
+
+static size_t anchor_bytes(const pli_body* body, const void* state) {
+    const anchor_state* anchors = state;
+    const size_t marks = body->anchored != NULL ? (size_t)body->node_count * sizeof *body->anchored : 0;
+    return marks + (size_t)anchors->item_capacity * sizeof *anchors->items +
+           (size_t)anchors->slot_capacity * sizeof *anchors->slots;
+}
+
+static const plii_feature_class anchor_class = {
+    .name = "anchors",
+    .state_size = sizeof(anchor_state),
+    .stages = {[PLII_STAGE_PREPARE] = {anchor_prepare, PLII_ORDER_ANCHORS},
+               [PLII_STAGE_POSITION] = {anchor_solve, PLII_ORDER_ANCHORS}},
+    .enable = anchor_enable,
+    .disable = anchor_disable,
+    .forget_rigid = anchor_forget_rigid,
+    .bytes = anchor_bytes,
+};
+
+pli_anchor_def pli_anchor_def_default(void) {
+    pli_anchor_def def = {0};
+    def.influence = 1.0f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const char* function) {
+    pli_context* context = body->context;
+    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_anchor_def_default");
+    }
+    PLII_TRY(plii_check_node(body, def->node, function));
+    if (def->rigid == NULL || def->rigid->magic != PLII_RIGID_MAGIC) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def->rigid is null or not a rigid body");
+    }
+    if (def->rigid->world != body->world) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->rigid is in another world than the body");
+    }
+    if (def->local_pivot != NULL && !plii_vec3_is_finite(*def->local_pivot)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "local_pivot is (%g, %g, %g)",
+                         (double)def->local_pivot->x, (double)def->local_pivot->y, (double)def->local_pivot->z);
+    }
+    if (!plii_is_finite(def->influence)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "influence is %g", (double)def->influence);
+    }
+    if (def->influence < 0.0f) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "influence is %g, at least 0 is allowed",
+                         (double)def->influence);
+    }
+    return PLI_OK;
+}
+
+/* Makes sure that there is a free slot. */
+static bool anchor_reserve_slot(pli_context* context, anchor_state* anchors) {
+    if (anchors->first_free != PLI_NULL_INDEX) { return true; }
+    if (!PLII_RESERVE(context, &anchors->slots, &anchors->slot_capacity, anchors->slot_count + 1)) { return false; }
+    anchors->first_free = anchors->slot_count++;
+    anchors->slots[anchors->first_free].generation = 1;
+    anchors->slots[anchors->first_free].item = PLI_NULL_INDEX;
+    anchors->slots[anchors->first_free].next_free = PLI_NULL_INDEX;
+    return true;
+}
+
+/* Rounded as btTransform::inverse() times the point. */
+static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
+    const pli_transform pose = rigid->state.pose;
+    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
+                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
+}
+
+pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(anchor_check(body, def, __func__));
+    const bool was_enabled = plii_feature_state(body, &anchor_class) != NULL;
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
+    anchor_state* anchors = state;
+
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
+        !anchor_reserve_slot(body->context, anchors)) {
+        goto fail;
+    }
+    if (body->anchored == NULL) {
+        body->anchored = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->anchored);
+        if (body->anchored == NULL) { goto fail; }
+    }
+    if (def->disable_collision) {
+        status = pli_body_ignore_rigid(body, def->rigid, true);
+        if (status != PLI_OK) { goto fail; }
+    }
+
+    const int slot = anchors->first_free;
+    anchors->first_free = anchors->slots[slot].next_free;
+    anchor_item* anchor = &anchors->items[anchors->item_count];
+    memset(anchor, 0, sizeof *anchor);
+    anchor->node = def->node;
+    anchor->slot = slot;
+    anchor->rigid = def->rigid;
+    anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
+                                             : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
+    anchor->influence = def->influence;
+    anchors->slots[slot].item = anchors->item_count;
+    anchors->item_count += 1;
+    body->anchored[def->node] = 1;
+    if (id != NULL) {
+        id->index1 = slot + 1;
+        id->generation = anchors->slots[slot].generation;
+    }
+    return PLI_OK;
+
+fail:
+    if (anchors->item_count == 0) { anchor_release_marks(body); }
+    if (!was_enabled) { plii_feature_disable(body, &anchor_class); }
+    return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
+}
+
+pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
+    PLII_TRY(plii_check_body(body, __func__));
+    anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    const int slot = id.index1 - 1;
+    if (anchors == NULL || slot < 0 || slot >= anchors->slot_count || anchors->slots[slot].item == PLI_NULL_INDEX ||
+        anchors->slots[slot].generation != id.generation) {
+        return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
+                         (unsigned)id.generation);
+    }
+    anchor_retire(anchors, &anchors->items[anchors->slots[slot].item]);
+    anchor_compact(body, anchors);
+    return PLI_OK;
+}
+
+int pli_body_anchor_count(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    return anchors != NULL ? anchors->item_count : 0;
+}
+
+pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (!plii_is_finite(hardness)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "hardness is %g", (double)hardness);
+    }
+    if (hardness < 0.0f || hardness > 1.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "hardness is %g, 0 to 1 is allowed", (double)hardness);
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
+    ((anchor_state*)state)->hardness = hardness;
+    return PLI_OK;
+}

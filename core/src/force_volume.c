@@ -1,0 +1,61 @@
+/* Conservation of volume: each node gets normal * area * (rest volume - volume) * coefficient.
+   Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
+
+#include "pliant/forces.h"
+
+#include "body_impl.h"
+
+typedef struct volume_state {
+    float coefficient;
+    float rest_volume; /* m^3 */
+} volume_state;
+
+static void volume_run(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    const volume_state* volume = state;
+    const float scale = (volume->rest_volume - plii_body_volume(body)) * volume->coefficient;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            body->forces[i] = pli_vec3_add(body->forces[i], pli_vec3_scale(body->normals[i], body->areas[i] * scale));
+        }
+    }
+}
+
+static pli_status volume_enable(pli_body* body, void* state) {
+    ((volume_state*)state)->rest_volume = plii_body_volume(body);
+    return PLI_OK;
+}
+
+static const plii_feature_class* const volume_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
+                                                         NULL};
+
+static const plii_feature_class volume_class = {
+    .name = "volume",
+    .state_size = sizeof(volume_state),
+    .needs = volume_needs,
+    .stages = {[PLII_STAGE_FORCES] = {volume_run, PLII_ORDER_VOLUME}},
+    .enable = volume_enable,
+};
+
+pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (!plii_is_finite(coefficient)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
+    }
+    if (coefficient < 0.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "coefficient is %g, at least 0 is allowed",
+                         (double)coefficient);
+    }
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH,
+                         "conservation of volume acts on faces, the body has none");
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &volume_class, &state));
+    ((volume_state*)state)->coefficient = coefficient;
+    return PLI_OK;
+}
+
+void pli_body_disable_volume_conservation(pli_body* body) {
+    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &volume_class); }
+}

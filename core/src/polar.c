@@ -1,0 +1,84 @@
+/* Polar decomposition by scaled Newton iteration (Higham, "Computing the polar decomposition with applications",
+   1986), with the operations in the order of btPolarDecomposition. */
+
+#include "polar.h"
+
+#define POLAR_TOLERANCE 0.0001f
+#define POLAR_MAX_ITERATIONS 16
+/* A converged iteration ends within 1e-6, a broken one far off. */
+#define POLAR_ORTHOGONALITY 0.001f
+
+/* Largest sum of absolute values over the columns. */
+static float polar_norm_1(pli_mat3 m) {
+    const float x = fabsf(m.rows[0].x) + fabsf(m.rows[1].x) + fabsf(m.rows[2].x);
+    const float y = fabsf(m.rows[0].y) + fabsf(m.rows[1].y) + fabsf(m.rows[2].y);
+    const float z = fabsf(m.rows[0].z) + fabsf(m.rows[1].z) + fabsf(m.rows[2].z);
+    return plii_max(plii_max(x, y), z);
+}
+
+/* Largest sum of absolute values over the rows. */
+static float polar_norm_infinity(pli_mat3 m) {
+    float sums[3];
+    for (int i = 0; i < 3; ++i) {
+        sums[i] = fabsf(m.rows[i].x) + fabsf(m.rows[i].y) + fabsf(m.rows[i].z);
+    }
+    return plii_max(plii_max(sums[0], sums[1]), sums[2]);
+}
+
+static pli_mat3 polar_iterate(pli_mat3 a) {
+    pli_mat3 u = a;
+    pli_mat3 inverse = plii_mat3_inverse(a);
+    for (int i = 0; i < POLAR_MAX_ITERATIONS; ++i) {
+        const float inverse_norm_1 = polar_norm_1(inverse);
+        const float inverse_norm = inverse_norm_1 * polar_norm_infinity(inverse);
+        const float u_norm_1 = polar_norm_1(u);
+        const float u_norm = u_norm_1 * polar_norm_infinity(u);
+        if (inverse_norm < PLII_EPSILON || u_norm < PLII_EPSILON) { break; }
+
+        const float gamma = powf(inverse_norm / u_norm, 0.25f);
+        const float inverse_gamma = 1.0f / gamma;
+        const pli_mat3 transposed = pli_mat3_transpose(inverse);
+        pli_mat3 delta;
+        for (int r = 0; r < 3; ++r) {
+            const pli_vec3 sum = pli_vec3_add(pli_vec3_scale(u.rows[r], gamma - 2.0f),
+                                              pli_vec3_scale(transposed.rows[r], inverse_gamma));
+            delta.rows[r] = pli_vec3_scale(sum, 0.5f);
+        }
+        u = plii_mat3_add(u, delta);
+        if (polar_norm_1(delta) <= POLAR_TOLERANCE * u_norm_1) { break; }
+        inverse = plii_mat3_inverse(u);
+    }
+    return u;
+}
+
+/* False for NaN too. */
+static bool polar_is_orthogonal(pli_mat3 u) {
+    for (int i = 0; i < 3; ++i) {
+        if (!(fabsf(pli_vec3_length_squared(u.rows[i]) - 1.0f) <= POLAR_ORTHOGONALITY)) { return false; }
+        if (!(fabsf(pli_vec3_dot(u.rows[i], u.rows[(i + 1) % 3])) <= POLAR_ORTHOGONALITY)) { return false; }
+    }
+    return true;
+}
+
+pli_mat3 plii_polar_orthogonal(pli_mat3 a, pli_mat3 fallback) {
+    pli_mat3 u = polar_iterate(a);
+    if (polar_is_orthogonal(u)) { return u; }
+
+    /* The iteration compares with absolute thresholds: try again at unit size. */
+    const float size = polar_norm_infinity(a);
+    if (!(size > 0.0f) || !plii_is_finite(size)) { return fallback; }
+    for (int i = 0; i < 3; ++i) {
+        a.rows[i] = pli_vec3_make(a.rows[i].x / size, a.rows[i].y / size, a.rows[i].z / size);
+    }
+    u = polar_iterate(a);
+    if (polar_is_orthogonal(u)) { return u; }
+
+    /* The matrix of cofactors of a flat matrix is u3 v3^T times the product of the two other singular values: added,
+       it supplies the missing direction with the sign that makes a rotation. */
+    pli_mat3 completed = a;
+    for (int i = 0; i < 3; ++i) {
+        completed.rows[i] = pli_vec3_add(a.rows[i], pli_vec3_cross(a.rows[(i + 1) % 3], a.rows[(i + 2) % 3]));
+    }
+    u = polar_iterate(completed);
+    return polar_is_orthogonal(u) ? u : fallback;
+}
