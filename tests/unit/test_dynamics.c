@@ -52,7 +52,8 @@ static void test_free_fall_follows_the_symplectic_sum(void** unused) {
     const pli_body_view view = pli_body_get_view(body);
     for (int i = 0; i < view.node_count; ++i) {
         check_near(view.positions[i].y, expected, 2e-4);
-        check_near(view.velocities[i].y, -10.0 * dt * steps, 1e-4);
+        /* Velocities are differences of positions, whose rounding at -20 m is 1e-6 m per step. */
+        check_near(view.velocities[i].y, -10.0 * dt * steps, 4e-4);
     }
     check_at_most(pli_body_max_stretch(body), 1e-5);
 }
