@@ -156,7 +156,7 @@ static float box_tree_squared_distance(pli_bounds box, pli_vec3 p) {
 }
 
 int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_squared,
-                          plii_box_tree_measure_fn* measure, void* user) {
+                          plii_box_tree_measure_fn* measure, const void* user) {
     box_tree_entry stack[PLII_BOX_TREE_STACK];
     int depth = 0;
     int nearest = PLI_NULL_INDEX;

@@ -37,8 +37,8 @@ void plii_box_tree_overlaps(const plii_box_tree* tree, pli_bounds box, plii_box_
 /* Looks for the nearest item. `measure` gives the squared distance of an item, or FLT_MAX to refuse it.
    Returns the item with the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near items go by
    place in the tree. */
-typedef float plii_box_tree_measure_fn(int item, pli_vec3 point, void* user);
+typedef float plii_box_tree_measure_fn(int item, pli_vec3 point, const void* user);
 int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_squared,
-                          plii_box_tree_measure_fn* measure, void* user);
+                          plii_box_tree_measure_fn* measure, const void* user);
 
 #endif

@@ -232,6 +232,160 @@ static void test_shape_plane(void** state) {
     pli_shape_release(shape);
 }
 
+// ------------------------------------------------------------------------------------------------- triangle mesh
+
+static const int box_triangles[] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                    2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+
+static void box_corners(pli_vec3 h, pli_vec3 points[8]) {
+    for (int i = 0; i < 8; ++i) {
+        points[i] = pli_vec3_make((i & 1) != 0 ? h.x : -h.x, (i & 2) != 0 ? h.y : -h.y, (i & 4) != 0 ? h.z : -h.z);
+    }
+}
+
+/* Both see the same box; where the nearest side is not ambiguous the normals agree too. */
+static void check_equals_box(const pli_shape* shape, pli_vec3 h) {
+    pli_shape* box = NULL;
+    assert_int_equal(pli_shape_create_box(context, h, &box), PLI_OK);
+    for (int i = 0; i < POINTS; ++i) {
+        const pli_vec3 p = random_vec3(2.0f);
+        pli_vec3 n, m;
+        const float d = pli_shape_distance(shape, p, &n), e = pli_shape_distance(box, p, &m);
+        check_near(d, e, 1e-6);
+        const pli_vec3 q = {h.x - fabsf(p.x), h.y - fabsf(p.y), h.z - fabsf(p.z)};
+        const bool is_ambiguous =
+            e < 0 && (fabsf(q.x - q.y) < 1e-5f || fabsf(q.y - q.z) < 1e-5f || fabsf(q.x - q.z) < 1e-5f);
+        if (!is_ambiguous && fabsf(e) > 1e-4f) { check_at_most(pli_vec3_length(pli_vec3_sub(n, m)), 2e-3); }
+    }
+    pli_shape_release(box);
+}
+
+static void test_shape_mesh_of_a_box_equals_the_box(void** state) {
+    (void)state;
+    const pli_vec3 h = {0.5f, 1.0f, 0.25f};
+    pli_vec3 corners[8];
+    box_corners(h, corners);
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 8, corners, 12, box_triangles, 0.01f, &shape), PLI_OK);
+    check_shape(shape, 2.0f, 1e-6f, 2e-3f, inside_box, &h);
+    check_equals_box(shape, h);
+    pli_shape_release(shape);
+
+    /* The same as loose triangles, each with corners of its own, and with triangles that have no area. */
+    pli_vec3 points[45];
+    int triangles[45];
+    for (int i = 0; i < 36; ++i) {
+        points[i] = corners[box_triangles[i]];
+    }
+    for (int i = 36; i < 45; ++i) {
+        points[i] = corners[i < 39 ? 5 : i < 42 ? i % 2 : i % 3 == 0 ? 3 : 1];
+    }
+    for (int i = 0; i < 45; ++i) {
+        triangles[i] = i;
+    }
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 45, points, 15, triangles, 0.01f, &shape), PLI_OK);
+    check_equals_box(shape, h);
+    pli_shape_release(shape);
+}
+
+enum { TORUS_U = 24, TORUS_V = 12, TORUS_TRIANGLES = 2 * TORUS_U * TORUS_V };
+typedef struct torus {
+    pli_vec3 points[TORUS_U * TORUS_V];
+    int triangles[3 * TORUS_TRIANGLES];
+} torus;
+
+static void torus_make(torus* t) {
+    int n = 0;
+    for (int i = 0; i < TORUS_U; ++i) {
+        for (int j = 0; j < TORUS_V; ++j) {
+            const float a = 6.2831853f * (float)i / TORUS_U, b = 6.2831853f * (float)j / TORUS_V;
+            const float r = 1.0f + 0.4f * cosf(b);
+            t->points[i * TORUS_V + j] = pli_vec3_make(r * cosf(a), r * sinf(a), 0.4f * sinf(b));
+            const int p = i * TORUS_V + j, q = i * TORUS_V + (j + 1) % TORUS_V;
+            const int r0 = (i + 1) % TORUS_U * TORUS_V + j, s = (i + 1) % TORUS_U * TORUS_V + (j + 1) % TORUS_V;
+            const int quad[6] = {p, r0, q, q, r0, s};
+            memcpy(&t->triangles[n], quad, sizeof quad);
+            n += 6;
+        }
+    }
+}
+
+/* By the solid angle that the surface fills around the point. */
+static int inside_torus(pli_vec3 p, const void* user) {
+    const torus* t = user;
+    double angle = 0;
+    for (int i = 0; i < TORUS_TRIANGLES; ++i) {
+        double v[3][3], length[3];
+        for (int k = 0; k < 3; ++k) {
+            const pli_vec3 c = t->points[t->triangles[3 * i + k]];
+            v[k][0] = (double)c.x - (double)p.x;
+            v[k][1] = (double)c.y - (double)p.y;
+            v[k][2] = (double)c.z - (double)p.z;
+            length[k] = sqrt(v[k][0] * v[k][0] + v[k][1] * v[k][1] + v[k][2] * v[k][2]);
+        }
+        const double volume = v[0][0] * (v[1][1] * v[2][2] - v[1][2] * v[2][1]) +
+                              v[0][1] * (v[1][2] * v[2][0] - v[1][0] * v[2][2]) +
+                              v[0][2] * (v[1][0] * v[2][1] - v[1][1] * v[2][0]);
+        double below = length[0] * length[1] * length[2];
+        for (int k = 0; k < 3; ++k) {
+            const double *a = v[k], *b = v[(k + 1) % 3];
+            below += (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) * length[(k + 2) % 3];
+        }
+        angle += 2 * atan2(volume, below);
+    }
+    return fabs(angle) > 6.2831853 ? 1 : -1;
+}
+
+static void test_shape_mesh_that_is_not_convex(void** state) {
+    (void)state;
+    torus* t = malloc(sizeof *t);
+    assert_non_null(t);
+    torus_make(t);
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, TORUS_U * TORUS_V, t->points, TORUS_TRIANGLES,
+                                                    t->triangles, 0.01f, &shape),
+                     PLI_OK);
+    check_shape(shape, 1.6f, 2e-6f, 2e-3f, inside_torus, t);
+    pli_shape_release(shape);
+    free(t);
+}
+
+static void test_shape_open_mesh_is_a_floor(void** state) {
+    (void)state;
+    /* 4 x 4 squares of 1 m in the plane y = 0, front side up. */
+    pli_vec3 points[25];
+    int triangles[96];
+    for (int i = 0; i < 25; ++i) {
+        points[i] = pli_vec3_make((float)(i % 5) - 2, 0, (float)(i / 5) - 2);
+    }
+    for (int i = 0; i < 16; ++i) {
+        const int p = i / 4 * 5 + i % 4;
+        const int quad[6] = {p, p + 5, p + 1, p + 1, p + 5, p + 6};
+        memcpy(&triangles[6 * i], quad, sizeof quad);
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 25, points, 32, triangles, 0.2f, &shape), PLI_OK);
+    for (int i = 0; i < POINTS; ++i) {
+        const pli_vec3 p = random_vec3(1.9f);
+        pli_vec3 n;
+        const float d = pli_shape_distance(shape, p, &n);
+        if (p.y < -0.2f) {
+            assert_true(isinf(d));
+        } else {
+            check_near(d, p.y, 1e-7);
+            check_near(n.y, 1, 1e-6);
+        }
+    }
+    /* Beyond its border it is never inside. */
+    pli_vec3 n;
+    check_near(pli_shape_distance(shape, pli_vec3_make(2.03f, -0.04f, 0.3f), &n), 0.05, 1e-6);
+    check_near(n.x, 0.6, 1e-4);
+    check_near(n.y, -0.8, 1e-4);
+    check_near(pli_shape_distance(shape, pli_vec3_make(2.03f, 0.04f, -0.3f), &n), 0.05, 1e-6);
+    check_near(n.y, 0.8, 1e-4);
+    pli_shape_release(shape);
+}
+
 // --------------------------------------------------------------------------------------------------- life, errors
 
 static int destroyed;
@@ -306,6 +460,19 @@ static void test_shape_refuses_bad_input(void** state) {
     check_refused(pli_shape_create_cylinder(context, zero, 1, &s), PLI_ERROR_INVALID_VALUE, s, "half_axis");
     check_refused(pli_shape_create_cylinder(context, one, 0, &s), PLI_ERROR_INVALID_VALUE, s, "radius is 0");
     check_refused(pli_shape_create_cylinder(context, one, NAN, &s), PLI_ERROR_NOT_FINITE, s, "radius");
+    const pli_vec3 line[3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, broken[3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, INFINITY}};
+    const int good[3] = {0, 1, 2}, out[3] = {0, 1, 3};
+    check_refused(pli_shape_create_triangle_mesh(context, 3, line, 1, good, 1, &s), PLI_ERROR_INVALID_MESH, s, "area");
+    check_refused(pli_shape_create_triangle_mesh(context, 3, line, 1, out, 1, &s), PLI_ERROR_INDEX_OUT_OF_RANGE, s,
+                  "triangle 0 names point 3, there are 3 points");
+    check_refused(pli_shape_create_triangle_mesh(context, 3, broken, 1, good, 1, &s), PLI_ERROR_NOT_FINITE, s,
+                  "point 2");
+    check_refused(pli_shape_create_triangle_mesh(context, 3, line, 1, good, 0, &s), PLI_ERROR_INVALID_VALUE, s,
+                  "thickness is 0");
+    check_refused(pli_shape_create_triangle_mesh(context, 0, line, 1, good, 1, &s), PLI_ERROR_INVALID_MESH, s,
+                  "0 points");
+    check_refused(pli_shape_create_triangle_mesh(context, 3, NULL, 1, good, 1, &s), PLI_ERROR_NULL_ARGUMENT, s,
+                  "points");
 
     /* Queries never crash. */
     assert_true(isinf(pli_shape_distance(NULL, one, NULL)));
@@ -324,6 +491,9 @@ int main(void) {
         cmocka_unit_test(test_shape_capsule),
         cmocka_unit_test(test_shape_cylinder),
         cmocka_unit_test(test_shape_plane),
+        cmocka_unit_test(test_shape_mesh_of_a_box_equals_the_box),
+        cmocka_unit_test(test_shape_mesh_that_is_not_convex),
+        cmocka_unit_test(test_shape_open_mesh_is_a_floor),
         cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),
         cmocka_unit_test(test_shape_refuses_bad_input),
     };
