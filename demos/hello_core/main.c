@@ -38,7 +38,8 @@ int main(void) {
     check(pli_mesh_create_patch(context, &sheet, &mesh));
     check(pli_mesh_set_total_mass(mesh, 1));
     check(pli_body_create(world, mesh, NULL, &cloth));
-    check(pli_body_enable_rigid_contacts(cloth, NULL));
+    const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    check(pli_body_enable_rigid_contacts(cloth, &contacts));
     pli_mesh_destroy(mesh); // the body has its own copy
 
     for (int i = 0; i < 120; ++i) {

@@ -1,12 +1,12 @@
 # cmake -D NM= -D PROGRAM= -D LIBRARY= -D ALLOWED="body;world" -P check_symbols.cmake
 #
 # Lists the modules (object files) of the static library that left a global symbol in the program, and fails when one is
-# not among ALLOWED, or when a symbol of any kind bears the name of a feature that nobody enabled.
+# not among ALLOWED, or when any symbol bears the name of a feature that the program did not enable.
 
 cmake_minimum_required(VERSION 3.25)
 
-set(forbidden_words aero pressure pose polar soft_contact collide_faces face_contact read_obj read_tetgen lattice
-    triangle_mesh convex_hull)
+set(forbidden_words aero pressure volume "(^|_)pose_" pose_matching polar anchor soft_contact collide_soft read_obj
+    read_tetgen lattice triangle_mesh convex_hull)
 
 function(run_nm output)
     execute_process(COMMAND ${NM} ${ARGN} OUTPUT_VARIABLE text ERROR_QUIET RESULT_VARIABLE result)
@@ -18,14 +18,12 @@ function(run_nm output)
     set(${output} ${lines} PARENT_SCOPE)
 endfunction()
 
-# POSIX format: "name type [value size]".
+# POSIX format: "name type [value size]". Hidden symbols become local in a program, so case says nothing there.
 run_nm(program_lines -P ${PROGRAM})
 foreach(line IN LISTS program_lines)
-    if(line MATCHES "^([^ ]+) ([A-Za-z])")
+    if(line MATCHES "^([^ ]+) [A-TV-Za-z] ")
         set(name ${CMAKE_MATCH_1})
-        if(CMAKE_MATCH_2 MATCHES "[A-TV-Z]")
-            set(in_program_${name} TRUE)
-        endif()
+        set(in_program_${name} TRUE)
         foreach(word IN LISTS forbidden_words)
             if(name MATCHES "${word}")
                 list(APPEND forbidden_symbols ${name})
@@ -34,13 +32,19 @@ foreach(line IN LISTS program_lines)
     endif()
 endforeach()
 
-# "libpliant.a[body.c.o]:" before the symbols of each member.
+# "libpliant.a[body.c.o]:" before the symbols of each member; upper case: global.
 run_nm(library_lines -P ${LIBRARY})
 foreach(line IN LISTS library_lines)
     if(line MATCHES "\\[([^].]+)\\..*\\]:$")
         set(module ${CMAKE_MATCH_1})
-    elseif(line MATCHES "^([^ ]+) [A-TV-Z] " AND in_program_${CMAKE_MATCH_1})
-        list(APPEND modules ${module})
+    elseif(line MATCHES "^([^ ]+) [A-TV-Z] ")
+        set(name ${CMAKE_MATCH_1})
+        if(NOT name MATCHES "^plii?_")
+            message(FATAL_ERROR "${module} exports ${name}, a name without the prefix pli_ or plii_")
+        endif()
+        if(in_program_${name})
+            list(APPEND modules ${module})
+        endif()
     endif()
 endforeach()
 list(REMOVE_DUPLICATES modules)
