@@ -106,7 +106,7 @@ static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* sta
 static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid,
                                                int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    const pli_transform pose = plii_rigid_shape_pose(rigid, shape_index);
+    const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
     const pli_bounds near =
         plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose), body->collision_margin);
     if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }

@@ -169,7 +169,7 @@ bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return rigid_check(rigid) == PLI_OK && rigid->was_touched;
 }
 
-pli_transform plii_rigid_shape_pose(const pli_rigid* rigid, int index) {
+pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
     return pli_transform_mul(rigid->state.pose, rigid->shape_poses[index]);
 }
 
@@ -177,7 +177,7 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_bounds bounds =
-            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), plii_rigid_shape_pose(rigid, i));
+            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), plii_rigid_shape_transform(rigid, i));
         all.min = plii_vec3_min(all.min, bounds.min);
         all.max = plii_vec3_max(all.max, bounds.max);
     }

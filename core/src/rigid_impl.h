@@ -25,7 +25,7 @@ struct pli_rigid {
 #define PLII_RIGID_MAGIC 0x70726764u
 
 /* World pose of shape `index`. */
-pli_transform plii_rigid_shape_pose(const pli_rigid* rigid, int index);
+pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 /* World bounds over all shapes. */
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 

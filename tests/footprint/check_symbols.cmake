@@ -5,7 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(forbidden_words aero pressure volume "(^|_)pose_" pose_matching polar anchor soft_contact collide_soft read_obj
+set(forbidden_words aero pressure volume pose polar anchor soft_contact collide_soft read_obj
     read_tetgen lattice triangle_mesh convex_hull)
 
 function(run_nm output)
