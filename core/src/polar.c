@@ -5,8 +5,6 @@
 
 #define POLAR_TOLERANCE 0.0001f
 #define POLAR_MAX_ITERATIONS 16
-/* A converged iteration ends within 1e-6, a broken one far off. */
-#define POLAR_ORTHOGONALITY 0.001f
 
 /* Largest sum of absolute values over the columns. */
 static float polar_norm_1(pli_mat3 m) {
@@ -54,31 +52,28 @@ static pli_mat3 polar_iterate(pli_mat3 a) {
 /* False for NaN too. */
 static bool polar_is_orthogonal(pli_mat3 u) {
     for (int i = 0; i < 3; ++i) {
-        if (!(fabsf(pli_vec3_length_squared(u.rows[i]) - 1.0f) <= POLAR_ORTHOGONALITY)) { return false; }
-        if (!(fabsf(pli_vec3_dot(u.rows[i], u.rows[(i + 1) % 3])) <= POLAR_ORTHOGONALITY)) { return false; }
+        if (!(fabsf(pli_vec3_length_squared(u.rows[i]) - 1.0f) <= POLAR_TOLERANCE)) { return false; }
+        if (!(fabsf(pli_vec3_dot(u.rows[i], u.rows[(i + 1) % 3])) <= POLAR_TOLERANCE)) { return false; }
     }
     return true;
 }
 
-pli_mat3 plii_polar_orthogonal(pli_mat3 a, pli_mat3 fallback) {
-    pli_mat3 u = polar_iterate(a);
-    if (polar_is_orthogonal(u)) { return u; }
+pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback) {
+    const pli_mat3 u = polar_iterate(a);
+    if (plii_mat3_is_finite(u)) { return u; }
 
-    /* The iteration compares with absolute thresholds: try again at unit size. */
+    /* Singular: at unit size the matrix of cofactors is u3 v3^T times the product of the two other singular values.
+       Added, it supplies the missing direction with the sign that makes a rotation. */
     const float size = polar_norm_infinity(a);
-    if (!(size > 0.0f) || !plii_is_finite(size)) { return fallback; }
+    pli_mat3 unit;
     for (int i = 0; i < 3; ++i) {
-        a.rows[i] = pli_vec3_make(a.rows[i].x / size, a.rows[i].y / size, a.rows[i].z / size);
+        unit.rows[i] = pli_vec3_make(a.rows[i].x / size, a.rows[i].y / size, a.rows[i].z / size);
     }
-    u = polar_iterate(a);
-    if (polar_is_orthogonal(u)) { return u; }
-
-    /* The matrix of cofactors of a flat matrix is u3 v3^T times the product of the two other singular values: added,
-       it supplies the missing direction with the sign that makes a rotation. */
-    pli_mat3 completed = a;
+    pli_mat3 completed = unit;
     for (int i = 0; i < 3; ++i) {
-        completed.rows[i] = pli_vec3_add(a.rows[i], pli_vec3_cross(a.rows[(i + 1) % 3], a.rows[(i + 2) % 3]));
+        const pli_vec3 cofactors = pli_vec3_cross(unit.rows[(i + 1) % 3], unit.rows[(i + 2) % 3]);
+        completed.rows[i] = pli_vec3_add(unit.rows[i], cofactors);
     }
-    u = polar_iterate(completed);
-    return polar_is_orthogonal(u) ? u : fallback;
+    const pli_mat3 rotation = polar_iterate(completed);
+    return polar_is_orthogonal(rotation) ? rotation : fallback;
 }

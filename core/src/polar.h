@@ -3,11 +3,10 @@
 
 #include "vec.h"
 
-/* Orthogonal factor U of a = U S with S symmetric and positive definite; det U has the sign of det a, so an inverted
-   matrix gives a reflection. Bit-equal to btPolarDecomposition with its default settings wherever that ends at an
-   orthogonal matrix. Very small, very large and flat (rank 2) matrices, for which it does not, get the factor of the
-   scaled matrix, the flat ones a rotation. `fallback` is returned where no factor is defined: rank 1 or 0, or not
-   finite. */
-pli_mat3 plii_polar_orthogonal(pli_mat3 a, pli_mat3 fallback);
+/* Factor U of a = U S with S symmetric and positive definite. det U has the sign of det a, so an inverted matrix gives
+   a reflection. Bit-equal to btPolarDecomposition with its default settings wherever that gives numbers, with its one
+   flaw: a matrix whose norms are below about 3e-4 or above about 3e3 comes back unchanged. Where it gives none, a flat
+   matrix (rank 2) gets the rotation of the flat part and what has no factor gets `fallback`. Always finite. */
+pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback);
 
 #endif

@@ -37,7 +37,7 @@ static void pose_run(pli_body* body, void* state, const plii_step* step) {
         covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
         covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
     }
-    pose->rotation = plii_polar_orthogonal(covariance, pose->rotation);
+    pose->rotation = plii_polar_factor(covariance, pose->rotation);
 
     if (!(pose->matching > 0.0f)) { return; }
     for (int i = 0; i < body->node_count; ++i) {

@@ -10,6 +10,8 @@ extern "C" {
 #endif
 
 /// Takes the present shape as the rest shape. Enable, or change when enabled (the rest shape is taken anew).
+/// As in Bullet the matched shape shrinks to a point when a node is pinned (it weighs a thousand times the whole body)
+/// or when the body is smaller than about 3 cm, and grows without bound above about 90 m.
 /// @param matching [0, 1]: share of the distance to the matched pose that one step removes. Bullet name: kMT with
 ///                 setPose(false, true)
 PLI_API pli_status pli_body_enable_pose_matching(pli_body* body, float matching);
