@@ -288,6 +288,77 @@ static void test_shape_mesh_of_a_box_equals_the_box(void** state) {
     pli_shape_release(shape);
 }
 
+// ---------------------------------------------------------------------------------------------------- convex hull
+
+enum { DIRECTIONS = 2000 };
+typedef struct cloud {
+    int count;
+    pli_vec3 points[60];
+    float radius;
+    pli_vec3 directions[DIRECTIONS];
+    float reach[DIRECTIONS]; /* of the points along each direction */
+} cloud;
+
+static void test_shape_hull_of_a_box_equals_the_box(void** state) {
+    (void)state;
+    const pli_vec3 h = {0.5f, 1.0f, 0.25f};
+    pli_vec3 points[40];
+    box_corners(h, points);
+    for (int i = 8; i < 40; ++i) {
+        points[i] = pli_vec3_make(random_float(h.x), random_float(h.y), random_float(h.z));
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_convex_hull(context, 40, points, 0, &shape), PLI_OK);
+    check_shape(shape, 2.0f, 1e-6f, 2e-3f, inside_box, &h);
+    check_equals_box(shape, h);
+    pli_shape_release(shape);
+}
+
+static void cloud_measure(cloud* c) {
+    for (int i = 0; i < DIRECTIONS; ++i) {
+        /* A spiral. */
+        const float y = 1 - 2 * ((float)i + 0.5f) / DIRECTIONS, r = sqrtf(1 - y * y), a = 2.3999632f * (float)i;
+        c->directions[i] = pli_vec3_make(r * cosf(a), y, r * sinf(a));
+        c->reach[i] = -INFINITY;
+        for (int k = 0; k < c->count; ++k) {
+            c->reach[i] = fmaxf(c->reach[i], pli_vec3_dot(c->directions[i], c->points[k]));
+        }
+    }
+}
+
+/* Outside when beyond all points in some direction; inside when well short of them in all. */
+static int inside_cloud(pli_vec3 p, const void* user) {
+    const cloud* c = user;
+    float least = INFINITY;
+    for (int i = 0; i < DIRECTIONS; ++i) {
+        least = fminf(least, c->reach[i] + c->radius - pli_vec3_dot(c->directions[i], p));
+    }
+    return least < -1e-5f ? -1 : least > 0.06f ? 1 : 0;
+}
+
+static void test_shape_hull_of_points_with_a_radius(void** state) {
+    (void)state;
+    cloud c = {.count = 60};
+    for (int i = 0; i < c.count; ++i) {
+        c.points[i] = random_vec3(0.8f);
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_convex_hull(context, c.count, c.points, 0, &shape), PLI_OK);
+    check_shape(shape, 1.5f, 2e-6f, 4e-3f, inside_cloud, &c);
+    pli_shape* round = NULL;
+    c.radius = 0.1f;
+    assert_int_equal(pli_shape_create_convex_hull(context, c.count, c.points, c.radius, &round), PLI_OK);
+    check_shape(round, 1.5f, 2e-6f, 4e-3f, inside_cloud, &c);
+    for (int i = 0; i < POINTS; ++i) {
+        const pli_vec3 p = random_vec3(1.5f);
+        check_near(pli_shape_distance(round, p, NULL), pli_shape_distance(shape, p, NULL) - 0.1f, 1e-6);
+    }
+    pli_shape_release(shape);
+    pli_shape_release(round);
+}
+
+// ---------------------------------------------------------------------------------------------- meshes, continued
+
 enum { TORUS_U = 24, TORUS_V = 12, TORUS_TRIANGLES = 2 * TORUS_U * TORUS_V };
 typedef struct torus {
     pli_vec3 points[TORUS_U * TORUS_V];
@@ -474,6 +545,13 @@ static void test_shape_refuses_bad_input(void** state) {
     check_refused(pli_shape_create_triangle_mesh(context, 3, NULL, 1, good, 1, &s), PLI_ERROR_NULL_ARGUMENT, s,
                   "points");
 
+    const pli_vec3 flat[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+    check_refused(pli_shape_create_convex_hull(context, 4, flat, 0, &s), PLI_ERROR_INVALID_MESH, s, "plane");
+    check_refused(pli_shape_create_convex_hull(context, 4, flat, -1, &s), PLI_ERROR_INVALID_VALUE, s, "radius is -1");
+    check_refused(pli_shape_create_convex_hull(context, 3, flat, 0, &s), PLI_ERROR_INVALID_VALUE, s, "3");
+    check_refused(pli_shape_create_convex_hull(context, 4, NULL, 0, &s), PLI_ERROR_NULL_ARGUMENT, s, "points");
+    check_refused(pli_shape_create_convex_hull(context, 3, broken, 0, &s), PLI_ERROR_NOT_FINITE, s, "point 2");
+
     /* Queries never crash. */
     assert_true(isinf(pli_shape_distance(NULL, one, NULL)));
     check_near(pli_shape_bounds(NULL).max.x, 0, 0);
@@ -492,6 +570,8 @@ int main(void) {
         cmocka_unit_test(test_shape_cylinder),
         cmocka_unit_test(test_shape_plane),
         cmocka_unit_test(test_shape_mesh_of_a_box_equals_the_box),
+        cmocka_unit_test(test_shape_hull_of_a_box_equals_the_box),
+        cmocka_unit_test(test_shape_hull_of_points_with_a_radius),
         cmocka_unit_test(test_shape_mesh_that_is_not_convex),
         cmocka_unit_test(test_shape_open_mesh_is_a_floor),
         cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),
