@@ -342,6 +342,7 @@ static void test_shape_hull_of_points_with_a_radius(void** state) {
     for (int i = 0; i < c.count; ++i) {
         c.points[i] = random_vec3(0.8f);
     }
+    cloud_measure(&c);
     pli_shape* shape = NULL;
     assert_int_equal(pli_shape_create_convex_hull(context, c.count, c.points, 0, &shape), PLI_OK);
     check_shape(shape, 1.5f, 2e-6f, 4e-3f, inside_cloud, &c);
