@@ -1,6 +1,5 @@
 # Installs the libraries with their headers, the package for find_package(pliant [COMPONENTS bullet]), and pliant.pc and
 # pliant-bullet.pc for pkg-config.
-include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(PLIANT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pliant)
