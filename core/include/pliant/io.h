@@ -25,8 +25,9 @@ PLI_API void pli_triangles_destroy(pli_triangles* triangles);
 /// pli_triangles_read_obj, then pli_mesh_create_from_triangles with shuffled links.
 PLI_API pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** mesh);
 
-/// TetGen: `base`.node and `base`.ele, and `base`.face when it is there (its triangles become the faces; else the
-/// mesh has none). Indices may start at 0 or 1. A link per edge of a tetrahedron. Bullet name: CreateFromTetGenData
+/// TetGen: `base`.node and `base`.ele, and `base`.face when it is there (its triangles become the faces, those on the
+/// boundary turned outwards; else the mesh has none). Indices may start at 0 or 1. A link per edge of a tetrahedron.
+/// Bullet name: CreateFromTetGenData
 PLI_API pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh);
 
 #ifdef __cplusplus
