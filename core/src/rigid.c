@@ -50,6 +50,29 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
     }
 }
 
+static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
+                                     const pli_transform* poses, const char* function) {
+    if (count < 0 || (count > 0 && shapes == NULL)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them", count);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (shapes[i] == NULL || shapes[i]->magic != PLII_SHAPE_MAGIC) {
+            return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape %d is not a shape", i);
+        }
+        if (poses != NULL && !plii_transform_is_finite(poses[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
+        }
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli_vec3 angular, const char* function) {
+    if (!plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
+    }
+    return PLI_OK;
+}
+
 static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_def_default()");
@@ -62,32 +85,38 @@ static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative or not finite",
                          (double)def->friction);
     }
-    if (!plii_vec3_is_finite(def->linear_factor) || !plii_vec3_is_finite(def->angular_factor)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
-    }
-    if (def->shape_count < 0 || (def->shape_count > 0 && def->shapes == NULL)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them",
-                         def->shape_count);
-    }
-    for (int i = 0; i < def->shape_count; ++i) {
-        if (def->shapes[i] == NULL || def->shapes[i]->magic != PLII_SHAPE_MAGIC) {
-            return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape %d is not a shape", i);
-        }
-        if (def->shape_poses != NULL && !plii_transform_is_finite(def->shape_poses[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
-        }
-    }
-    return PLI_OK;
+    PLII_TRY(rigid_check_factors(context, def->linear_factor, def->angular_factor, function));
+    return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
 }
 
 static void rigid_release(pli_rigid* rigid) {
     pli_context* context = rigid->context;
-    for (int i = 0; rigid->shapes != NULL && i < rigid->shape_count; ++i) {
+    for (int i = 0; i < rigid->shape_count; ++i) {
         pli_shape_release(rigid->shapes[i]);
     }
-    plii_release(context, rigid->shapes, (size_t)rigid->shape_count * sizeof(pli_shape*));
-    plii_release(context, rigid->shape_poses, (size_t)rigid->shape_count * sizeof *rigid->shape_poses);
+    plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
+    plii_release(context, rigid->shape_poses, (size_t)rigid->shape_pose_capacity * sizeof *rigid->shape_poses);
     plii_release(context, rigid, sizeof *rigid);
+}
+
+static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
+    if (!PLII_RESERVE(rigid->context, &rigid->shapes, &rigid->shape_capacity, count) ||
+        !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count)) {
+        return false;
+    }
+    /* Retain first: a shape may be in the old list and in the new one. */
+    for (int i = 0; i < count; ++i) {
+        pli_shape_retain(shapes[i]);
+    }
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        pli_shape_release(rigid->shapes[i]);
+    }
+    rigid->shape_count = count;
+    for (int i = 0; i < count; ++i) {
+        rigid->shapes[i] = shapes[i];
+        rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
+    }
+    return true;
 }
 
 pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid) {
@@ -107,17 +136,8 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     made->linear_factor = def->linear_factor;
     made->angular_factor = def->angular_factor;
     rigid_store_state(made, &def->state);
-    const size_t count = (size_t)def->shape_count;
-    made->shape_poses = plii_allocate(context, count * sizeof *made->shape_poses);
-    made->shapes = plii_allocate(context, count * sizeof(pli_shape*));
-    made->shape_count = def->shape_count;
-    bool complete = count == 0 || (made->shape_poses != NULL && made->shapes != NULL);
-    for (int i = 0; complete && i < def->shape_count; ++i) {
-        made->shapes[i] = def->shapes[i];
-        made->shape_poses[i] = def->shape_poses != NULL ? def->shape_poses[i] : pli_transform_identity();
-        pli_shape_retain(made->shapes[i]);
-    }
-    complete = complete && plii_world_add_rigid(world, made) == PLI_OK;
+    const bool complete = rigid_store_shapes(made, def->shape_count, def->shapes, def->shape_poses) &&
+                          plii_world_add_rigid(world, made) == PLI_OK;
     if (!complete) {
         rigid_release(made);
         return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a rigid body of %d shapes", def->shape_count);
@@ -156,6 +176,36 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
                          (double)friction);
     }
     rigid->friction = friction;
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
+    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_factors(rigid->context, linear_factor, angular_factor, __func__));
+    rigid->linear_factor = linear_factor;
+    rigid->angular_factor = angular_factor;
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
+    PLII_TRY(rigid_check(rigid));
+    if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
+    if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
+    }
+    PLII_TRY(rigid_check_state(rigid->context, kind, state, __func__));
+    rigid->kind = kind;
+    rigid_store_state(rigid, state);
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
+                                const pli_transform* shape_poses) {
+    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
+    if (!rigid_store_shapes(rigid, shape_count, shapes, shape_poses)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", shape_count);
+    }
     return PLI_OK;
 }
 

@@ -17,7 +17,7 @@ struct pli_rigid {
     float friction;
     pli_vec3 linear_factor, angular_factor;
     bool was_touched;
-    int shape_count;
+    int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
 };

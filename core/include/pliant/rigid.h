@@ -55,6 +55,15 @@ PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state);
 PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
 PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
+/// As in pli_rigid_def.
+PLI_API pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor);
+/// Changes the kind, keeping anchors; the state as in pli_rigid_set_state.
+PLI_API pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state);
+/// Replaces the shapes, keeping anchors. Contacts of the step in progress stay as they were made.
+/// @param shapes      [shape_count]; each is retained, the old ones are released
+/// @param shape_poses [shape_count] in the frame of the body; NULL: all identity
+PLI_API pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
+                                        const pli_transform* shape_poses);
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
 PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 

@@ -1,0 +1,95 @@
+#ifndef PLIANT_BULLET_H
+#define PLIANT_BULLET_H
+
+/// Pliant soft bodies in a stock btDiscreteDynamicsWorld. See docs/bridge.md for the order of a step and the limits.
+
+#include <pliant/pliant.h>
+
+#include <functional>
+#include <memory>
+
+class btCollisionObject;
+class btDiscreteDynamicsWorld;
+class btRigidBody;
+
+namespace pliant {
+
+/// How soft bodies see the rigid shapes of Bullet.
+enum class CollisionMode {
+    exact,    ///< analytic distances, hulls and triangles as they are; one-sided open surfaces
+    reference ///< as btSoftBody does: distances on a lattice of 0.25 m, a slab of 0.1 m around each triangle
+};
+
+struct BridgeDef {
+    pli_world_def world = pli_world_def_default(); ///< gravity here is that of soft bodies; Bullet's is not read
+    CollisionMode mode = CollisionMode::exact;
+    /// Depth in m behind an open triangle surface that counts as inside, exact mode.
+    float surface_thickness = 0.25f;
+    pli_context* context = nullptr; ///< null: the bridge makes and owns one
+};
+
+/// Owns a pli_world and steps it with a Bullet world: predicts before Bullet's collision detection, takes its pairs,
+/// solves after Bullet's rigid integration. Several bridges may share a Bullet world; their bodies do not meet.
+///
+/// Destroy the bridge before the Bullet world, or call detach() before the Bullet world goes.
+class PLI_API Bridge {
+public:
+    explicit Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def = {});
+    ~Bridge();
+    Bridge(const Bridge&) = delete;
+    Bridge& operator=(const Bridge&) = delete;
+
+    /// PLI_OK, or why the constructor could not make its context or world. A failed bridge answers every call with
+    /// this status or null.
+    pli_status status() const;
+    /// Of the last step: PLI_OK, or the first error. The message is pli_last_error(context()).
+    pli_status step_status() const;
+
+    pli_context* context() const;
+    pli_world* world() const;
+
+    /// Makes a body from a mesh and adds its collision object to the Bullet world. Do not destroy it by
+    /// pli_body_destroy, but by remove_body.
+    /// @param def   null for the defaults
+    /// @param group, mask  Bullet's collision filter; the defaults are DefaultFilter and AllFilter
+    /// @return the errors of pli_body_create; PLI_ERROR_WRONG_STATE after detach()
+    pli_status add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group = 1, int mask = -1);
+    /// Removes a body and its collision object. Null is allowed.
+    /// @return PLI_ERROR_WRONG_STATE inside a step, PLI_ERROR_INVALID_VALUE for a body of another bridge
+    pli_status remove_body(pli_body* body);
+
+    /// The collision object of a body; its user pointer and user indices are free for the game. It stays at the
+    /// identity transform: the shape is in world space. A body whose object is inactive (DISABLE_SIMULATION,
+    /// ISLAND_SLEEPING) or not in the world does not move.
+    btCollisionObject* object(const pli_body* body) const;
+    /// The body of a collision object, null when it is no body of this bridge (of any bridge).
+    pli_body* body(const btCollisionObject* object) const;
+    static pli_body* from_object(const btCollisionObject* object);
+
+    /// The proxy of a rigid body, for anchors (pli_body_add_anchor) and pli_body_ignore_rigid. It lives until
+    /// forget(), or until the first step that finds the object no longer in the Bullet world.
+    /// @return null when out of memory or inside a step
+    pli_rigid* rigid(btRigidBody& body);
+    /// The same for a plain collision object, which is static.
+    pli_rigid* rigid(btCollisionObject& object);
+    /// Drops the proxy and the anchors that hold to it. Call it before an object with anchors is deleted.
+    void forget(const btCollisionObject& object);
+    /// Makes the shapes of an object anew, after its collision shape was edited in place. Changes of the shape
+    /// pointer, the type, scaling, margin and children are noticed without it.
+    void refresh(const btCollisionObject& object);
+
+    /// Called in each step when all contacts are made and nothing is solved yet, for regression tests.
+    void set_before_solve(std::function<void()> hook);
+
+    /// Takes everything out of the Bullet world and forgets it. Bodies stay readable and no longer step.
+    void detach();
+
+    class Impl;
+
+private:
+    std::unique_ptr<Impl> impl_;
+};
+
+} // namespace pliant
+
+#endif

@@ -1,0 +1,283 @@
+#include "bridge_impl.h"
+
+#include "convert.h"
+#include "pair_algorithm.h"
+#include "rigid_proxy.h"
+#include "soft_object.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <LinearMath/btIDebugDraw.h>
+
+#include <algorithm>
+#include <new>
+
+namespace pliant {
+
+Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
+    : mode(def.mode), surface_thickness(def.surface_thickness), context(def.context), bullet_world_(&bullet_world) {
+    if (context == nullptr) {
+        status = pli_context_create(nullptr, &context);
+        owns_context_ = status == PLI_OK;
+    }
+    if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
+    if (status == PLI_OK) { status = pli_world_create(context, &def.world, &world); }
+    if (status != PLI_OK) {
+        bullet_world_ = nullptr;
+        return;
+    }
+    auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(bullet_world.getDispatcher());
+    if (dispatcher != nullptr) { register_pair_algorithm(*dispatcher); }
+    dispatches_in_parallel_ = dynamic_cast<btCollisionDispatcherMt*>(dispatcher) != nullptr;
+    // A length of step left over from an earlier step would look like a step in progress.
+    bullet_world.getDispatchInfo().m_timeStep = 0;
+    bullet_world.addAction(this);
+}
+
+Bridge::Impl::~Impl() {
+    detach();
+    objects_.clear();
+    proxies_.clear();
+    pli_world_destroy(world);
+    if (owns_context_) { pli_context_destroy(context); }
+}
+
+// btCollisionWorld's destructor takes the broadphase handle from its objects and leaves their index.
+bool Bridge::Impl::bullet_world_is_gone() const {
+    return std::any_of(objects_.begin(), objects_.end(), [](const auto& object) {
+        return object->getWorldArrayIndex() >= 0 && object->getBroadphaseHandle() == nullptr;
+    });
+}
+
+void Bridge::Impl::detach() {
+    if (bullet_world_ == nullptr) { return; }
+    if (!bullet_world_is_gone()) {
+        bullet_world_->removeAction(this);
+        for (const auto& object : objects_) {
+            if (object->getWorldArrayIndex() >= 0) { bullet_world_->removeCollisionObject(object.get()); }
+        }
+    }
+    bullet_world_ = nullptr;
+}
+
+// ------------------------------------------------------------------------------------------------------ bodies
+
+pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask) {
+    if (status != PLI_OK) { return status; }
+    if (bullet_world_ == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    pli_body* made = nullptr;
+    const pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
+    if (result != PLI_OK) { return result; }
+    try {
+        objects_.push_back(std::make_unique<SoftObject>(*this, made));
+    } catch (const std::bad_alloc&) {
+        pli_body_destroy(made);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    bullet_world_->addCollisionObject(objects_.back().get(), group, mask);
+    *body = made;
+    return PLI_OK;
+}
+
+pli_status Bridge::Impl::remove_body(pli_body* body) {
+    if (status != PLI_OK || body == nullptr) { return status; }
+    if (is_stepping()) { return PLI_ERROR_WRONG_STATE; }
+    const auto place =
+        std::find_if(objects_.begin(), objects_.end(), [body](const auto& object) { return object->body() == body; });
+    if (place == objects_.end()) { return PLI_ERROR_INVALID_VALUE; }
+    const bool is_in_world = bullet_world_ != nullptr && (*place)->getBroadphaseHandle() != nullptr;
+    if (is_in_world) { bullet_world_->removeCollisionObject(place->get()); }
+    objects_.erase(place);
+    pli_body_destroy(body);
+    return PLI_OK;
+}
+
+SoftObject* Bridge::Impl::find(const pli_body* body) const {
+    for (const auto& object : objects_) {
+        if (object->body() == body) { return object.get(); }
+    }
+    return nullptr;
+}
+
+// ------------------------------------------------------------------------------------------------------ proxies
+
+RigidProxy* Bridge::Impl::acquire_proxy(const btCollisionObject& object) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
+    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    ++proxy->pair_count;
+    return proxy.get();
+}
+
+void Bridge::Impl::drop(PairAlgorithm& pair) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (pair.collected_index >= 0) { pairs_[static_cast<std::size_t>(pair.collected_index)] = nullptr; }
+    if (pair.proxy == nullptr) { return; }
+    pair.proxy->pair_count -= 1;
+    // The object may be about to be deleted, and another one to come to its address. Inside a step the core cannot let
+    // go of it; then the end of the step does.
+    const bool is_unused = pair.proxy->pair_count == 0 && !pair.proxy->is_pinned;
+    if (is_unused && !is_stepping()) { proxies_.erase(pair.proxy->object()); }
+}
+
+void Bridge::Impl::collect(PairAlgorithm& pair) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    // Bullet's collision detection may be asked for outside of a step; contacts have no use then.
+    if (!is_stepping() || pair.collected_index >= 0) { return; }
+    pair.collected_index = static_cast<int>(pairs_.size());
+    pairs_.push_back(&pair);
+    if (pair.proxy != nullptr && !pair.proxy->is_captured(step_)) { pair.proxy->capture(step_); }
+}
+
+pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
+    if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
+    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
+    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    if (proxy->prepare({context, mode, surface_thickness}, world) != PLI_OK && proxy->rigid() == nullptr) {
+        if (proxy->pair_count == 0) { proxies_.erase(&object); }
+        return nullptr;
+    }
+    proxy->is_pinned = true;
+    (void)proxy->set_present_state();
+    return proxy->rigid();
+}
+
+void Bridge::Impl::forget(const btCollisionObject& object) {
+    const auto place = proxies_.find(&object);
+    if (place == proxies_.end() || is_stepping()) { return; }
+    place->second->is_pinned = false;
+    if (place->second->pair_count == 0) {
+        proxies_.erase(place);
+    } else {
+        place->second->drop_rigid();
+    }
+}
+
+void Bridge::Impl::refresh(const btCollisionObject& object) {
+    const auto place = proxies_.find(&object);
+    if (place != proxies_.end()) { place->second->refresh(); }
+}
+
+// A pinned proxy whose object was removed from the world must not be read: the object may be deleted.
+void Bridge::Impl::forget_removed_objects() {
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    for (auto place = proxies_.begin(); place != proxies_.end();) {
+        RigidProxy& proxy = *place->second;
+        auto* object = const_cast<btCollisionObject*>(proxy.object()); // only to compare
+        const int index = proxy.world_array_index;
+        const bool is_where_it_was = index >= 0 && index < array.size() && array[index] == object;
+        if (!is_where_it_was) {
+            const int found = array.findLinearSearch(object);
+            proxy.world_array_index = found < array.size() ? found : -1;
+        }
+        const bool has_left = proxy.was_in_world && proxy.world_array_index < 0;
+        proxy.was_in_world = proxy.world_array_index >= 0;
+        place = proxy.is_pinned && has_left && proxy.pair_count == 0 ? proxies_.erase(place) : std::next(place);
+    }
+}
+
+void Bridge::Impl::sweep_proxies() {
+    for (auto place = proxies_.begin(); place != proxies_.end();) {
+        const RigidProxy& proxy = *place->second;
+        place = proxy.pair_count == 0 && !proxy.is_pinned ? proxies_.erase(place) : std::next(place);
+    }
+}
+
+// --------------------------------------------------------------------------------------------------------- step
+
+void Bridge::Impl::predict_inside_step() {
+    // Bullet sets the length of the step right before its collision detection; updateAction takes it back.
+    if (bullet_world_ == nullptr || is_stepping()) { return; }
+    const btScalar dt = bullet_world_->getDispatchInfo().m_timeStep;
+    if (dt > 0) { begin_step(dt); }
+}
+
+void Bridge::Impl::begin_step(btScalar dt) {
+    step_status = PLI_OK;
+    forget_removed_objects();
+    for (const auto& object : objects_) {
+        const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
+        if (should_rest != object->frozen_by_bridge && should_rest != pli_body_is_frozen(object->body())) {
+            pli_body_set_frozen(object->body(), should_rest);
+            object->frozen_by_bridge = should_rest;
+        }
+    }
+    ++step_;
+    note(pli_world_predict(world, to_float(dt)));
+}
+
+void Bridge::Impl::updateAction(btCollisionWorld* bullet_world, btScalar dt) {
+    bullet_world->getDispatchInfo().m_timeStep = 0;
+    // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
+    if (!is_stepping()) { begin_step(dt); }
+    if (!is_stepping()) { return; }
+    collide_pairs();
+    finish_step();
+}
+
+void Bridge::Impl::collide_pairs() {
+    if (dispatches_in_parallel_) {
+        // Threads took the pairs in any order; the objects' places in the world do not depend on them.
+        std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
+            if (a == nullptr || b == nullptr) { return a != nullptr && b == nullptr; }
+            const std::pair<int, int> place_a(a->soft.getWorldArrayIndex(), a->other.getWorldArrayIndex());
+            const std::pair<int, int> place_b(b->soft.getWorldArrayIndex(), b->other.getWorldArrayIndex());
+            return place_a < place_b;
+        });
+    }
+    const ShapeOptions options{context, mode, surface_thickness};
+    for (PairAlgorithm* pair : pairs_) {
+        if (pair == nullptr) { continue; }
+        pair->collected_index = -1;
+        if (pair->other_soft != nullptr) {
+            note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
+            continue;
+        }
+        RigidProxy& proxy = *pair->proxy;
+        note(proxy.prepare(options, world));
+        if (proxy.rigid() == nullptr) { continue; }
+        note(proxy.collide(options, world, pair->soft.body(), pair->slabs));
+        if (proxy.present_step != step_) {
+            proxy.present_step = step_;
+            touched_.push_back(&proxy);
+        }
+    }
+    pairs_.clear();
+}
+
+void Bridge::Impl::finish_step() {
+    for (const auto& entry : proxies_) {
+        RigidProxy& proxy = *entry.second;
+        if (proxy.is_pinned && proxy.present_step != step_ && proxy.world_array_index >= 0) {
+            proxy.present_step = step_;
+            touched_.push_back(&proxy);
+        }
+    }
+    for (RigidProxy* proxy : touched_) {
+        note(proxy->set_present_state());
+    }
+    if (before_solve) { before_solve(); }
+    note(pli_world_solve(world));
+    for (RigidProxy* proxy : touched_) {
+        proxy->write_back();
+    }
+    touched_.clear();
+    sweep_proxies();
+}
+
+// Bodies with faces are drawn by Bullet; those without would be invisible.
+void Bridge::Impl::debugDraw(btIDebugDraw* drawer) {
+    if (drawer == nullptr || (drawer->getDebugMode() & btIDebugDraw::DBG_DrawWireframe) == 0) { return; }
+    for (const auto& object : objects_) {
+        const pli_body_view view = pli_body_get_view(object->body());
+        if (view.face_count > 0) { continue; }
+        for (int i = 0; i < view.link_count; ++i) {
+            const int* nodes = view.link_nodes + i * view.link_node_stride;
+            const pli_vec4& a = view.positions[nodes[0]];
+            const pli_vec4& b = view.positions[nodes[1]];
+            drawer->drawLine(btVector3(a.x, a.y, a.z), btVector3(b.x, b.y, b.z), btVector3(1, 1, 1));
+        }
+    }
+}
+
+} // namespace pliant

@@ -1,0 +1,82 @@
+#ifndef PLIANT_BULLET_BRIDGE_IMPL_H
+#define PLIANT_BULLET_BRIDGE_IMPL_H
+
+// The bridge's state and its step. Pairs are collected by pair_algorithm.cpp during Bullet's collision detection.
+
+#include "pliant_bullet/pliant_bullet.h"
+
+#include <BulletDynamics/Dynamics/btActionInterface.h>
+
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace pliant {
+
+class PairAlgorithm;
+class RigidProxy;
+class SoftObject;
+
+class Bridge::Impl final : public btActionInterface {
+public:
+    Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def);
+    ~Impl() override;
+
+    // ---- Bullet calls
+    void updateAction(btCollisionWorld* world, btScalar dt) override;
+    void debugDraw(btIDebugDraw* drawer) override;
+
+    // ---- SoftShape calls
+    void predict_inside_step();
+
+    // ---- PairAlgorithm calls, from any thread of Bullet's dispatcher
+    RigidProxy* acquire_proxy(const btCollisionObject& object);
+    /// Remembers the pair for this step, with the rigid state of now.
+    void collect(PairAlgorithm& pair);
+    /// The pair's algorithm goes away.
+    void drop(PairAlgorithm& pair);
+
+    // ---- Bridge calls
+    pli_status add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask);
+    pli_status remove_body(pli_body* body);
+    SoftObject* find(const pli_body* body) const;
+    pli_rigid* pin_proxy(const btCollisionObject& object);
+    void forget(const btCollisionObject& object);
+    void refresh(const btCollisionObject& object);
+    void detach();
+
+    pli_status status = PLI_OK;
+    pli_status step_status = PLI_OK;
+    CollisionMode mode;
+    float surface_thickness;
+    pli_context* context = nullptr;
+    pli_world* world = nullptr;
+    std::function<void()> before_solve;
+
+private:
+    bool is_stepping() const { return pli_world_is_stepping(world); }
+    bool bullet_world_is_gone() const;
+    void begin_step(btScalar dt);
+    void collide_pairs();
+    void finish_step();
+    void forget_removed_objects();
+    void sweep_proxies();
+    void note(pli_status result) {
+        if (step_status == PLI_OK) { step_status = result; }
+    }
+
+    btDiscreteDynamicsWorld* bullet_world_;
+    bool owns_context_ = false;
+    bool dispatches_in_parallel_ = false;
+    unsigned step_ = 0;
+    std::vector<std::unique_ptr<SoftObject>> objects_;
+    std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
+    std::vector<PairAlgorithm*> pairs_; ///< of this step, in dispatch order; null: the pair went away
+    std::vector<RigidProxy*> touched_;  ///< proxies that take part in this step's solve
+    std::mutex mutex_;                  ///< guards proxies_ and pairs_ during Bullet's dispatch
+};
+
+} // namespace pliant
+
+#endif

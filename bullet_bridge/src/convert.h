@@ -1,0 +1,47 @@
+#ifndef PLIANT_BULLET_CONVERT_H
+#define PLIANT_BULLET_CONVERT_H
+
+// Bullet's types, in single or double precision, to and from the core's. Exact in single precision.
+
+#include <LinearMath/btTransform.h>
+#include <pliant/math.h>
+
+namespace pliant {
+
+inline float to_float(btScalar value) {
+    return static_cast<float>(value);
+}
+
+inline pli_vec3 to_pli(const btVector3& v) {
+    return pli_vec3_make(to_float(v.x()), to_float(v.y()), to_float(v.z()));
+}
+
+inline btVector3 to_bullet(pli_vec3 v) {
+    return btVector3(btScalar(v.x), btScalar(v.y), btScalar(v.z));
+}
+
+inline pli_mat3 to_pli(const btMatrix3x3& m) {
+    pli_mat3 result;
+    for (int i = 0; i < 3; ++i) {
+        result.rows[i] = to_pli(m.getRow(i));
+    }
+    return result;
+}
+
+inline pli_transform to_pli(const btTransform& t) {
+    pli_transform result;
+    result.rotation = to_pli(t.getBasis());
+    result.origin = to_pli(t.getOrigin());
+    return result;
+}
+
+/// What `value` becomes when the core changed `before` into `after`: `after` itself in single precision, otherwise
+/// `value` plus the change, which keeps the digits that the core does not see.
+inline btVector3 with_change(const btVector3& value, pli_vec3 before, pli_vec3 after) {
+    if constexpr (sizeof(btScalar) == sizeof(float)) { return to_bullet(after); }
+    return value + (to_bullet(after) - to_bullet(before));
+}
+
+} // namespace pliant
+
+#endif

@@ -1,0 +1,79 @@
+#include "pair_algorithm.h"
+
+#include "soft_object.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionDispatch/btEmptyCollisionAlgorithm.h>
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
+
+#include <new>
+
+namespace pliant {
+
+PairAlgorithm::PairAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const SoftObject& soft_object,
+                             const SoftObject* other_soft_object, const btCollisionObject& other_object)
+    : btCollisionAlgorithm(info), soft(soft_object), other_soft(other_soft_object), other(other_object),
+      proxy(other_soft_object != nullptr ? nullptr : soft_object.bridge().acquire_proxy(other_object)) {}
+
+PairAlgorithm::~PairAlgorithm() {
+    soft.bridge().drop(*this);
+}
+
+void PairAlgorithm::processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*,
+                                     const btDispatcherInfo&, btManifoldResult*) {
+    // Bullet keeps contacts of such objects without solving them; soft contacts without response have no use.
+    if (soft.hasContactResponse() && other.hasContactResponse()) { soft.bridge().collect(*this); }
+}
+
+btScalar PairAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                              btManifoldResult*) {
+    return btScalar(1);
+}
+
+void PairAlgorithm::getAllContactManifolds(btManifoldArray&) {}
+
+namespace {
+
+class PairCreateFunc final : public btCollisionAlgorithmCreateFunc {
+public:
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* wrap0,
+                                                   const btCollisionObjectWrapper* wrap1) override {
+        const SoftObject* soft0 = SoftObject::from(wrap0->getCollisionObject());
+        const SoftObject* soft1 = SoftObject::from(wrap1->getCollisionObject());
+        if (soft0 == nullptr && soft1 == nullptr) {
+            auto* dispatcher = static_cast<btCollisionDispatcher*>(info.m_dispatcher1);
+            return dispatcher->getCollisionConfiguration()
+                ->getCollisionAlgorithmCreateFunc(wrap0->getCollisionShape()->getShapeType(),
+                                                  wrap1->getCollisionShape()->getShapeType())
+                ->CreateCollisionAlgorithm(info, wrap0, wrap1);
+        }
+        const bool both = soft0 != nullptr && soft1 != nullptr;
+        const SoftObject& soft = soft0 != nullptr ? *soft0 : *soft1;
+        const btCollisionObject& other = soft0 != nullptr ? *wrap1->getCollisionObject() : *wrap0->getCollisionObject();
+        const bool meet =
+            both ? &soft0->bridge() == &soft1->bridge() : other.getInternalType() != btCollisionObject::CO_SOFT_BODY;
+        if (!meet) {
+            void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(btEmptyAlgorithm));
+            return new (memory) btEmptyAlgorithm(info);
+        }
+        void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(PairAlgorithm));
+        return new (memory) PairAlgorithm(info, soft, both ? soft1 : nullptr, other);
+    }
+};
+
+} // namespace
+
+void register_pair_algorithm(btCollisionDispatcher& dispatcher) {
+    // It has no state, so one serves all dispatchers and may stay registered when the bridge has gone.
+    static PairCreateFunc create;
+    for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {
+        dispatcher.registerCollisionCreateFunc(CUSTOM_CONCAVE_SHAPE_TYPE, type, &create);
+        dispatcher.registerCollisionCreateFunc(type, CUSTOM_CONCAVE_SHAPE_TYPE, &create);
+    }
+}
+
+} // namespace pliant

@@ -1,0 +1,146 @@
+#include "rigid_proxy.h"
+
+#include "convert.h"
+#include "triangle_slabs.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <cstring>
+
+namespace pliant {
+
+namespace {
+
+bool same_bits(pli_vec3 a, pli_vec3 b) {
+    return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+} // namespace
+
+RigidProxy::RigidProxy(const btCollisionObject& object) : object_(&object), body_(btRigidBody::upcast(&object)) {}
+
+RigidProxy::~RigidProxy() {
+    drop_rigid();
+}
+
+void RigidProxy::drop_rigid() {
+    pli_rigid_destroy(rigid_);
+    rigid_ = nullptr;
+    fingerprint_ = 0;
+}
+
+pli_rigid_kind RigidProxy::kind() const {
+    if (object_->isKinematicObject()) { return PLI_RIGID_KINEMATIC; }
+    const bool is_movable = body_ != nullptr && !object_->isStaticObject() && body_->getInvMass() > 0;
+    return is_movable ? PLI_RIGID_DYNAMIC : PLI_RIGID_STATIC;
+}
+
+pli_rigid_state RigidProxy::read_state() const {
+    pli_rigid_state state{};
+    state.pose = to_pli(object_->getWorldTransform());
+    if (body_ != nullptr) {
+        state.linear_velocity = to_pli(body_->getLinearVelocity());
+        state.angular_velocity = to_pli(body_->getAngularVelocity());
+        state.inverse_mass = to_float(body_->getInvMass());
+        state.inverse_inertia_world = to_pli(body_->getInvInertiaTensorWorld());
+    }
+    return state;
+}
+
+void RigidProxy::capture(unsigned step) {
+    captured_step_ = step;
+    captured_ = read_state();
+    captured_pose_ = object_->getWorldTransform();
+}
+
+pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
+    const pli_rigid_kind present_kind = kind();
+    const pli_vec3 one = pli_vec3_make(1, 1, 1);
+    const pli_vec3 linear_factor = body_ != nullptr ? to_pli(body_->getLinearFactor()) : one;
+    const pli_vec3 angular_factor = body_ != nullptr ? to_pli(body_->getAngularFactor()) : one;
+    const float friction = to_float(object_->getFriction());
+    const pli_rigid_state state = read_state();
+    pli_status status = PLI_OK;
+    if (rigid_ == nullptr) {
+        pli_rigid_def def = pli_rigid_def_default();
+        def.kind = present_kind;
+        def.state = state;
+        def.friction = friction;
+        def.linear_factor = linear_factor;
+        def.angular_factor = angular_factor;
+        status = pli_rigid_create(world, &def, &rigid_);
+    } else {
+        if (pli_rigid_get_kind(rigid_) != present_kind) { status = pli_rigid_set_kind(rigid_, present_kind, &state); }
+        if (status == PLI_OK) { status = pli_rigid_set_factors(rigid_, linear_factor, angular_factor); }
+        if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, friction); }
+    }
+    if (status != PLI_OK) { return status; }
+
+    const std::uint64_t fingerprint = shape_fingerprint(*object_->getCollisionShape());
+    if (fingerprint == fingerprint_) { return shape_status_; }
+    fingerprint_ = fingerprint;
+    parts_.clear();
+    shape_status_ = make_shape_parts(*object_->getCollisionShape(), options, parts_);
+    shapes_.clear();
+    poses_.clear();
+    has_slabs_ = false;
+    for (const ShapePart& part : parts_) {
+        has_slabs_ = has_slabs_ || !part.shape;
+        shapes_.push_back(part.shape.get());
+        poses_.push_back(to_pli(part.pose));
+    }
+    // With slabs the shapes depend on the pair and are set for each.
+    if (has_slabs_) { return shape_status_; }
+    status = pli_rigid_set_shapes(rigid_, static_cast<int>(shapes_.size()), shapes_.data(), poses_.data());
+    return status != PLI_OK ? status : shape_status_;
+}
+
+pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs) {
+    pli_status status = pli_rigid_set_state(rigid_, &captured_);
+    if (status != PLI_OK) { return status; }
+    if (has_slabs_) {
+        shapes_.clear();
+        poses_.clear();
+        const pli_bounds bounds = pli_body_get_bounds(body);
+        for (std::size_t i = 0; i < parts_.size(); ++i) {
+            if (parts_[i].shape) {
+                shapes_.push_back(parts_[i].shape.get());
+            } else {
+                const pli_status collected =
+                    slabs.collect(options.context, static_cast<int>(i), parts_[i], captured_pose_, bounds, shapes_);
+                if (status == PLI_OK) { status = collected; }
+            }
+            poses_.resize(shapes_.size(), to_pli(parts_[i].pose));
+        }
+        const pli_status set =
+            pli_rigid_set_shapes(rigid_, static_cast<int>(shapes_.size()), shapes_.data(), poses_.data());
+        if (set != PLI_OK) { return set; }
+    }
+    const pli_status collided = pli_world_collide_rigid(world, body, rigid_);
+    return status != PLI_OK ? status : collided;
+}
+
+pli_status RigidProxy::set_present_state() {
+    const pli_status status = pli_rigid_set_state(rigid_, &(present_ = read_state()));
+    // An object without finite numbers is left where it was.
+    if (status != PLI_OK) { present_ = pli_rigid_get_state(rigid_); }
+    return status;
+}
+
+void RigidProxy::write_back() {
+    if (!pli_rigid_was_touched(rigid_) || pli_rigid_get_kind(rigid_) != PLI_RIGID_DYNAMIC) { return; }
+    // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
+    auto* body = const_cast<btRigidBody*>(body_);
+    const pli_rigid_state after = pli_rigid_get_state(rigid_);
+    if (!same_bits(after.linear_velocity, present_.linear_velocity)) {
+        body->setLinearVelocity(
+            with_change(body->getLinearVelocity(), present_.linear_velocity, after.linear_velocity));
+    }
+    if (!same_bits(after.angular_velocity, present_.angular_velocity)) {
+        body->setAngularVelocity(
+            with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
+    }
+    body->activate();
+}
+
+} // namespace pliant

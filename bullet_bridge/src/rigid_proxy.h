@@ -1,0 +1,69 @@
+#ifndef PLIANT_BULLET_RIGID_PROXY_H
+#define PLIANT_BULLET_RIGID_PROXY_H
+
+// The core's picture of one collision object of Bullet. It lives while a pair or the user (anchors) needs it.
+
+#include "bridge_impl.h"
+#include "shapes.h"
+
+class btRigidBody;
+
+namespace pliant {
+
+class TriangleSlabs;
+
+class RigidProxy {
+public:
+    explicit RigidProxy(const btCollisionObject& object);
+    ~RigidProxy();
+    RigidProxy(const RigidProxy&) = delete;
+    RigidProxy& operator=(const RigidProxy&) = delete;
+
+    const btCollisionObject* object() const { return object_; }
+    pli_rigid* rigid() const { return rigid_; }
+
+    /// Keeps the state of now for the contacts of this step; once per step.
+    void capture(unsigned step);
+    bool is_captured(unsigned step) const { return captured_step_ == step; }
+
+    /// Makes the core's body, or brings its kind, factors, friction and shapes up to date.
+    pli_status prepare(const ShapeOptions& options, pli_world* world);
+    /// Contacts of a body with the captured state.
+    pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
+    /// From the captured state to the one after Bullet's solver.
+    pli_status set_present_state();
+    /// Hands velocities that the core changed back to Bullet and wakes the body if something acted on it.
+    void write_back();
+    /// Destroys the core's body with its anchors; prepare() makes another one.
+    void drop_rigid();
+    /// The shapes were edited in place.
+    void refresh() { fingerprint_ = 0; }
+
+    int pair_count = 0;        ///< algorithms that use it
+    bool is_pinned = false;    ///< the user has it
+    bool was_in_world = false; ///< pinned ones are forgotten when their object leaves the world
+    int world_array_index = -1;
+    unsigned present_step = 0; ///< step of the last set_present_state
+
+private:
+    pli_rigid_kind kind() const;
+    pli_rigid_state read_state() const;
+
+    const btCollisionObject* object_;
+    const btRigidBody* body_; ///< null for plain collision objects
+    pli_rigid* rigid_ = nullptr;
+    unsigned captured_step_ = 0;
+    pli_rigid_state captured_{};
+    btTransform captured_pose_;
+    pli_rigid_state present_{};
+    std::vector<ShapePart> parts_;
+    bool has_slabs_ = false;
+    std::uint64_t fingerprint_ = 0;
+    pli_status shape_status_ = PLI_OK;
+    std::vector<pli_shape*> shapes_;   ///< scratch
+    std::vector<pli_transform> poses_; ///< scratch
+};
+
+} // namespace pliant
+
+#endif

@@ -1,0 +1,91 @@
+// Convex shapes through Bullet's GJK and EPA: exactly what btSparseSdf asks for (btGjkEpaSolver2::SignedDistance).
+
+#include "convert.h"
+#include "shapes.h"
+
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+
+#include <cfloat>
+#include <new>
+
+namespace pliant {
+
+namespace {
+
+struct GjkShape {
+    const btConvexShape* shape;
+    std::unique_ptr<btConvexShape> owned;
+    pli_bounds bounds;
+};
+
+float distance_to_bounds(const pli_bounds& bounds, pli_vec3 p) {
+    const float x = std::max(std::max(bounds.min.x - p.x, p.x - bounds.max.x), 0.0f);
+    const float y = std::max(std::max(bounds.min.y - p.y, p.y - bounds.max.y), 0.0f);
+    const float z = std::max(std::max(bounds.min.z - p.z, p.z - bounds.max.z), 0.0f);
+    return std::sqrt(x * x + y * y + z * z);
+}
+
+void gjk_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                   pli_vec3* normals) {
+    const auto& gjk = *static_cast<const GjkShape*>(user);
+    for (int i = 0; i < count; ++i) {
+        const float far_away = distance_to_bounds(gjk.bounds, points[i]);
+        if (far_away > max_distance) {
+            distances[i] = far_away;
+            continue;
+        }
+        btGjkEpaSolver2::sResults result;
+        result.normal.setValue(0, 1, 0);
+        const btScalar distance =
+            btGjkEpaSolver2::SignedDistance(to_bullet(points[i]), 0, gjk.shape, btTransform::getIdentity(), result);
+        // A failure of GJK and EPA is reported as the largest number.
+        distances[i] = distance < btScalar(FLT_MAX) ? to_float(distance) : FLT_MAX;
+        if (normals != nullptr) { normals[i] = to_pli(result.normal); }
+    }
+}
+
+pli_bounds gjk_bounds(const void* user) {
+    return static_cast<const GjkShape*>(user)->bounds;
+}
+
+pli_vec3 gjk_support(const void* user, pli_vec3 direction) {
+    return to_pli(static_cast<const GjkShape*>(user)->shape->localGetSupportingVertex(to_bullet(direction)));
+}
+
+void gjk_destroy(void* user) {
+    delete static_cast<GjkShape*>(user);
+}
+
+} // namespace
+
+pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
+                          ShapePointer& result) {
+    auto* gjk = new (std::nothrow) GjkShape{&shape, std::move(owned), local_bounds(shape)};
+    if (gjk == nullptr) { return PLI_ERROR_OUT_OF_MEMORY; }
+    pli_shape_def def = pli_shape_def_default();
+    def.user = gjk;
+    def.distances = gjk_distances;
+    def.bounds = gjk_bounds;
+    def.support = gjk_support;
+    def.destroy = gjk_destroy;
+    pli_shape* made = nullptr;
+    const pli_status status = pli_shape_create(context, &def, &made);
+    if (status != PLI_OK) { delete gjk; }
+    result.reset(made);
+    return status;
+}
+
+pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
+                              ShapePointer& result) {
+    ShapePointer source;
+    pli_status status = make_gjk_shape(context, shape, std::move(owned), source);
+    if (status != PLI_OK) { return status; }
+    const float bullet_voxel_size = 0.25f;
+    pli_shape* made = nullptr;
+    status = pli_shape_create_lattice(context, source.get(), bullet_voxel_size, &made);
+    result.reset(made);
+    return status;
+}
+
+} // namespace pliant

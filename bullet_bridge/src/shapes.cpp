@@ -1,0 +1,170 @@
+#include "shapes.h"
+
+#include "convert.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+
+#include <cstring>
+
+namespace pliant {
+
+pli_bounds local_bounds(const btCollisionShape& shape) {
+    btVector3 low, high;
+    shape.getAabb(btTransform::getIdentity(), low, high);
+    return {to_pli(low), to_pli(high)};
+}
+
+namespace {
+
+pli_vec3 along_axis(int axis, btScalar length) {
+    btVector3 v(0, 0, 0);
+    v[axis] = length;
+    return to_pli(v);
+}
+
+pli_status make_hull_shape(pli_context* context, const btConvexHullShape& hull, pli_shape** result) {
+    std::vector<pli_vec3> points;
+    for (int i = 0; i < hull.getNumPoints(); ++i) {
+        points.push_back(to_pli(hull.getScaledPoint(i)));
+    }
+    const float radius = std::max(0.0f, to_float(hull.getMargin()));
+    return pli_shape_create_convex_hull(context, static_cast<int>(points.size()), points.data(), radius, result);
+}
+
+pli_status make_exact_convex(pli_context* context, const btConvexShape& shape, ShapePointer& result) {
+    pli_shape* made = nullptr;
+    pli_status status = PLI_ERROR_INVALID_MESH;
+    switch (shape.getShapeType()) {
+    case SPHERE_SHAPE_PROXYTYPE:
+        status =
+            pli_shape_create_sphere(context, to_float(static_cast<const btSphereShape&>(shape).getRadius()), &made);
+        break;
+    case BOX_SHAPE_PROXYTYPE:
+        status = pli_shape_create_box(context, to_pli(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin()),
+                                      &made);
+        break;
+    case CAPSULE_SHAPE_PROXYTYPE: {
+        const auto& capsule = static_cast<const btCapsuleShape&>(shape);
+        status = pli_shape_create_capsule(context, along_axis(capsule.getUpAxis(), capsule.getHalfHeight()),
+                                          to_float(capsule.getRadius()), &made);
+        break;
+    }
+    case CYLINDER_SHAPE_PROXYTYPE: {
+        const auto& cylinder = static_cast<const btCylinderShape&>(shape);
+        const int axis = cylinder.getUpAxis();
+        status = pli_shape_create_cylinder(context, along_axis(axis, cylinder.getHalfExtentsWithMargin()[axis]),
+                                           to_float(cylinder.getRadius()), &made);
+        break;
+    }
+    case CONVEX_HULL_SHAPE_PROXYTYPE:
+        status = make_hull_shape(context, static_cast<const btConvexHullShape&>(shape), &made);
+        break;
+    default:
+        break;
+    }
+    result.reset(made);
+    // Flat hulls and all other convex shapes.
+    if (status == PLI_ERROR_INVALID_MESH) { status = make_gjk_shape(context, shape, nullptr, result); }
+    return status;
+}
+
+pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options, ShapePart& part) {
+    const bool is_reference = options.mode == CollisionMode::reference;
+    if (shape.isConvex()) {
+        const auto& convex = static_cast<const btConvexShape&>(shape);
+        return is_reference ? make_lattice_shape(options.context, convex, nullptr, part.shape)
+                            : make_exact_convex(options.context, convex, part.shape);
+    }
+    const auto& concave = static_cast<const btConcaveShape&>(shape);
+    if (is_reference) {
+        part.triangles = &concave;
+        return PLI_OK;
+    }
+    if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+        const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+        pli_shape* made = nullptr;
+        const pli_status status = pli_shape_create_plane(options.context, to_pli(plane.getPlaneNormal()),
+                                                         to_float(plane.getPlaneConstant()), &made);
+        part.shape.reset(made);
+        return status;
+    }
+    return make_concave_shape(options.context, concave, options.surface_thickness, part.shape);
+}
+
+pli_status append_parts(const btCollisionShape& shape, const btTransform& pose, const ShapeOptions& options,
+                        std::vector<ShapePart>& parts) {
+    if (shape.isCompound()) {
+        const auto& compound = static_cast<const btCompoundShape&>(shape);
+        pli_status status = PLI_OK;
+        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+            const pli_status child =
+                append_parts(*compound.getChildShape(i), pose * compound.getChildTransform(i), options, parts);
+            if (status == PLI_OK) { status = child; }
+        }
+        return status;
+    }
+    // A type outside Bullet's three families (a fluid, another engine's) has nothing to collide with.
+    if (!shape.isConvex() && !shape.isConcave()) { return PLI_OK; }
+    if (shape.getShapeType() == EMPTY_SHAPE_PROXYTYPE) { return PLI_OK; }
+    ShapePart part;
+    part.pose = pose;
+    const pli_status status = make_leaf(shape, options, part);
+    if (status == PLI_OK) { parts.push_back(std::move(part)); }
+    return status;
+}
+
+// 64-bit FNV-1a.
+void add_to_hash(std::uint64_t& hash, const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) {
+        hash = (hash ^ bytes[i]) * 1099511628211u;
+    }
+}
+
+template <typename T> void add_to_hash(std::uint64_t& hash, const T& value) {
+    add_to_hash(hash, &value, sizeof value);
+}
+
+void add_to_hash(std::uint64_t& hash, const btVector3& v) {
+    for (int i = 0; i < 3; ++i) {
+        add_to_hash(hash, v.m_floats[i]);
+    }
+}
+
+void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
+    add_to_hash(hash, &shape);
+    add_to_hash(hash, shape.getShapeType());
+    add_to_hash(hash, shape.getMargin());
+    add_to_hash(hash, shape.getLocalScaling());
+    if (!shape.isCompound()) { return; }
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+        const btTransform& pose = compound.getChildTransform(i);
+        for (int row = 0; row < 3; ++row) {
+            add_to_hash(hash, pose.getBasis().getRow(row));
+        }
+        add_to_hash(hash, pose.getOrigin());
+        add_shape(hash, *compound.getChildShape(i));
+    }
+}
+
+} // namespace
+
+pli_status make_shape_parts(const btCollisionShape& shape, const ShapeOptions& options, std::vector<ShapePart>& parts) {
+    return append_parts(shape, btTransform::getIdentity(), options, parts);
+}
+
+std::uint64_t shape_fingerprint(const btCollisionShape& shape) {
+    std::uint64_t hash = 14695981039346656037u;
+    add_shape(hash, shape);
+    return hash;
+}
+
+} // namespace pliant

@@ -1,0 +1,63 @@
+#ifndef PLIANT_BULLET_SHAPES_H
+#define PLIANT_BULLET_SHAPES_H
+
+// Bullet's collision shapes as shapes of the core.
+
+#include "pliant_bullet/pliant_bullet.h"
+
+#include <LinearMath/btTransform.h>
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+class btCollisionShape;
+class btConcaveShape;
+class btConvexShape;
+
+namespace pliant {
+
+struct ShapeRelease {
+    void operator()(pli_shape* shape) const { pli_shape_release(shape); }
+};
+using ShapePointer = std::unique_ptr<pli_shape, ShapeRelease>;
+
+/// A leaf of a collision shape, with its pose in the object.
+struct ShapePart {
+    ShapePointer shape;                        ///< null: `triangles` is to be cut into slabs
+    const btConcaveShape* triangles = nullptr; ///< reference mode
+    btTransform pose;
+};
+
+struct ShapeOptions {
+    pli_context* context;
+    CollisionMode mode;
+    float surface_thickness; ///< m, of open triangle surfaces
+};
+
+/// Appends the leaves of `shape`. Leaves that the core cannot use (a radius of zero) are left out and reported by the
+/// returned status; the others are appended nevertheless.
+pli_status make_shape_parts(const btCollisionShape& shape, const ShapeOptions& options, std::vector<ShapePart>& parts);
+
+/// Changes when the shape becomes another one, or is scaled, gets another margin or other children.
+std::uint64_t shape_fingerprint(const btCollisionShape& shape);
+
+/// Distances by Bullet's GJK and EPA, as btSparseSdf samples them. Keeps `owned` if it is given, otherwise `shape` must
+/// outlive the result.
+pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
+                          ShapePointer& result);
+/// The same behind a lattice of 0.25 m.
+pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
+                              ShapePointer& result);
+
+/// Triangles, copied into the core when they are few and do not change in place, otherwise asked from Bullet point by
+/// point.
+pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
+                              ShapePointer& result);
+
+/// Bounds at the identity transform.
+pli_bounds local_bounds(const btCollisionShape& shape);
+
+} // namespace pliant
+
+#endif

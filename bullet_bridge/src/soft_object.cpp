@@ -1,0 +1,56 @@
+#include "soft_object.h"
+
+#include "convert.h"
+
+#include <LinearMath/btAabbUtil2.h>
+
+namespace pliant {
+
+SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), unit_scaling_(1, 1, 1) {
+    m_shapeType = CUSTOM_CONCAVE_SHAPE_TYPE;
+}
+
+void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const {
+    // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
+    bridge_.predict_inside_step();
+    const pli_bounds bounds = pli_body_get_bounds(body_);
+    // Compounds ask for the bounds in their own frame.
+    btTransformAabb(to_bullet(bounds.min), to_bullet(bounds.max), 0, transform, aabb_min, aabb_max);
+}
+
+void SoftShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabb_min,
+                                    const btVector3& aabb_max) const {
+    const pli_body_view view = pli_body_get_view(body_);
+    for (int f = 0; f < view.face_count; ++f) {
+        btVector3 corners[3];
+        for (int i = 0; i < 3; ++i) {
+            const pli_vec4& p = view.positions[view.face_nodes[3 * f + i]];
+            corners[i].setValue(p.x, p.y, p.z);
+        }
+        if (TestTriangleAgainstAabb2(corners, aabb_min, aabb_max)) { callback->processTriangle(corners, 0, f); }
+    }
+}
+
+void SoftShape::calculateLocalInertia(btScalar, btVector3& inertia) const {
+    inertia.setZero();
+}
+
+// Soft bodies are scaled as meshes.
+void SoftShape::setLocalScaling(const btVector3&) {}
+
+void SoftShape::setMargin(btScalar margin) {
+    (void)pli_body_set_collision_margin(body_, to_float(margin));
+}
+
+btScalar SoftShape::getMargin() const {
+    return btScalar(pli_body_get_collision_margin(body_));
+}
+
+SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), shape_(bridge, body) {
+    m_internalType = CO_USER_TYPE;
+    // Neither static nor kinematic, so that islands join over it and never sleep below it.
+    m_collisionFlags = 0;
+    setCollisionShape(&shape_);
+}
+
+} // namespace pliant

@@ -1,0 +1,67 @@
+#ifndef PLIANT_BULLET_SOFT_OBJECT_H
+#define PLIANT_BULLET_SOFT_OBJECT_H
+
+// What Bullet sees of a soft body: a movable collision object whose concave shape yields the faces where they are now.
+
+#include "bridge_impl.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+
+namespace pliant {
+
+ATTRIBUTE_ALIGNED16(class) SoftShape : public btConcaveShape {
+public:
+    BT_DECLARE_ALIGNED_ALLOCATOR();
+
+    SoftShape(Bridge::Impl & bridge, pli_body * body);
+
+    void getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const override;
+    void processAllTriangles(btTriangleCallback * callback, const btVector3& aabb_min, const btVector3& aabb_max)
+        const override;
+    void calculateLocalInertia(btScalar mass, btVector3 & inertia) const override;
+    void setLocalScaling(const btVector3& scaling) override;
+    const btVector3& getLocalScaling() const override {
+        return unit_scaling_;
+    }
+    void setMargin(btScalar margin) override;
+    btScalar getMargin() const override;
+    const char* getName() const override {
+        return "PliantSoftBody";
+    }
+
+private:
+    Bridge::Impl& bridge_;
+    pli_body* body_;
+    btVector3 unit_scaling_;
+};
+
+ATTRIBUTE_ALIGNED16(class) SoftObject : public btCollisionObject {
+public:
+    BT_DECLARE_ALIGNED_ALLOCATOR();
+
+    SoftObject(Bridge::Impl & bridge, pli_body * body);
+
+    Bridge::Impl& bridge() const {
+        return bridge_;
+    }
+    pli_body* body() const {
+        return body_;
+    }
+
+    bool frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
+
+    /// Null when the object is no soft body.
+    static const SoftObject* from(const btCollisionObject* object) {
+        return dynamic_cast<const SoftObject*>(object);
+    }
+
+private:
+    Bridge::Impl& bridge_;
+    pli_body* body_;
+    SoftShape shape_;
+};
+
+} // namespace pliant
+
+#endif
