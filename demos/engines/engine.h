@@ -118,8 +118,8 @@ public:
 
     // One frame of 1/60 s.
     virtual void step() = 0;
-    // Wall time that the last step spent on soft bodies (prediction, contacts, solve), ms.
-    virtual double soft_milliseconds() const = 0;
+    // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.
+    virtual double step_milliseconds() const = 0;
 
     virtual SoftState soft(int index) const = 0;
     virtual RigidState rigid(int index) const = 0;

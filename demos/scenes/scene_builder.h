@@ -18,8 +18,9 @@ pli_context* scene_context(scene_builder* builder);
 
 // ----------------------------------------------------------------------------------------------------- meshes
 
-/* A mesh made from a named set of triangles, links shuffled: "bunny" (453 nodes) and "torus" (300 nodes), or the user's
-   file (--mesh) in place of either. NULL when the builder has failed; the other functions accept that. */
+/* A mesh made from a named set of triangles, links shuffled: "bunny" (453 nodes), "torus" (300 nodes, around the y
+   axis) and "ball" (515 nodes, radius 1), or the user's file (--mesh) in place of any of them, scaled and moved to
+   where the named one is. NULL when the builder has failed; the other functions accept that. */
 pli_mesh* scene_triangle_mesh(scene_builder* builder, const char* name);
 
 /* Passes a status on to the builder; true when it is PLI_OK. For calls of pli_mesh_ functions. */

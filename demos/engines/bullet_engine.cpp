@@ -1,0 +1,232 @@
+// Builds btSoftBodies from recorded meshes: nodes, links and faces keep their order, settings map one to one.
+
+#include "bullet_engine.h"
+
+#include "stopwatch.h"
+
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace demos {
+
+// --------------------------------------------------------------------------------- meshes that Bullet cannot take
+
+namespace {
+
+// Which members are connected, by union of sets.
+class Components {
+public:
+    explicit Components(int count) : parents_(static_cast<size_t>(count)), count_(count) {
+        std::iota(parents_.begin(), parents_.end(), 0);
+    }
+    void join(int a, int b) {
+        const int root_a = root(a), root_b = root(b);
+        if (root_a != root_b) {
+            parents_[static_cast<size_t>(root_a)] = root_b;
+            --count_;
+        }
+    }
+    int count() const { return count_; }
+
+private:
+    int root(int member) {
+        while (parents_[static_cast<size_t>(member)] != member) {
+            int& parent = parents_[static_cast<size_t>(member)];
+            parent = parents_[static_cast<size_t>(parent)];
+            member = parent;
+        }
+        return member;
+    }
+    std::vector<int> parents_;
+    int count_;
+};
+
+int face_components(const pli_mesh_view& mesh) {
+    Components components(mesh.face_count);
+    std::map<std::pair<int, int>, int> face_at_edge;
+    for (int i = 0; i < mesh.face_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            const std::pair<int, int> edge =
+                std::minmax(mesh.faces[i].nodes[k], mesh.faces[i].nodes[(k + 1) % 3], std::less<int>());
+            components.join(i, face_at_edge.try_emplace(edge, i).first->second);
+        }
+    }
+    return components.count();
+}
+
+int link_components(const pli_mesh_view& mesh) {
+    Components components(mesh.node_count);
+    for (int i = 0; i < mesh.link_count; ++i) {
+        components.join(mesh.links[i].nodes[0], mesh.links[i].nodes[1]);
+    }
+    return components.count();
+}
+
+// The trees of soft contacts are built by merging neighbours until one is left; btSoftBody never ends when neighbours
+// do not connect everything.
+void require_connected(const SoftRecord& record) {
+    if (!record.def.has_soft_contacts) { return; }
+    const pli_mesh_view mesh = pli_mesh_get_view(record.mesh.get());
+    const int faces = face_components(mesh), links = link_components(mesh);
+    if (faces > 1 || links > 1) {
+        throw Error(record.name + ": btSoftBody hangs in soft contacts of a mesh that is not in one piece (" +
+                    std::to_string(faces) + " by faces, " + std::to_string(links) + " by links)");
+    }
+}
+
+// ------------------------------------------------------------------------------------------------- soft bodies
+
+std::vector<btSoftBody::Material*> append_materials(btSoftBody& body, const pli_mesh_view& mesh) {
+    std::vector<btSoftBody::Material*> materials;
+    for (int i = 0; i < mesh.material_count; ++i) {
+        // A body has one material from the start.
+        materials.push_back(i == 0 ? body.m_materials[0] : body.appendMaterial());
+        materials.back()->m_kLST = mesh.materials[i].linear_stiffness;
+    }
+    return materials;
+}
+
+std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& info, const pli_mesh_view& mesh) {
+    std::vector<btVector3> positions;
+    for (int i = 0; i < mesh.node_count; ++i) {
+        positions.push_back(to_bullet(mesh.positions[i]));
+    }
+    auto body = std::make_unique<btSoftBody>(&info, mesh.node_count, positions.data(), nullptr);
+    for (int i = 0; i < mesh.node_count; ++i) {
+        body->m_nodes[i].m_im = mesh.inverse_masses[i];
+    }
+    const std::vector<btSoftBody::Material*> materials = append_materials(*body, mesh);
+    const auto material = [&](int index) { return materials[static_cast<size_t>(index)]; };
+    for (int i = 0; i < mesh.link_count; ++i) {
+        const pli_link& link = mesh.links[i];
+        body->appendLink(link.nodes[0], link.nodes[1], material(link.material), false);
+        body->m_links[i].m_bbending = link.is_bending ? -1 : 0; // a signed field of one bit
+    }
+    for (int i = 0; i < mesh.face_count; ++i) {
+        const pli_face& face = mesh.faces[i];
+        body->appendFace(face.nodes[0], face.nodes[1], face.nodes[2], material(face.material));
+    }
+    for (int i = 0; i < mesh.tetra_count; ++i) {
+        const pli_tetra& tetra = mesh.tetras[i];
+        body->appendTetra(tetra.nodes[0], tetra.nodes[1], tetra.nodes[2], tetra.nodes[3], material(tetra.material));
+    }
+    return body;
+}
+
+void configure(btSoftBody& body, const scene_soft_def& def) {
+    btSoftBody::Config& config = body.m_cfg;
+    body.getCollisionShape()->setMargin(def.collision_margin);
+    if (def.velocity_links) { body.setSolver(btSoftBody::eSolverPresets::Velocities); }
+    config.viterations = def.solver.velocity_iterations;
+    config.piterations = def.solver.position_iterations;
+    config.diterations = def.solver.drift_iterations;
+    config.kVCF = def.solver.drift_correction;
+    config.kDP = def.solver.velocity_damping;
+    config.timescale = def.solver.time_scale;
+    config.kDF = def.has_rigid_contacts ? def.rigid_contacts.friction : def.soft_contacts.friction;
+    config.kCHR = def.rigid_contacts.dynamic_hardness;
+    config.kKHR = def.rigid_contacts.static_hardness;
+    config.kSHR = def.soft_contacts.hardness;
+    config.kAHR = def.anchor_hardness;
+    config.collisions = (def.has_rigid_contacts ? btSoftBody::fCollision::SDF_RS : 0) |
+                        (def.has_soft_contacts ? btSoftBody::fCollision::VF_SS : 0);
+    config.aeromodel = static_cast<btSoftBody::eAeroModel::_>(def.aero.model); // the same order
+    config.kLF = def.aero.lift;
+    config.kDG = def.aero.drag;
+    body.setWindVelocity(to_bullet(def.aero.wind));
+    config.kPR = def.pressure;
+    config.kVC = def.volume_conservation;
+    config.kMT = def.pose_matching;
+    const bool keeps_volume = def.volume_conservation > 0.0f, keeps_pose = def.pose_matching > 0.0f;
+    if (keeps_volume || keeps_pose) { body.setPose(keeps_volume, keeps_pose); }
+}
+
+} // namespace
+
+void BulletEngine::add_soft(const SoftRecord& record) {
+    require_connected(record);
+    std::unique_ptr<btSoftBody> body = make_body(info_, pli_mesh_get_view(record.mesh.get()));
+    configure(*body, record.def);
+    // Bullet leaves normals at zero until the end of the first step; Pliant has them from the start.
+    body->updateNormals();
+    body->addVelocity(to_bullet(record.velocity));
+    for (const FirstForce& force : record.first_forces) {
+        body->addForce(to_bullet(force.force), force.node);
+    }
+    static_cast<btSoftRigidDynamicsWorld&>(rigids_.world()).addSoftBody(body.get());
+    softs_.push_back(std::move(body));
+}
+
+// ------------------------------------------------------------------------------------------------------ engine
+
+BulletEngine::BulletEngine(const Description& description)
+    : description_(description), rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
+    rigids_.adopt(std::make_unique<btSoftRigidDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
+                                                             &rigids_.solver(), &rigids_.configuration()));
+    info_.m_broadphase = &rigids_.broadphase();
+    info_.m_dispatcher = &rigids_.dispatcher();
+    info_.m_gravity.setValue(0, -10, 0);
+    info_.m_sparsesdf.Initialize();
+    info_.m_sparsesdf.Reset();
+
+    size_t next_rigid = 0;
+    for (const SoftRecord& soft : description.softs) {
+        while (next_rigid < static_cast<size_t>(soft.order)) {
+            rigids_.add(description.rigids[next_rigid++]);
+        }
+        add_soft(soft);
+    }
+    while (next_rigid < description.rigids.size()) {
+        rigids_.add(description.rigids[next_rigid++]);
+    }
+    for (size_t i = 0; i < softs_.size(); ++i) {
+        for (const AnchorRecord& anchor : description.softs[i].anchors) {
+            softs_[i]->appendAnchor(anchor.node, rigids_.body(anchor.rigid), anchor.disable_collision,
+                                    anchor.influence);
+        }
+    }
+}
+
+BulletEngine::~BulletEngine() {
+    info_.m_sparsesdf.Reset(); // frees its cells
+}
+
+void BulletEngine::step() {
+    const Stopwatch watch;
+    rigids_.world().stepSimulation(frame_seconds, 0);
+    milliseconds_ = watch.milliseconds();
+}
+
+SoftState BulletEngine::soft(int index) const {
+    const btSoftBody& source = body(index);
+    SoftState state;
+    const btSoftBody::Node* first = source.m_nodes.size() > 0 ? &source.m_nodes[0] : nullptr;
+    const auto node_index = [&](const btSoftBody::Node* node) { return static_cast<int>(node - first); };
+    for (int i = 0; i < source.m_nodes.size(); ++i) {
+        state.positions.push_back(from_bullet(source.m_nodes[i].m_x));
+        state.velocities.push_back(from_bullet(source.m_nodes[i].m_v));
+        state.inverse_masses.push_back(source.m_nodes[i].m_im);
+    }
+    for (int i = 0; i < source.m_links.size(); ++i) {
+        state.link_nodes.push_back(node_index(source.m_links[i].m_n[0]));
+        state.link_nodes.push_back(node_index(source.m_links[i].m_n[1]));
+        state.rest_lengths.push_back(source.m_links[i].m_rl);
+    }
+    for (int i = 0; i < source.m_faces.size(); ++i) {
+        for (const btSoftBody::Node* node : source.m_faces[i].m_n) {
+            state.face_nodes.push_back(node_index(node));
+        }
+    }
+    for (int i = 0; i < source.m_tetras.size(); ++i) {
+        for (const btSoftBody::Node* node : source.m_tetras[i].m_n) {
+            state.tetra_nodes.push_back(node_index(node));
+        }
+    }
+    return state;
+}
+
+} // namespace demos

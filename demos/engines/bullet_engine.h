@@ -1,0 +1,40 @@
+#ifndef DEMOS_BULLET_ENGINE_H
+#define DEMOS_BULLET_ENGINE_H
+
+// The reference: a scene on btSoftBody in a btSoftRigidDynamicsWorld.
+
+#include "rigid_world.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+
+namespace demos {
+
+class BulletEngine final : public Engine {
+public:
+    explicit BulletEngine(const Description& description);
+    ~BulletEngine() override;
+
+    EngineKind kind() const override { return EngineKind::bullet; }
+    std::string name() const override { return "bullet"; }
+    const Description& description() const override { return description_; }
+    void step() override;
+    double step_milliseconds() const override { return milliseconds_; }
+    SoftState soft(int index) const override;
+    RigidState rigid(int index) const override { return rigids_.state(index); }
+
+    RigidWorld& rigids() { return rigids_; }
+    int soft_count() const { return static_cast<int>(softs_.size()); }
+    btSoftBody& body(int index) const { return *softs_.at(static_cast<size_t>(index)); }
+
+private:
+    void add_soft(const SoftRecord& record);
+
+    const Description& description_;
+    btSoftBodyWorldInfo info_;
+    std::vector<std::unique_ptr<btSoftBody>> softs_; // the world goes before its bodies
+    RigidWorld rigids_;
+    double milliseconds_ = 0;
+};
+
+} // namespace demos
+#endif

@@ -1,0 +1,73 @@
+// Figures of a scene that runs: sizes, stretch, energy, and a hash of the whole state.
+
+#include "engine.h"
+
+#include <cmath>
+#include <cstring>
+
+namespace demos {
+
+namespace {
+
+// FNV-1a over the bits of floats.
+void hash_vector(uint64_t& hash, pli_vec3 v) {
+    unsigned char bytes[3 * sizeof(float)];
+    std::memcpy(bytes, &v.x, sizeof(float));
+    std::memcpy(bytes + sizeof(float), &v.y, sizeof(float));
+    std::memcpy(bytes + 2 * sizeof(float), &v.z, sizeof(float));
+    for (const unsigned char byte : bytes) {
+        hash = (hash ^ byte) * 1099511628211u;
+    }
+}
+
+bool is_finite(pli_vec3 v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+double length_squared(pli_vec3 v) {
+    const double x = static_cast<double>(v.x), y = static_cast<double>(v.y), z = static_cast<double>(v.z);
+    return x * x + y * y + z * z;
+}
+
+void measure_nodes(const SoftState& state, Measures& measures) {
+    for (size_t i = 0; i < state.positions.size(); ++i) {
+        measures.finite = measures.finite && is_finite(state.positions[i]) && is_finite(state.velocities[i]);
+        if (state.inverse_masses[i] > 0.0f) {
+            measures.kinetic_energy +=
+                0.5 * length_squared(state.velocities[i]) / static_cast<double>(state.inverse_masses[i]);
+        }
+        hash_vector(measures.state_hash, state.positions[i]);
+        hash_vector(measures.state_hash, state.velocities[i]);
+    }
+}
+
+void measure_links(const SoftState& state, Measures& measures) {
+    for (size_t i = 0; i < state.rest_lengths.size(); ++i) {
+        const double rest = static_cast<double>(state.rest_lengths[i]);
+        if (!(rest > 0.0)) { continue; }
+        const pli_vec3 a = state.positions[static_cast<size_t>(state.link_nodes[2 * i])];
+        const pli_vec3 b = state.positions[static_cast<size_t>(state.link_nodes[2 * i + 1])];
+        const double length = std::sqrt(length_squared(pli_vec3_sub(b, a)));
+        measures.max_stretch = std::fmax(measures.max_stretch, std::fabs(length / rest - 1.0));
+    }
+}
+
+} // namespace
+
+Measures measure(const Engine& engine) {
+    Measures measures;
+    measures.state_hash = 14695981039346656037u;
+    const size_t count = engine.description().softs.size();
+    for (size_t i = 0; i < count; ++i) {
+        const SoftState state = engine.soft(static_cast<int>(i));
+        measures.nodes += static_cast<int>(state.positions.size());
+        measures.links += static_cast<int>(state.rest_lengths.size());
+        measures.faces += static_cast<int>(state.face_nodes.size() / 3);
+        measures.tetras += static_cast<int>(state.tetra_nodes.size() / 4);
+        measure_nodes(state, measures);
+        measure_links(state, measures);
+    }
+    return measures;
+}
+
+} // namespace demos

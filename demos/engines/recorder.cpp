@@ -1,0 +1,288 @@
+// The scene builder: checks what a scene says and writes it down.
+
+#include "recorder.h"
+
+#include <cmath>
+#include <limits>
+
+namespace demos {
+
+RecordedDescription::RecordedDescription() {
+    if (pli_context_create(nullptr, &context) != PLI_OK) { throw Error("out of memory"); }
+}
+
+RecordedDescription::~RecordedDescription() {
+    softs.clear(); // the meshes belong to the context
+    pli_context_destroy(context);
+}
+
+pli_bounds empty_bounds() {
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    return {{infinity, infinity, infinity}, {-infinity, -infinity, -infinity}};
+}
+
+void extend_bounds(pli_bounds& bounds, pli_vec3 p) {
+    bounds.min = {std::fmin(bounds.min.x, p.x), std::fmin(bounds.min.y, p.y), std::fmin(bounds.min.z, p.z)};
+    bounds.max = {std::fmax(bounds.max.x, p.x), std::fmax(bounds.max.y, p.y), std::fmax(bounds.max.z, p.z)};
+}
+
+double bounds_diagonal(const pli_bounds& bounds) {
+    const double x = static_cast<double>(bounds.max.x) - static_cast<double>(bounds.min.x);
+    const double y = static_cast<double>(bounds.max.y) - static_cast<double>(bounds.min.y);
+    const double z = static_cast<double>(bounds.max.z) - static_cast<double>(bounds.min.z);
+    return std::sqrt(x * x + y * y + z * z);
+}
+
+static void describe(scene_builder& builder, const scene& which) {
+    RecordedDescription& description = builder.description;
+    description.source = &which;
+    which.build(&builder);
+    if (!builder.error.empty()) { throw Error(std::string("scene ") + which.name + ": " + builder.error); }
+    description.rest_bounds = empty_bounds();
+    for (const SoftRecord& soft : description.softs) {
+        const pli_mesh_view view = pli_mesh_get_view(soft.mesh.get());
+        for (int i = 0; i < view.node_count; ++i) {
+            extend_bounds(description.rest_bounds, view.positions[i]);
+        }
+    }
+}
+
+std::unique_ptr<Description> Description::build(const scene& which, const SceneOptions& options) {
+    const std::string name = which.name;
+    if (!options.mesh_file.empty() && !which.takes_mesh) {
+        throw Error("scene " + name + " has no triangle mesh that a file could replace");
+    }
+    if (!options.tetra_base.empty() && !which.takes_tetra) {
+        throw Error("scene " + name + " has no tetrahedral mesh that a file could replace");
+    }
+    auto description = std::make_unique<RecordedDescription>();
+    scene_builder builder{*description, options, {}};
+    describe(builder, which);
+    return description;
+}
+
+} // namespace demos
+
+using demos::Error;
+
+// --------------------------------------------------------------------------------------------------- checks
+
+void scene_builder::guard(const std::function<void()>& action) {
+    if (!error.empty()) { return; }
+    try {
+        action();
+    } catch (const std::exception& failure) { error = failure.what(); }
+}
+
+static bool is_finite(pli_vec3 v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+static bool is_finite(const pli_transform& t) {
+    return is_finite(t.origin) && is_finite(t.rotation.rows[0]) && is_finite(t.rotation.rows[1]) &&
+           is_finite(t.rotation.rows[2]);
+}
+
+static void require(bool condition, const std::string& message) {
+    if (!condition) { throw Error(message); }
+}
+
+static bool is_positive(float value) {
+    return value > 0.0f && std::isfinite(value);
+}
+
+static int checked_index(int index, size_t count, const std::string& what) {
+    require(index >= 0 && static_cast<size_t>(index) < count,
+            "there is no " + what + " " + std::to_string(index) + ", the scene has " + std::to_string(count) + " yet");
+    return index;
+}
+
+static demos::Shape checked_shape(const scene_shape& shape, const std::string& owner);
+
+static void check_extents(const scene_shape& shape, const std::string& owner) {
+    switch (shape.kind) {
+    case SCENE_SHAPE_BOX:
+    case SCENE_SHAPE_CYLINDER:
+        require(is_positive(shape.half_extents.x) && is_positive(shape.half_extents.y) &&
+                    is_positive(shape.half_extents.z),
+                owner + ": half extents must be positive");
+        break;
+    case SCENE_SHAPE_SPHERE:
+        require(is_positive(shape.radius), owner + ": the radius must be positive");
+        break;
+    case SCENE_SHAPE_CAPSULE:
+        require(is_positive(shape.radius) && is_positive(shape.half_height),
+                owner + ": radius and half height must be positive");
+        break;
+    case SCENE_SHAPE_TRIANGLE_MESH:
+        require(shape.points != nullptr && shape.triangles != nullptr && shape.point_count > 0 &&
+                    shape.triangle_count > 0,
+                owner + ": the triangle mesh is empty");
+        break;
+    case SCENE_SHAPE_COMPOUND:
+        require(shape.children != nullptr && shape.child_poses != nullptr && shape.child_count > 0,
+                owner + ": the compound is empty");
+        break;
+    default:
+        throw Error(owner + ": unknown kind of shape " + std::to_string(static_cast<int>(shape.kind)));
+    }
+}
+
+static void copy_triangles(const scene_shape& shape, const std::string& owner, demos::Shape& copy) {
+    copy.points.assign(shape.points, shape.points + shape.point_count);
+    copy.triangles.assign(shape.triangles, shape.triangles + 3 * static_cast<ptrdiff_t>(shape.triangle_count));
+    for (const pli_vec3& point : copy.points) {
+        require(is_finite(point), owner + ": a point of the triangle mesh is not finite");
+    }
+    for (const int index : copy.triangles) {
+        require(index >= 0 && index < shape.point_count,
+                owner + ": triangle index " + std::to_string(index) + " is out of range");
+    }
+}
+
+static void copy_children(const scene_shape& shape, const std::string& owner, demos::Shape& copy) {
+    for (int i = 0; i < shape.child_count; ++i) {
+        const scene_shape& child = shape.children[i];
+        require(child.kind != SCENE_SHAPE_COMPOUND && child.kind != SCENE_SHAPE_TRIANGLE_MESH,
+                owner + ": children of a compound must be convex");
+        require(is_finite(shape.child_poses[i]), owner + ": a child's pose is not finite");
+        copy.children.push_back(checked_shape(child, owner));
+        copy.child_poses.push_back(shape.child_poses[i]);
+    }
+}
+
+static demos::Shape checked_shape(const scene_shape& shape, const std::string& owner) {
+    check_extents(shape, owner);
+    require(shape.axis >= 0 && shape.axis <= 2, owner + ": the axis must be 0, 1 or 2");
+    require(std::isfinite(shape.margin), owner + ": the margin is not finite");
+    demos::Shape copy{};
+    copy.kind = shape.kind;
+    copy.half_extents = shape.half_extents;
+    copy.radius = shape.radius;
+    copy.half_height = shape.half_height;
+    copy.axis = shape.axis;
+    copy.margin = shape.margin;
+    if (shape.kind == SCENE_SHAPE_TRIANGLE_MESH) { copy_triangles(shape, owner, copy); }
+    if (shape.kind == SCENE_SHAPE_COMPOUND) { copy_children(shape, owner, copy); }
+    return copy;
+}
+
+// ----------------------------------------------------------------------------------------------- the builder
+
+pli_context* scene_context(scene_builder* builder) {
+    return builder->description.context;
+}
+
+bool scene_check(scene_builder* builder, pli_status status) {
+    builder->guard([&] {
+        const std::string detail = pli_last_error(builder->description.context);
+        require(status == PLI_OK, std::string(pli_status_string(status)) + (detail.empty() ? "" : ": " + detail));
+    });
+    return status == PLI_OK;
+}
+
+pli_mesh* scene_triangle_mesh(scene_builder* builder, const char* name) {
+    pli_mesh* mesh = nullptr;
+    builder->guard([&] {
+        require(name != nullptr, "a mesh needs a name");
+        mesh = demos::make_named_mesh(builder->description.context, name, builder->options.mesh_file).release();
+    });
+    return mesh;
+}
+
+int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def) {
+    builder->guard([&] {
+        require(def != nullptr && def->name != nullptr, "a rigid body needs a definition with a name");
+        const std::string name = def->name;
+        require(def->mass >= 0.0f && std::isfinite(def->mass), name + ": the mass must be zero or positive");
+        require(def->friction >= 0.0f && std::isfinite(def->friction), name + ": the friction must not be negative");
+        require(is_finite(def->pose), name + ": the pose is not finite");
+        require(def->mass == 0.0f || def->shape.kind != SCENE_SHAPE_TRIANGLE_MESH,
+                name + ": a triangle mesh must be static");
+        require(def->mass == 0.0f || !def->is_collision_only, name + ": a plain collision object has no mass");
+        builder->description.rigids.push_back(
+            {name, checked_shape(def->shape, name), def->mass, def->pose, def->friction, def->is_collision_only});
+    });
+    return static_cast<int>(builder->description.rigids.size()) - 1;
+}
+
+static void check_soft(const scene_soft_def& def, const std::string& name) {
+    const pli_solver_settings& solver = def.solver;
+    require(def.collision_margin >= 0.0f && std::isfinite(def.collision_margin),
+            name + ": the collision margin must not be negative");
+    require(solver.velocity_iterations >= 0 && solver.position_iterations >= 0 && solver.drift_iterations >= 0,
+            name + ": iterations must not be negative");
+    require(std::isfinite(def.pressure) && std::isfinite(def.volume_conservation) && std::isfinite(def.pose_matching),
+            name + ": pressure, volume conservation and pose matching must be finite");
+    require(!def.has_soft_contacts || !def.has_rigid_contacts ||
+                std::equal_to<float>()(def.soft_contacts.friction, def.rigid_contacts.friction),
+            name + ": btSoftBody knows one friction for rigid and soft contacts");
+}
+
+int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def* def) {
+    demos::MeshPointer owned(mesh);
+    builder->guard([&] {
+        require(def != nullptr && def->name != nullptr, "a soft body needs a definition with a name");
+        require(mesh != nullptr && pli_mesh_get_view(mesh).node_count > 0,
+                std::string(def->name) + ": a soft body needs a mesh with nodes");
+        check_soft(*def, def->name);
+        demos::SoftRecord record{};
+        record.name = def->name;
+        record.mesh = std::move(owned);
+        record.def = *def;
+        record.def.name = nullptr; // record.name is the copy that lasts
+        record.order = static_cast<int>(builder->description.rigids.size());
+        builder->description.softs.push_back(std::move(record));
+    });
+    return static_cast<int>(builder->description.softs.size()) - 1;
+}
+
+static demos::SoftRecord& soft_record(scene_builder* builder, int soft) {
+    std::vector<demos::SoftRecord>& softs = builder->description.softs;
+    return softs[static_cast<size_t>(checked_index(soft, softs.size(), "soft body"))];
+}
+
+static int checked_node(const demos::SoftRecord& record, int node) {
+    const int count = pli_mesh_get_view(record.mesh.get()).node_count;
+    require(node >= 0 && node < count, record.name + ": node " + std::to_string(node) +
+                                           " is out of range, the mesh has " + std::to_string(count) + " nodes");
+    return node;
+}
+
+void scene_set_velocity(scene_builder* builder, int soft, pli_vec3 velocity) {
+    builder->guard([&] {
+        demos::SoftRecord& record = soft_record(builder, soft);
+        require(is_finite(velocity), record.name + ": the velocity is not finite");
+        record.velocity = velocity;
+    });
+}
+
+void scene_add_first_force(scene_builder* builder, int soft, int node, pli_vec3 force) {
+    builder->guard([&] {
+        demos::SoftRecord& record = soft_record(builder, soft);
+        require(is_finite(force), record.name + ": the force is not finite");
+        record.first_forces.push_back({checked_node(record, node), force});
+    });
+}
+
+void scene_add_anchor(scene_builder* builder, int soft, int node, int rigid, bool disable_collision, float influence) {
+    builder->guard([&] {
+        demos::SoftRecord& record = soft_record(builder, soft);
+        const std::vector<demos::RigidRecord>& rigids = builder->description.rigids;
+        checked_index(rigid, rigids.size(), "rigid body");
+        require(!rigids[static_cast<size_t>(rigid)].is_collision_only,
+                record.name + ": an anchor needs a rigid body, not a plain collision object");
+        require(std::isfinite(influence), record.name + ": the influence of an anchor is not finite");
+        record.anchors.push_back({checked_node(record, node), rigid, disable_collision, influence});
+    });
+}
+
+void scene_set_camera(scene_builder* builder, scene_camera camera) {
+    builder->guard([&] {
+        require(is_finite(camera.target) && is_positive(camera.distance) && std::isfinite(camera.yaw_degrees) &&
+                    std::isfinite(camera.pitch_degrees),
+                "the camera needs a finite target and angles and a positive distance");
+        builder->description.has_camera = true;
+        builder->description.camera = camera;
+    });
+}

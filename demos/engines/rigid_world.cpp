@@ -1,0 +1,165 @@
+// Shapes, rigid bodies and the stock parts of a Bullet world, made from the record of a scene.
+
+#include "rigid_world.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
+
+namespace demos {
+
+btVector3 to_bullet(pli_vec3 v) {
+    return btVector3(v.x, v.y, v.z);
+}
+
+btTransform to_bullet(const pli_transform& t) {
+    const pli_vec3* r = t.rotation.rows;
+    return btTransform(btMatrix3x3(r[0].x, r[0].y, r[0].z, r[1].x, r[1].y, r[1].z, r[2].x, r[2].y, r[2].z),
+                       to_bullet(t.origin));
+}
+
+pli_vec3 from_bullet(const btVector3& v) {
+    return pli_vec3_make(v.x(), v.y(), v.z());
+}
+
+static pli_transform from_bullet(const btTransform& t) {
+    pli_transform result;
+    for (int i = 0; i < 3; ++i) {
+        result.rotation.rows[i] = from_bullet(t.getBasis()[i]);
+    }
+    result.origin = from_bullet(t.getOrigin());
+    return result;
+}
+
+RigidWorld::RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration)
+    : configuration_(std::move(configuration)),
+      dispatcher_(std::make_unique<btCollisionDispatcher>(configuration_.get())),
+      broadphase_(std::make_unique<btAxisSweep3>(btVector3(-1000, -1000, -1000), btVector3(1000, 1000, 1000),
+                                                 static_cast<unsigned short>(32766))),
+      solver_(std::make_unique<btSequentialImpulseConstraintSolver>()) {}
+
+RigidWorld::~RigidWorld() = default;
+
+void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made) {
+    world_ = std::move(made);
+    world_->setGravity(btVector3(0, -10, 0));
+}
+
+void RigidWorld::add(const RigidRecord& record) {
+    btCollisionShape* collision_shape = shape(record.shape);
+    const btTransform pose = to_bullet(record.pose);
+    if (record.is_collision_only) {
+        auto object = std::make_unique<btCollisionObject>();
+        object->setCollisionShape(collision_shape);
+        object->setWorldTransform(pose);
+        object->setFriction(record.friction);
+        world_->addCollisionObject(object.get());
+        objects_.push_back(std::move(object));
+        return;
+    }
+    btVector3 inertia(0, 0, 0);
+    if (record.mass > 0.0f) { collision_shape->calculateLocalInertia(record.mass, inertia); }
+    btRigidBody::btRigidBodyConstructionInfo info(record.mass, nullptr, collision_shape, inertia);
+    info.m_startWorldTransform = pose;
+    auto body = std::make_unique<btRigidBody>(info);
+    body->setFriction(record.friction);
+    world_->addRigidBody(body.get());
+    objects_.push_back(std::move(body));
+}
+
+RigidState RigidWorld::state(int index) const {
+    RigidState result{};
+    result.pose = from_bullet(object(index).getWorldTransform());
+    if (const btRigidBody* rigid = body(index)) {
+        result.linear_velocity = from_bullet(rigid->getLinearVelocity());
+        result.angular_velocity = from_bullet(rigid->getAngularVelocity());
+    }
+    return result;
+}
+
+// ---------------------------------------------------------------------------------------------------- shapes
+
+static bool equal(float a, float b) {
+    return !(a < b) && !(b < a);
+}
+
+static bool equal(pli_vec3 a, pli_vec3 b) {
+    return equal(a.x, b.x) && equal(a.y, b.y) && equal(a.z, b.z);
+}
+
+static bool equal(const pli_transform& a, const pli_transform& b) {
+    return equal(a.origin, b.origin) && equal(a.rotation.rows[0], b.rotation.rows[0]) &&
+           equal(a.rotation.rows[1], b.rotation.rows[1]) && equal(a.rotation.rows[2], b.rotation.rows[2]);
+}
+
+// Triangle meshes are large and rarely there twice: they count as different.
+static bool equal(const Shape& a, const Shape& b) {
+    if (a.kind != b.kind || a.kind == SCENE_SHAPE_TRIANGLE_MESH || !equal(a.half_extents, b.half_extents) ||
+        !equal(a.radius, b.radius) || !equal(a.half_height, b.half_height) || a.axis != b.axis ||
+        !equal(a.margin, b.margin) || a.children.size() != b.children.size()) {
+        return false;
+    }
+    for (size_t i = 0; i < a.children.size(); ++i) {
+        if (!equal(a.children[i], b.children[i]) || !equal(a.child_poses[i], b.child_poses[i])) { return false; }
+    }
+    return true;
+}
+
+btCollisionShape* RigidWorld::shape(const Shape& record) {
+    for (const CachedShape& cached : shapes_) {
+        if (equal(*cached.record, record)) { return cached.shape.get(); }
+    }
+    std::unique_ptr<btCollisionShape> made = make_shape(record);
+    if (record.margin >= 0.0f) { made->setMargin(record.margin); }
+    shapes_.push_back({&record, std::move(made)});
+    return shapes_.back().shape.get();
+}
+
+static std::unique_ptr<btCollisionShape> make_cylinder(const Shape& record) {
+    const btVector3 half = to_bullet(record.half_extents);
+    if (record.axis == 0) { return std::make_unique<btCylinderShapeX>(half); }
+    if (record.axis == 2) { return std::make_unique<btCylinderShapeZ>(half); }
+    return std::make_unique<btCylinderShape>(half);
+}
+
+static std::unique_ptr<btCollisionShape> make_capsule(const Shape& record) {
+    const btScalar height = 2 * record.half_height;
+    if (record.axis == 0) { return std::make_unique<btCapsuleShapeX>(record.radius, height); }
+    if (record.axis == 2) { return std::make_unique<btCapsuleShapeZ>(record.radius, height); }
+    return std::make_unique<btCapsuleShape>(record.radius, height);
+}
+
+std::unique_ptr<btCollisionShape> RigidWorld::make_triangle_mesh(const Shape& record) {
+    auto mesh = std::make_unique<btTriangleMesh>(true, false);
+    for (size_t i = 0; i + 2 < record.triangles.size(); i += 3) {
+        const auto corner = [&](size_t k) {
+            return to_bullet(record.points[static_cast<size_t>(record.triangles[i + k])]);
+        };
+        mesh->addTriangle(corner(0), corner(1), corner(2));
+    }
+    auto made = std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true);
+    meshes_.push_back(std::move(mesh));
+    return made;
+}
+
+std::unique_ptr<btCollisionShape> RigidWorld::make_shape(const Shape& record) {
+    switch (record.kind) {
+    case SCENE_SHAPE_BOX:
+        return std::make_unique<btBoxShape>(to_bullet(record.half_extents));
+    case SCENE_SHAPE_SPHERE:
+        return std::make_unique<btSphereShape>(record.radius);
+    case SCENE_SHAPE_CAPSULE:
+        return make_capsule(record);
+    case SCENE_SHAPE_CYLINDER:
+        return make_cylinder(record);
+    case SCENE_SHAPE_TRIANGLE_MESH:
+        return make_triangle_mesh(record);
+    case SCENE_SHAPE_COMPOUND:
+        break;
+    }
+    auto compound = std::make_unique<btCompoundShape>();
+    for (size_t i = 0; i < record.children.size(); ++i) {
+        compound->addChildShape(to_bullet(record.child_poses[i]), shape(record.children[i]));
+    }
+    return compound;
+}
+
+} // namespace demos

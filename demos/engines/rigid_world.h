@@ -1,0 +1,62 @@
+#ifndef DEMOS_RIGID_WORLD_H
+#define DEMOS_RIGID_WORLD_H
+
+// The rigid half of a scene in Bullet, the same for both engines: broad phase, solver, shapes and bodies as the demos
+// of Bullet set them up.
+
+#include "engine.h"
+
+#include <btBulletDynamicsCommon.h>
+
+namespace demos {
+
+class RigidWorld {
+public:
+    explicit RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration);
+    ~RigidWorld();
+    RigidWorld(const RigidWorld&) = delete;
+    RigidWorld& operator=(const RigidWorld&) = delete;
+
+    // To be set once, before bodies are added.
+    void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made);
+    void add(const RigidRecord& record);
+
+    btCollisionDispatcher& dispatcher() { return *dispatcher_; }
+    btBroadphaseInterface& broadphase() { return *broadphase_; }
+    btConstraintSolver& solver() { return *solver_; }
+    btCollisionConfiguration& configuration() { return *configuration_; }
+    btDiscreteDynamicsWorld& world() { return *world_; }
+
+    int object_count() const { return static_cast<int>(objects_.size()); }
+    btCollisionObject& object(int index) const { return *objects_.at(static_cast<size_t>(index)); }
+    // Null for a plain collision object.
+    btRigidBody* body(int index) const { return btRigidBody::upcast(&object(index)); }
+    RigidState state(int index) const;
+
+private:
+    btCollisionShape* shape(const Shape& record);
+    std::unique_ptr<btCollisionShape> make_shape(const Shape& record);
+    std::unique_ptr<btCollisionShape> make_triangle_mesh(const Shape& record);
+
+    struct CachedShape {
+        const Shape* record;
+        std::unique_ptr<btCollisionShape> shape;
+    };
+
+    // In the order in which they must be made; Bullet's parts hold plain pointers to each other.
+    std::unique_ptr<btCollisionConfiguration> configuration_;
+    std::unique_ptr<btCollisionDispatcher> dispatcher_;
+    std::unique_ptr<btBroadphaseInterface> broadphase_;
+    std::unique_ptr<btConstraintSolver> solver_;
+    std::vector<std::unique_ptr<btStridingMeshInterface>> meshes_;
+    std::vector<CachedShape> shapes_; // equal shapes are one object, as in the demos
+    std::vector<std::unique_ptr<btCollisionObject>> objects_;
+    std::unique_ptr<btDiscreteDynamicsWorld> world_;
+};
+
+btVector3 to_bullet(pli_vec3 v);
+btTransform to_bullet(const pli_transform& t);
+pli_vec3 from_bullet(const btVector3& v);
+
+} // namespace demos
+#endif

@@ -1,0 +1,34 @@
+/* The defaults of scene descriptions: those of Bullet's demos. */
+
+#include "scene_builder.h"
+
+scene_shape scene_box(pli_vec3 half_extents) {
+    return (scene_shape){.kind = SCENE_SHAPE_BOX, .half_extents = half_extents, .margin = -1.0f};
+}
+
+scene_shape scene_sphere(float radius) {
+    return (scene_shape){.kind = SCENE_SHAPE_SPHERE, .radius = radius, .margin = -1.0f};
+}
+
+scene_rigid_def scene_rigid_def_default(void) {
+    return (scene_rigid_def){
+        .name = "rigid",
+        .shape = scene_sphere(1),
+        .pose = pli_transform_identity(),
+        .friction = 0.5f,
+    };
+}
+
+scene_soft_def scene_soft_def_default(void) {
+    const pli_body_def body = pli_body_def_default();
+    return (scene_soft_def){
+        .name = "soft",
+        .collision_margin = body.collision_margin,
+        .solver = body.solver,
+        .rigid_contacts = pli_rigid_contacts_def_default(),
+        .has_rigid_contacts = true,
+        .soft_contacts = pli_soft_contacts_def_default(),
+        .anchor_hardness = 0.7f,
+        .aero = pli_aero_def_default(),
+    };
+}

@@ -1,0 +1,26 @@
+#ifndef SCENE_PARTS_H
+#define SCENE_PARTS_H
+
+/* What several scenes have in common. */
+
+#include "scene_builder.h"
+
+/* The slab that all scenes stand on: its top is at y = -10.5. */
+void part_ground(scene_builder* builder);
+/* Bodies of 10 kg above each other, in turn a compound of a box and a cylinder, a box and a ball. */
+void part_falling_stack(scene_builder* builder, int count);
+void part_big_ball(scene_builder* builder);
+/* A loose plate of 15 kg at the origin. */
+void part_plate(scene_builder* builder);
+/* Ten static steps that rise along x. */
+void part_stair(scene_builder* builder);
+
+/* A level square sheet with diagonals, `columns` by `columns` nodes. */
+pli_mesh* part_sheet(scene_builder* builder, pli_vec3 center, float half_width, int columns, int pins);
+pli_mesh* part_rope(scene_builder* builder, pli_vec3 from, pli_vec3 to, int inner_nodes, int pins);
+
+void part_set_stiffness(scene_builder* builder, pli_mesh* mesh, float linear_stiffness);
+/* Links to the neighbours of neighbours, of a new material. */
+void part_add_bending(scene_builder* builder, pli_mesh* mesh, float linear_stiffness);
+
+#endif
