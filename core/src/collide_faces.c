@@ -1,0 +1,569 @@
+/* Contacts of nodes with the faces of other soft bodies (btSoftColliders::CollideVF_SS) and their position solve
+   (btSoftBody::PSolve_SContacts). Given the same pairs of node and face, contacts equal Bullet's bit for bit. They come
+   in the order of nodes, then of faces; Bullet's order depends on memory addresses.
+
+   Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
+   and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
+
+#include "body_impl.h"
+#include "box_tree.h"
+#include "closest_point.h"
+#include "permutation.h"
+#include "pliant/contact.h"
+#include "world_impl.h"
+
+/* Faces whose doubled area is below this share of the longest edge squared have no normal. */
+#define SOFT_CONTACTS_MIN_SHAPE 1e-6f
+
+typedef struct soft_contact {
+    pli_body* face_body;
+    int node, face;
+    pli_vec3 weights;
+    pli_vec3 normal; /* from the face to the node */
+    float margin, friction;
+    float node_share, face_share; /* of the correction. Bullet: cfm */
+} soft_contact;
+
+typedef struct soft_contacts_state {
+    pli_soft_contacts_def def;
+    soft_contact* contacts;
+    int count, capacity;
+    /* For reordering. */
+    soft_contact* spare;
+    int spare_capacity;
+    uint8_t* marks;
+    int marks_capacity;
+    /* Bullet's boxes, or NULL. */
+    pli_bounds* node_boxes; /* [node_count] */
+    pli_bounds* face_boxes; /* [face_count] */
+    bool has_boxes;         /* false: to be taken from the start of the next step */
+    /* For the search; kept by the first body of a pair. */
+    plii_box_tree tree;
+    int* faces; /* near the other body */
+    int face_capacity;
+    pli_bounds* boxes; /* of `faces` */
+    int box_capacity;
+    int* hits;
+    int hit_count, hit_capacity;
+    bool is_out_of_memory;
+} soft_contacts_state;
+
+pli_soft_contacts_def pli_soft_contacts_def_default(void) {
+    pli_soft_contacts_def def = {0};
+    def.friction = 0.2f;
+    def.hardness = 1.0f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+static pli_vec3 soft_contacts_position(const pli_body* body, int node) {
+    return plii_xyz(body->positions[node]);
+}
+
+static pli_bounds soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
+    const pli_vec3 a = plii_xyz(positions[face[0]]), b = plii_xyz(positions[face[1]]), c = plii_xyz(positions[face[2]]);
+    const pli_bounds bounds = {plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
+    return bounds;
+}
+
+// ----------------------------------------------------------------------------------------------- Bullet's boxes
+
+/* Bullet's trees start without margins. */
+static void soft_contacts_start_boxes(const pli_body* body, soft_contacts_state* state) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->previous[i]);
+        state->node_boxes[i].min = x;
+        state->node_boxes[i].max = x;
+    }
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        state->face_boxes[i] = plii_bounds_grow(soft_contacts_face_bounds(body->previous, body->topology->faces[i]),
+                                                100.0f * PLII_EPSILON);
+    }
+    state->has_boxes = true;
+}
+
+/* btDbvt::update: a stored box is replaced only when it does not hold the new one, and then by a larger one. */
+static void soft_contacts_update_box(pli_bounds* stored, pli_bounds box, pli_vec3 motion, float margin) {
+    if (plii_bounds_contain(*stored, box)) { return; }
+    box = plii_bounds_grow(box, margin);
+    *(motion.x > 0.0f ? &box.max.x : &box.min.x) += motion.x;
+    *(motion.y > 0.0f ? &box.max.y : &box.min.y) += motion.y;
+    *(motion.z > 0.0f ? &box.max.z : &box.min.z) += motion.z;
+    *stored = box;
+}
+
+static void soft_contacts_update_boxes(const pli_body* body, soft_contacts_state* state, const plii_step* step) {
+    const float margin = body->collision_margin;
+    const float slack = margin * 0.25f;
+    const float ahead = step->dt * 3.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = soft_contacts_position(body, i);
+        const pli_bounds box = {x, x};
+        soft_contacts_update_box(&state->node_boxes[i], plii_bounds_grow(box, margin),
+                                 pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
+    }
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        const int* face = body->topology->faces[i];
+        const pli_vec3 sum =
+            pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
+                         plii_xyz(body->velocities[face[2]]));
+        soft_contacts_update_box(&state->face_boxes[i],
+                                 plii_bounds_grow(soft_contacts_face_bounds(body->positions, face), margin),
+                                 pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
+    }
+}
+
+static void soft_contacts_update(pli_body* body, void* data, const plii_step* step) {
+    soft_contacts_state* state = data;
+    state->count = 0;
+    if (state->node_boxes == NULL) { return; }
+    if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
+    soft_contacts_update_boxes(body, state, step);
+}
+
+// -------------------------------------------------------------------------------------------------- one candidate
+
+/* Nodes of one body against faces of another. */
+typedef struct soft_contacts_pass {
+    pli_body* node_body;
+    soft_contacts_state* node_state;
+    pli_body* face_body;
+    soft_contacts_state* face_state;
+    soft_contacts_state* search;
+    float margin; /* sum of both */
+    bool use_boxes;
+} soft_contacts_pass;
+
+/* How far a node looks for faces. */
+static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
+    const pli_vec3 motion =
+        pli_vec3_sub(soft_contacts_position(pass->node_body, node), plii_xyz(pass->node_body->previous[node]));
+    return pass->margin + pli_vec3_length(motion) * 2.0f;
+}
+
+/* The normal for a node that lies on its face: that of the face, to the side where the node was before. */
+static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
+    const pli_vec3 a = soft_contacts_position(pass->face_body, face[0]);
+    const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(soft_contacts_position(pass->face_body, face[1]), a),
+                                          pli_vec3_sub(soft_contacts_position(pass->face_body, face[2]), a));
+    const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
+    const pli_vec4* previous = pass->face_body->previous;
+    const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(previous[face[0]]), weights.x),
+                                                     pli_vec3_scale(plii_xyz(previous[face[1]]), weights.y)),
+                                        pli_vec3_scale(plii_xyz(previous[face[2]]), weights.z));
+    const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
+    return pli_vec3_dot(before, normal) < 0.0f ? pli_vec3_neg(normal) : normal;
+}
+
+/* The nearest point of a face, relative to the node. */
+static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3* point,
+                                  float* distance_squared) {
+    if (pass->use_boxes) {
+        return plii_project_origin_on_triangle(a, b, c, PLII_EPSILON, PLII_EPSILON, point, distance_squared);
+    }
+    const float longest =
+        plii_max(pli_vec3_length_squared(pli_vec3_sub(b, a)),
+                 plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(pli_vec3_sub(a, c))));
+    const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
+    return plii_project_origin_on_triangle(a, b, c, plii_max(min_area * min_area, FLT_MIN), 0.0f, point,
+                                           distance_squared);
+}
+
+static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, int face_index) {
+    const pli_body* face_body = pass->face_body;
+    const int* face = face_body->topology->faces[face_index];
+    const pli_vec3 origin = soft_contacts_position(pass->node_body, node);
+    const pli_vec3 x[3] = {soft_contacts_position(face_body, face[0]), soft_contacts_position(face_body, face[1]),
+                           soft_contacts_position(face_body, face[2])};
+    pli_vec3 point;
+    float distance_squared;
+    if (!soft_contacts_project(pass, pli_vec3_sub(x[0], origin), pli_vec3_sub(x[1], origin), pli_vec3_sub(x[2], origin),
+                               &point, &distance_squared)) {
+        return PLI_OK;
+    }
+    const float margin = soft_contacts_reach(pass, node);
+    if (!(distance_squared < margin * margin)) { return PLI_OK; }
+
+    const pli_vec3 weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin));
+    const float node_response = pass->node_body->positions[node].w;
+    const float w[3] = {face_body->positions[face[0]].w, face_body->positions[face[1]].w,
+                        face_body->positions[face[2]].w};
+    /* One pinned node makes the whole face immovable. */
+    const bool is_pinned = w[0] <= 0.0f || w[1] <= 0.0f || w[2] <= 0.0f;
+    const float face_response = is_pinned ? 0.0f : w[0] * weights.x + w[1] * weights.y + w[2] * weights.z;
+    const float sum = node_response + face_response;
+    if (!(sum > 0.0f)) { return PLI_OK; }
+
+    /* A direction of the length of rounding errors means nothing; Bullet's is kept while it is a number. */
+    const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(origin);
+    const float distance = sqrtf(distance_squared);
+    const pli_vec3 normal =
+        distance > noise ? plii_vec3_divide(point, -distance) : soft_contacts_face_normal(pass, node, face, weights);
+    if (!plii_vec3_is_finite(normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
+
+    soft_contacts_state* state = pass->node_state;
+    pli_context* context = pass->node_body->context;
+    if (!PLII_RESERVE(context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+    }
+    soft_contact* contact = &state->contacts[state->count++];
+    contact->face_body = pass->face_body;
+    contact->node = node;
+    contact->face = face_index;
+    contact->weights = weights;
+    contact->normal = normal;
+    contact->margin = margin;
+    contact->friction = plii_max(state->def.friction, pass->face_state->def.friction);
+    contact->node_share = node_response / sum * state->def.hardness;
+    contact->face_share = face_response / sum * pass->face_state->def.hardness;
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------- finding pairs
+
+static pli_bounds soft_contacts_node_box(const soft_contacts_pass* pass, int node) {
+    if (pass->use_boxes) { return pass->node_state->node_boxes[node]; }
+    const pli_vec3 x = soft_contacts_position(pass->node_body, node);
+    const pli_bounds box = {x, x};
+    return plii_bounds_grow(box, soft_contacts_reach(pass, node));
+}
+
+static pli_bounds soft_contacts_face_box(const soft_contacts_pass* pass, int face) {
+    return pass->use_boxes
+               ? pass->face_state->face_boxes[face]
+               : soft_contacts_face_bounds(pass->face_body->positions, pass->face_body->topology->faces[face]);
+}
+
+static bool soft_contacts_box_is_finite(pli_bounds box) {
+    return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
+}
+
+/* A tree over the faces that can be near any node. False when out of memory. */
+static bool soft_contacts_build_tree(const soft_contacts_pass* pass) {
+    soft_contacts_state* search = pass->search;
+    pli_context* context = pass->node_body->context;
+    const int face_count = pass->face_body->topology->face_count;
+    if (!PLII_RESERVE(context, &search->faces, &search->face_capacity, face_count) ||
+        !PLII_RESERVE(context, &search->boxes, &search->box_capacity, face_count)) {
+        return false;
+    }
+    pli_bounds nodes = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int i = 0; i < pass->node_body->node_count; ++i) {
+        const pli_bounds box = soft_contacts_node_box(pass, i);
+        if (!soft_contacts_box_is_finite(box)) { continue; }
+        nodes.min = plii_vec3_min(nodes.min, box.min);
+        nodes.max = plii_vec3_max(nodes.max, box.max);
+    }
+    int count = 0;
+    for (int i = 0; i < face_count; ++i) {
+        const pli_bounds box = soft_contacts_face_box(pass, i);
+        if (!plii_bounds_overlap(box, nodes) || !soft_contacts_box_is_finite(box)) { continue; }
+        search->faces[count] = i;
+        search->boxes[count++] = box;
+    }
+    return plii_box_tree_build(context, &search->tree, count, search->boxes);
+}
+
+typedef struct soft_contacts_hits {
+    pli_context* context;
+    soft_contacts_state* search;
+} soft_contacts_hits;
+
+static void soft_contacts_hit(int item, void* user) {
+    const soft_contacts_hits* hits = user;
+    soft_contacts_state* search = hits->search;
+    if (!PLII_RESERVE(hits->context, &search->hits, &search->hit_capacity, search->hit_count + 1)) {
+        search->is_out_of_memory = true;
+        return;
+    }
+    search->hits[search->hit_count++] = search->faces[item];
+}
+
+/* Shell's sort: in place, and quick enough for the few faces near one node. */
+static void soft_contacts_sort(int* values, int count) {
+    for (int gap = count / 2; gap > 0; gap /= 2) {
+        for (int i = gap; i < count; ++i) {
+            const int value = values[i];
+            int k = i;
+            for (; k >= gap && values[k - gap] > value; k -= gap) {
+                values[k] = values[k - gap];
+            }
+            values[k] = value;
+        }
+    }
+}
+
+static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
+    pli_context* context = pass->node_body->context;
+    soft_contacts_state* search = pass->search;
+    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
+    bool has_memory = soft_contacts_build_tree(pass);
+    if (has_memory && search->tree.count == 0) { return PLI_OK; }
+    const pli_bounds faces =
+        has_memory ? search->tree.boxes[search->tree.begin[search->tree.level_count - 1]] : (pli_bounds){0};
+    soft_contacts_hits hits = {context, search};
+    for (int i = 0; has_memory && i < pass->node_body->node_count; ++i) {
+        const pli_bounds box = soft_contacts_node_box(pass, i);
+        if (!plii_bounds_overlap(box, faces)) { continue; }
+        search->hit_count = 0;
+        search->is_out_of_memory = false;
+        plii_box_tree_overlaps(&search->tree, box, soft_contacts_hit, &hits);
+        has_memory = !search->is_out_of_memory;
+        soft_contacts_sort(search->hits, search->hit_count);
+        for (int k = 0; has_memory && k < search->hit_count; ++k) {
+            PLII_TRY(soft_contacts_test(pass, i, search->hits[k]));
+        }
+    }
+    if (!has_memory) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts"); }
+    return PLI_OK;
+}
+
+static pli_status soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
+    soft_contacts_state *state = data, *other_state = other_data;
+    const int count = state->count, other_count = other_state->count;
+    soft_contacts_pass pass = {body,
+                               state,
+                               other,
+                               other_state,
+                               state,
+                               body->collision_margin + other->collision_margin,
+                               state->node_boxes != NULL && other_state->node_boxes != NULL};
+    pli_status status = soft_contacts_run_pass(&pass);
+    if (status == PLI_OK) {
+        pass.node_body = other;
+        pass.node_state = other_state;
+        pass.face_body = body;
+        pass.face_state = state;
+        status = soft_contacts_run_pass(&pass);
+    }
+    if (status != PLI_OK) {
+        state->count = count;
+        other_state->count = other_count;
+    }
+    return status;
+}
+
+// -------------------------------------------------------------------------------------------------------- solving
+
+static pli_vec3 soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
+    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
+                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
+                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
+}
+
+static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
+    plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
+}
+
+static void soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+    const soft_contacts_state* state = data;
+    (void)step;
+    for (int i = 0; i < state->count; ++i) {
+        const soft_contact* contact = &state->contacts[i];
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const pli_vec3 n = contact->normal, weights = contact->weights;
+        const pli_vec3 x = soft_contacts_position(body, contact->node);
+        const pli_vec3 point = soft_contacts_blend(other->positions, face, weights);
+        const pli_vec3 point_before = soft_contacts_blend(other->previous, face, weights);
+        const pli_vec3 motion =
+            pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
+        const float along_normal = pli_vec3_dot(motion, n);
+        pli_vec3 correction = pli_vec3_make(0, 0, 0);
+        if (along_normal < 0.0f) {
+            const float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            correction = pli_vec3_add(correction, pli_vec3_scale(n, depth));
+        }
+        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
+        correction = pli_vec3_sub(correction, pli_vec3_scale(sliding, contact->friction));
+        plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
+        soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
+        soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
+        soft_contacts_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------- the feature
+
+static void soft_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
+    soft_contacts_state* state = data;
+    (void)body;
+    int kept = 0;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static void soft_contacts_release_boxes(pli_body* body, soft_contacts_state* state) {
+    plii_release(body->context, state->node_boxes, (size_t)body->node_count * sizeof *state->node_boxes);
+    plii_release(body->context, state->face_boxes, (size_t)body->topology->face_count * sizeof *state->face_boxes);
+    state->node_boxes = NULL;
+    state->face_boxes = NULL;
+    state->has_boxes = false;
+}
+
+static void soft_contacts_disable(pli_body* body, void* data) {
+    soft_contacts_state* state = data;
+    pli_context* context = body->context;
+    soft_contacts_release_boxes(body, state);
+    plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_release(context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
+    plii_release(context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
+    plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
+    plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
+    plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
+    plii_box_tree_free(context, &state->tree);
+}
+
+static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
+    const soft_contacts_state* state = data;
+    size_t bytes = plii_box_tree_bytes(&state->tree);
+    bytes += (size_t)state->capacity * sizeof *state->contacts + (size_t)state->spare_capacity * sizeof *state->spare;
+    bytes += (size_t)state->marks_capacity * sizeof *state->marks;
+    bytes += (size_t)state->face_capacity * sizeof *state->faces + (size_t)state->box_capacity * sizeof *state->boxes;
+    bytes += (size_t)state->hit_capacity * sizeof *state->hits;
+    if (state->node_boxes != NULL) {
+        bytes += ((size_t)body->node_count + (size_t)body->topology->face_count) * sizeof(pli_bounds);
+    }
+    return bytes;
+}
+
+static const plii_feature_class soft_contacts_class = {
+    .name = "soft_contacts",
+    .state_size = sizeof(soft_contacts_state),
+    .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, PLII_ORDER_BOXES},
+               [PLII_STAGE_POSITION] = {soft_contacts_solve, PLII_ORDER_SOFT_CONTACTS}},
+    .disable = soft_contacts_disable,
+    .collide_body = soft_contacts_collide,
+    .forget_body = soft_contacts_forget_body,
+    .bytes = soft_contacts_bytes,
+};
+
+static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_contacts_def* def,
+                                          const char* function) {
+    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_soft_contacts_def_default()");
+    }
+    if (!plii_is_finite(def->friction) || !plii_is_finite(def->hardness)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction or hardness is not finite");
+    }
+    if (!(def->friction >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative", (double)def->friction);
+    }
+    if (!(def->hardness >= 0.0f && def->hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "hardness %g is not in [0, 1]",
+                         (double)def->hardness);
+    }
+    return PLI_OK;
+}
+
+static pli_status soft_contacts_allocate_boxes(pli_body* body, soft_contacts_state* state) {
+    const size_t faces = (size_t)body->topology->face_count;
+    state->node_boxes = plii_allocate(body->context, (size_t)body->node_count * sizeof *state->node_boxes);
+    state->face_boxes = plii_allocate(body->context, faces * sizeof *state->face_boxes);
+    if (state->node_boxes != NULL && (state->face_boxes != NULL || faces == 0)) { return PLI_OK; }
+    soft_contacts_release_boxes(body, state);
+    return PLI_ERROR_OUT_OF_MEMORY;
+}
+
+pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(soft_contacts_check_def(body->context, def, __func__));
+    const bool was_enabled = plii_feature_state(body, &soft_contacts_class) != NULL;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &soft_contacts_class, &data));
+    soft_contacts_state* state = data;
+    if (def->bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
+        if (!was_enabled) { plii_feature_disable(body, &soft_contacts_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
+    }
+    if (!def->bullet_boxes) { soft_contacts_release_boxes(body, state); }
+    state->def = *def;
+    return PLI_OK;
+}
+
+void pli_body_disable_soft_contacts(pli_body* body) {
+    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &soft_contacts_class); }
+}
+
+int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
+    if (state == NULL) { return 0; }
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        const soft_contact* contact = &state->contacts[i];
+        contacts[i].node = contact->node;
+        contacts[i].face_body = contact->face_body;
+        contacts[i].face = contact->face;
+        contacts[i].weights[0] = contact->weights.x;
+        contacts[i].weights[1] = contact->weights.y;
+        contacts[i].weights[2] = contact->weights.z;
+        contacts[i].normal = contact->normal;
+        contacts[i].margin = contact->margin;
+    }
+    return state->count;
+}
+
+pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
+    PLII_TRY(plii_check_body(body, __func__));
+    pli_context* context = body->context;
+    soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
+    if (state == NULL) { return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
+    if (!body->world->is_stepping) {
+        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "only allowed between collide and solve");
+    }
+    if (count != state->count) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "count is %d, there are %d contacts", count, state->count);
+    }
+    if (count == 0) { return PLI_OK; }
+    if (order == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "order is null"); }
+    if (!PLII_RESERVE(context, &state->marks, &state->marks_capacity, count) ||
+        !PLII_RESERVE(context, &state->spare, &state->spare_capacity, state->capacity)) {
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to reorder %d contacts", count);
+    }
+    PLII_TRY(plii_check_permutation(context, order, count, state->marks, __func__));
+    for (int i = 0; i < count; ++i) {
+        state->spare[i] = state->contacts[order[i]];
+    }
+    soft_contact* contacts = state->contacts;
+    const int capacity = state->capacity;
+    state->contacts = state->spare;
+    state->capacity = state->spare_capacity;
+    state->spare = contacts;
+    state->spare_capacity = capacity;
+    return PLI_OK;
+}
+
+static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
+                                            const char* function) {
+    if (boxes == NULL && count > 0) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (!soft_contacts_box_is_finite(boxes[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the box of %s %d is not finite", what, i);
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes, const pli_bounds* face_boxes) {
+    PLII_TRY(plii_check_body(body, __func__));
+    soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
+    if (state == NULL || state->node_boxes == NULL) {
+        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts with bullet_boxes are not enabled");
+    }
+    const int face_count = body->topology->face_count;
+    PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
+    PLII_TRY(soft_contacts_check_boxes(body->context, face_boxes, face_count, "face", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        state->node_boxes[i] = node_boxes[i];
+    }
+    for (int i = 0; i < face_count; ++i) {
+        state->face_boxes[i] = face_boxes[i];
+    }
+    state->has_boxes = true;
+    return PLI_OK;
+}
