@@ -5,7 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(forbidden_words aero pressure volume pose polar anchor soft_contact collide_soft read_obj
+set(forbidden_words aero pressure volume "(^|_)pose" polar anchor soft_contact read_obj
     read_tetgen lattice triangle_mesh convex_hull)
 
 function(run_nm output)
@@ -32,10 +32,10 @@ foreach(line IN LISTS program_lines)
     endif()
 endforeach()
 
-# "libpliant.a[body.c.o]:" before the symbols of each member; upper case: global.
+# "libpliant.a[body.c.o]:" (GNU) or "body.c.o:" (LLVM) before the symbols of each member; upper case: global.
 run_nm(library_lines -P ${LIBRARY})
 foreach(line IN LISTS library_lines)
-    if(line MATCHES "\\[([^].]+)\\..*\\]:$")
+    if(line MATCHES "([A-Za-z0-9_]+)\\.c\\.o\\]?:$")
         set(module ${CMAKE_MATCH_1})
     elseif(line MATCHES "^([^ ]+) [A-TV-Z] ")
         set(name ${CMAKE_MATCH_1})
