@@ -5,7 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(c_headers assert ctype errno fenv float inttypes limits math setjmp signal stdalign stdarg stdatomic stdbool stddef
+set(c_headers assert ctype errno fenv float inttypes limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef
     stdint stdio stdlib stdnoreturn string tgmath time)
 set(step_modules body context feature mesh solver vec world) # what every program links
 set(feature_headers anchor contact forces generate io pliant pose) # public headers that the step must not read
