@@ -1,0 +1,47 @@
+#ifndef DEMOS_PLIANT_ENGINE_H
+#define DEMOS_PLIANT_ENGINE_H
+
+// A scene on Pliant: a stock btDiscreteDynamicsWorld and the bridge.
+
+#include "rigid_world.h"
+
+#include <pliant_bullet/pliant_bullet.h>
+
+namespace demos {
+
+class PliantEngine final : public Engine {
+public:
+    PliantEngine(const Description& description, const EngineOptions& options);
+    ~PliantEngine() override;
+
+    EngineKind kind() const override { return EngineKind::pliant; }
+    std::string name() const override { return "pliant"; }
+    const Description& description() const override { return description_; }
+    void step() override;
+    double step_milliseconds() const override { return milliseconds_; }
+    SoftState soft(int index) const override;
+    RigidState rigid(int index) const override { return rigids_.state(index); }
+
+    RigidWorld& rigids() { return rigids_; }
+    pliant::Bridge& bridge() { return *bridge_; }
+    int soft_count() const { return static_cast<int>(bodies_.size()); }
+    pli_body* body(int index) const { return bodies_.at(static_cast<size_t>(index)); }
+    // The proxy of a rigid body, made when there is none yet.
+    pli_rigid* proxy(int rigid);
+
+private:
+    void add_soft(const SoftRecord& record);
+    void enable_features(pli_body* body, const scene_soft_def& def);
+    void add_anchor(pli_body* body, const AnchorRecord& record);
+    void check(pli_status status) const;
+
+    const Description& description_;
+    bool is_reference_;
+    RigidWorld rigids_;
+    std::unique_ptr<pliant::Bridge> bridge_; // goes before the Bullet world
+    std::vector<pli_body*> bodies_;
+    double milliseconds_ = 0;
+};
+
+} // namespace demos
+#endif
