@@ -1,5 +1,5 @@
-// A Bullet convex shape as a Pliant shape: distances by Bullet's own GJK and EPA, as btSparseSdf samples them. Around it
-// goes a lattice of voxels of 0.25 m, which then holds the same numbers as btSparseSdf. Single precision.
+// A Bullet convex shape as a Pliant shape: distances by Bullet's own GJK and EPA, as btSparseSdf samples them. Around
+// it goes a lattice of voxels of 0.25 m, which then holds the same numbers as btSparseSdf. Single precision.
 #pragma once
 
 #include "bullet_twin.hpp"

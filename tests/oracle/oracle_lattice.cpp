@@ -39,16 +39,24 @@ void check_lattice(const btConvexShape& shape, float size) {
     pli_context_destroy(context);
 }
 
-void test_lattice_of_a_sphere(void**) { check_lattice(btSphereShape(1), 2); }
-void test_lattice_of_a_box(void**) { check_lattice(btBoxShape(btVector3(1, btScalar(0.3), btScalar(0.7))), 2); }
-void test_lattice_of_a_capsule(void**) { check_lattice(btCapsuleShape(btScalar(0.5), btScalar(1.2)), 2); }
+void test_lattice_of_a_sphere(void**) {
+    check_lattice(btSphereShape(1), 2);
+}
+void test_lattice_of_a_box(void**) {
+    check_lattice(btBoxShape(btVector3(1, btScalar(0.3), btScalar(0.7))), 2);
+}
+void test_lattice_of_a_capsule(void**) {
+    check_lattice(btCapsuleShape(btScalar(0.5), btScalar(1.2)), 2);
+}
 void test_lattice_of_a_cylinder(void**) {
     check_lattice(btCylinderShape(btVector3(btScalar(0.6), 1, btScalar(0.6))), 2);
 }
 void test_lattice_of_a_hull(void**) {
     btConvexHullShape hull;
     twin::random_source random(9);
-    for (int i = 0; i < 20; ++i) { hull.addPoint(twin::to_bullet(random.vector(1)), i == 19); }
+    for (int i = 0; i < 20; ++i) {
+        hull.addPoint(twin::to_bullet(random.vector(1)), i == 19);
+    }
     check_lattice(hull, 2);
 }
 
