@@ -1,0 +1,383 @@
+/* Aerodynamics, pressure, volume conservation: forces against their formulas, limits, what they cost, bad input. */
+
+#include "check.h"
+#include "failing_allocator.h"
+#include "sample_mesh.h"
+
+#include <pliant/pliant.h>
+
+#include <string.h>
+
+static pli_context* context;
+static pli_world* world;
+static const float dt = 1.0f / 60.0f;
+
+static int setup(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+/* Takes the mesh over. Without position iterations velocities stay as predicted, so that they show the forces. */
+static pli_body* make_body(pli_mesh* mesh, int position_iterations) {
+    pli_body_def def = pli_body_def_default();
+    def.solver.position_iterations = position_iterations;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static pli_body* make_sheet(int pins) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_sheet(context, 5, 1.0f, pins, &mesh), PLI_OK);
+    return make_body(mesh, 0);
+}
+
+static pli_body* make_ball(int position_iterations) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(1, 1, 1), &mesh), PLI_OK);
+    return make_body(mesh, position_iterations);
+}
+
+static pli_body* make_rope(void) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 3, PLI_ROPE_PIN_FIRST, &mesh),
+        PLI_OK);
+    return make_body(mesh, 1);
+}
+
+static pli_vec3 velocity_of(const pli_body* body, int node) {
+    const pli_vec4 v = pli_body_get_view(body).velocities[node];
+    return pli_vec3_make(v.x, v.y, v.z);
+}
+
+static void enable_aero(pli_body* body, pli_aero_model model, float lift, float drag, pli_vec3 wind) {
+    pli_aero_def def = pli_aero_def_default();
+    def.model = model;
+    def.lift = lift;
+    def.drag = drag;
+    def.wind = wind;
+    assert_int_equal(pli_body_enable_aero(body, &def), PLI_OK);
+}
+
+// ---------------------------------------------------------------------------------------------------- drag
+
+/* A flat sheet of 0.5 m cells that falls with 2 m/s; centre node: 1 kg, faces with doubled areas of 0.25 m^2. */
+enum { SHEET_CENTRE = 12 };
+
+static float falling_speed_lost(pli_aero_model model, float direction) {
+    pli_body* body = make_sheet(0);
+    enable_aero(body, model, 0.0f, 0.1f, pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_body_add_velocity(body, pli_vec3_make(0, direction * 2.0f, 0)), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const pli_vec3 velocity = velocity_of(body, SHEET_CENTRE);
+    check_near(velocity.x, 0, 1e-7);
+    check_near(velocity.z, 0, 1e-7);
+    pli_body_destroy(body);
+    return 2.0f - direction * velocity.y;
+}
+
+static void test_drag_follows_the_formula_of_each_model(void** unused) {
+    (void)unused;
+    /* Vertices: area * s |r|^2 / 2 * density * drag * dt / mass with the mean doubled area 0.25 and s = |r| = 2. */
+    const float vertex = 0.25f * 8.0f / 2.0f * 1.2f * 0.1f * dt;
+    /* 1/2 density drag |r|^2 * (area / 2). */
+    const float vertex_lift_drag = 0.5f * 1.2f * 0.1f * 4.0f * 0.125f * dt;
+    /* The centre has four to eight faces; each gives a third of doubled area * s |r|^2 * density * drag. */
+    const float face = 0.25f * 8.0f * 1.2f * 0.1f / 3.0f * dt;
+    const float face_lift_drag = 0.5f * 1.2f * 0.1f * 4.0f * 0.125f / 3.0f * dt;
+    pli_body* body = make_sheet(0);
+    const pli_body_view view = pli_body_get_view(body);
+    int face_count = 0;
+    for (int i = 0; i < 3 * view.face_count; ++i) {
+        face_count += view.face_nodes[i] == SHEET_CENTRE;
+    }
+    pli_body_destroy(body);
+
+    /* Faces of the sheet look down or up; the one-sided models act on one direction only. */
+    const float down = falling_speed_lost(PLI_AERO_VERTEX_ONE_SIDED, -1);
+    const float up = falling_speed_lost(PLI_AERO_VERTEX_ONE_SIDED, 1);
+    check_near(fmaxf(down, up), vertex, 1e-6);
+    check_near(fminf(down, up), 0, 1e-7);
+    const float front = up > down ? 1.0f : -1.0f;
+    check_near(falling_speed_lost(PLI_AERO_VERTEX_POINT, front), vertex, 1e-6);
+    check_near(falling_speed_lost(PLI_AERO_FACE_ONE_SIDED, front), face * (float)face_count, 1e-6);
+    check_near(falling_speed_lost(PLI_AERO_FACE_ONE_SIDED, -front), 0, 1e-7);
+    for (int k = 0; k < 2; ++k) {
+        const float direction = k == 0 ? 1.0f : -1.0f;
+        check_near(falling_speed_lost(PLI_AERO_VERTEX_TWO_SIDED, direction), vertex, 1e-6);
+        check_near(falling_speed_lost(PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG, direction), vertex_lift_drag, 1e-6);
+        check_near(falling_speed_lost(PLI_AERO_FACE_TWO_SIDED, direction), face * (float)face_count, 1e-6);
+        check_near(falling_speed_lost(PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG, direction), face_lift_drag * (float)face_count,
+                   1e-6);
+    }
+}
+
+static void test_drag_never_turns_a_light_sheet_round(void** unused) {
+    (void)unused;
+    const pli_aero_model models[] = {PLI_AERO_VERTEX_TWO_SIDED, PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG};
+    for (int k = 0; k < 2; ++k) {
+        pli_body* body = make_sheet(0);
+        for (int i = 0; i < 25; ++i) {
+            assert_int_equal(pli_body_set_node_mass(body, i, 1e-4f), PLI_OK);
+        }
+        enable_aero(body, models[k], 0.0f, 1.0f, pli_vec3_make(0, 0, 0));
+        assert_int_equal(pli_body_add_velocity(body, pli_vec3_make(0, -20, 0)), PLI_OK);
+        for (int i = 0; i < 60; ++i) {
+            const float before = velocity_of(body, SHEET_CENTRE).y;
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const float after = velocity_of(body, SHEET_CENTRE).y;
+            assert_true(after >= before && after <= 0.0f);
+        }
+        pli_body_destroy(body);
+    }
+}
+
+static void test_pinned_nodes_stay_in_a_storm(void** unused) {
+    (void)unused;
+    for (int model = 0; model <= 6; ++model) {
+        pli_body* body = make_sheet(PLI_PATCH_PIN_CORNERS);
+        enable_aero(body, (pli_aero_model)model, 0.5f, 0.5f, pli_vec3_make(3, 40, -8));
+        for (int i = 0; i < 30; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        assert_false(pli_body_is_frozen(body));
+        const pli_vec4 corner = pli_body_get_view(body).positions[0];
+        assert_true(corner.x == -1.0f && corner.y == 1.0f && corner.z == -1.0f);
+        pli_body_destroy(body);
+    }
+}
+
+// --------------------------------------------------------------------------------------- pressure and volume
+
+/* Velocities after one step of `force(node)` = normal * area * scale on a ball at rest. */
+static void check_push_along_normals(pli_body* body, const pli_vec3* normals, float scale) {
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; ++i) {
+        double area = 0.0;
+        int faces = 0;
+        for (int f = 0; f < view.face_count; ++f) {
+            const int* nodes = &view.face_nodes[3 * f];
+            if (nodes[0] != i && nodes[1] != i && nodes[2] != i) { continue; }
+            pli_vec3 x[3];
+            for (int k = 0; k < 3; ++k) {
+                const pli_vec4 p = view.previous[nodes[k]];
+                x[k] = pli_vec3_make(p.x, p.y, p.z);
+            }
+            area += (double)pli_vec3_length(pli_vec3_cross(pli_vec3_sub(x[1], x[0]), pli_vec3_sub(x[2], x[0])));
+            faces += 1;
+        }
+        const float push = (float)(area / faces) * scale * dt * view.positions[i].w;
+        const pli_vec3 velocity = velocity_of(body, i);
+        check_near(velocity.x, normals[i].x * push, 1e-4 * fabs((double)push));
+        check_near(velocity.y, normals[i].y * push, 1e-4 * fabs((double)push));
+        check_near(velocity.z, normals[i].z * push, 1e-4 * fabs((double)push));
+    }
+}
+
+static void test_pressure_pushes_along_the_normals(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(0);
+    assert_int_equal(pli_body_enable_pressure(body, 50.0f), PLI_OK);
+    pli_vec3 normals[SAMPLE_SPHERE_NODES];
+    memcpy(normals, pli_body_get_view(body).normals, sizeof normals);
+    const float volume = pli_body_volume(body);
+    assert_true(volume > 3.0f && volume < 4.2f);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    check_push_along_normals(body, normals, 50.0f / volume);
+    /* The ball is symmetric. */
+    const pli_vec3 momentum = pli_body_momentum(body);
+    check_near(pli_vec3_length(momentum), 0, 1e-5);
+}
+
+static void test_no_volume_no_pressure(void** unused) {
+    (void)unused;
+    pli_body* body = make_sheet(0);
+    assert_true(pli_body_volume(body) == 0.0f);
+    assert_int_equal(pli_body_enable_pressure(body, 50.0f), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_false(pli_body_is_frozen(body));
+    assert_true(pli_body_kinetic_energy(body) == 0.0f);
+}
+
+static void scale_body(pli_body* body, float factor) {
+    pli_vec3 positions[SAMPLE_SPHERE_NODES];
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 p = view.positions[i];
+        positions[i] = pli_vec3_make(p.x * factor, p.y * factor, p.z * factor);
+    }
+    assert_int_equal(pli_body_set_state(body, positions, NULL), PLI_OK);
+}
+
+static void test_volume_conservation_acts_against_the_change(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(0);
+    const float rest = pli_body_volume(body);
+    assert_int_equal(pli_body_enable_volume_conservation(body, 3.0f), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(pli_body_kinetic_energy(body) == 0.0f);
+
+    /* A new coefficient keeps the rest volume. Areas are those of the rest shape: shape and areas go by the square. */
+    scale_body(body, 1.25f);
+    const float change = rest - pli_body_volume(body);
+    check_near(change, rest * (1.0f - 1.25f * 1.25f * 1.25f), 1e-5);
+    assert_int_equal(pli_body_enable_volume_conservation(body, 7.0f), PLI_OK);
+    pli_vec3 normals[SAMPLE_SPHERE_NODES];
+    memcpy(normals, pli_body_get_view(body).normals, sizeof normals);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    check_push_along_normals(body, normals, change * 7.0f / (1.25f * 1.25f));
+
+    scale_body(body, 0.64f); /* now smaller than at rest: outwards */
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(velocity_of(body, 0).y > 0.0f);
+}
+
+// ---------------------------------------------------------------------------------------------------- cost
+
+static void test_disabling_gives_the_memory_back(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(1);
+    /* The pipeline's own arrays grow once. */
+    assert_int_equal(pli_body_enable_pressure(body, 1.0f), PLI_OK);
+    enable_aero(body, PLI_AERO_FACE_TWO_SIDED, 0.1f, 0.1f, pli_vec3_make(1, 0, 0));
+    assert_int_equal(pli_body_enable_volume_conservation(body, 1.0f), PLI_OK);
+    pli_body_disable_pressure(body);
+    pli_body_disable_volume_conservation(body);
+    assert_non_null(pli_body_get_view(body).normals);
+    pli_body_disable_aero(body);
+    assert_null(pli_body_get_view(body).normals);
+    const size_t allocated = pli_context_allocated_bytes(context), bytes = pli_body_bytes(body);
+
+    assert_int_equal(pli_body_enable_pressure(body, 1.0f), PLI_OK);
+    assert_int_equal(pli_body_enable_volume_conservation(body, 1.0f), PLI_OK);
+    enable_aero(body, PLI_AERO_VERTEX_POINT, 0.1f, 0.1f, pli_vec3_make(1, 0, 0));
+    /* What the body says it holds is what it got. */
+    assert_int_equal(pli_context_allocated_bytes(context) - allocated, pli_body_bytes(body) - bytes);
+    pli_body_disable_aero(body);
+    pli_body_disable_pressure(body);
+    pli_body_disable_volume_conservation(body);
+    assert_int_equal(pli_context_allocated_bytes(context), allocated);
+    assert_int_equal(pli_body_bytes(body), bytes);
+    /* Twice is not an error. */
+    pli_body_disable_aero(body);
+    pli_body_disable_pressure(NULL);
+}
+
+static void test_steps_do_not_allocate(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball(2);
+    assert_int_equal(pli_body_enable_pressure(body, 10.0f), PLI_OK);
+    assert_int_equal(pli_body_enable_volume_conservation(body, 10.0f), PLI_OK);
+    enable_aero(body, PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG, 0.1f, 0.1f, pli_vec3_make(1, 0, 0));
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const uint64_t count = pli_context_allocation_count(context);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocation_count(context), count);
+}
+
+static pli_status enable_all(pli_context* c, void* unused) {
+    (void)unused;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    pli_aero_def def = pli_aero_def_default();
+    pli_status status = pli_world_create(c, NULL, &w);
+    if (status == PLI_OK) { status = sample_create_ellipsoid(c, pli_vec3_make(1, 1, 1), &mesh); }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &body); }
+    if (status == PLI_OK) { status = pli_body_enable_pressure(body, 1.0f); }
+    if (status == PLI_OK) { status = pli_body_enable_volume_conservation(body, 1.0f); }
+    if (status == PLI_OK) { status = pli_body_enable_aero(body, &def); }
+    def.model = PLI_AERO_FACE_ONE_SIDED;
+    if (status == PLI_OK) { status = pli_body_enable_aero(body, &def); }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_running_out_of_memory_leaves_nothing(void** unused) {
+    (void)unused;
+    assert_true(check_survives_failing_allocator(enable_all, NULL) > 15);
+}
+
+// ---------------------------------------------------------------------------------------------------- errors
+
+#define check_refused(call, expected_status, expected_text)                                                            \
+    do {                                                                                                               \
+        const size_t bytes = pli_context_allocated_bytes(context);                                                     \
+        assert_int_equal(call, expected_status);                                                                       \
+        if (strstr(pli_last_error(context), expected_text) == NULL) {                                                  \
+            fail_msg("\"%s\" does not say \"%s\"", pli_last_error(context), expected_text);                            \
+        }                                                                                                              \
+        assert_int_equal(pli_context_allocated_bytes(context), bytes);                                                 \
+    } while (0)
+
+static void test_bad_input_is_refused(void** unused) {
+    (void)unused;
+    pli_body* ball = make_ball(1);
+    pli_body* rope = make_rope();
+    const pli_vec3 nowhere = pli_vec3_make(0, NAN, 0);
+
+    pli_aero_def def = pli_aero_def_default();
+    assert_int_equal(pli_body_enable_aero(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_body_enable_aero(ball, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_refused(pli_body_enable_aero(rope, &def), PLI_ERROR_INVALID_MESH, "faces");
+    check_refused(pli_body_set_wind(ball, pli_vec3_make(0, 0, 0)), PLI_ERROR_WRONG_STATE, "not enabled");
+    check_refused(pli_body_set_wind(ball, nowhere), PLI_ERROR_NOT_FINITE, "wind");
+    assert_int_equal(pli_body_set_wind(NULL, nowhere), PLI_ERROR_NULL_ARGUMENT);
+    def.cookie = 0;
+    check_refused(pli_body_enable_aero(ball, &def), PLI_ERROR_INVALID_DEF, "pli_aero_def_default");
+    for (int model = -1; model <= 7; model += 8) {
+        def = pli_aero_def_default();
+        memcpy(&def.model, &model, sizeof model);
+        check_refused(pli_body_enable_aero(ball, &def), PLI_ERROR_INVALID_VALUE, "model");
+    }
+    def = pli_aero_def_default();
+    def.lift = -0.5f;
+    check_refused(pli_body_enable_aero(ball, &def), PLI_ERROR_INVALID_VALUE, "lift is -0.5");
+    def = pli_aero_def_default();
+    def.drag = INFINITY;
+    check_refused(pli_body_enable_aero(ball, &def), PLI_ERROR_NOT_FINITE, "drag is inf");
+    def = pli_aero_def_default();
+    def.wind = nowhere;
+    check_refused(pli_body_enable_aero(ball, &def), PLI_ERROR_NOT_FINITE, "wind");
+
+    assert_int_equal(pli_body_enable_pressure(NULL, 1.0f), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_body_enable_pressure(ball, NAN), PLI_ERROR_NOT_FINITE, "coefficient is nan");
+    check_refused(pli_body_enable_pressure(rope, 1.0f), PLI_ERROR_INVALID_MESH, "faces");
+
+    assert_int_equal(pli_body_enable_volume_conservation(NULL, 1.0f), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_body_enable_volume_conservation(ball, INFINITY), PLI_ERROR_NOT_FINITE, "coefficient is inf");
+    check_refused(pli_body_enable_volume_conservation(ball, -1.0f), PLI_ERROR_INVALID_VALUE, "coefficient is -1");
+    check_refused(pli_body_enable_volume_conservation(rope, 1.0f), PLI_ERROR_INVALID_MESH, "faces");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_drag_follows_the_formula_of_each_model, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_drag_never_turns_a_light_sheet_round, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_stay_in_a_storm, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_pressure_pushes_along_the_normals, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_no_volume_no_pressure, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_volume_conservation_acts_against_the_change, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_disabling_gives_the_memory_back, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_steps_do_not_allocate, setup, teardown),
+        cmocka_unit_test(test_running_out_of_memory_leaves_nothing),
+        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
