@@ -1,0 +1,392 @@
+/* Anchors: balance of momentum, pivots, ids, order of life, what they cost, bad input. */
+
+#include "check.h"
+#include "failing_allocator.h"
+
+#include <pliant/pliant.h>
+
+#include <string.h>
+
+static pli_context* context;
+static pli_world* world;
+static const float dt = 1.0f / 60.0f;
+
+static int setup(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+/* Nodes 0 to 5 along x, 1 kg each. */
+static pli_body* make_rope(int pins, int position_iterations) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(5, 0, 0), 4, pins, &mesh),
+                     PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.solver.position_iterations = position_iterations;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static pli_rigid* make_rigid(pli_world* w, pli_rigid_kind kind, pli_vec3 origin) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind;
+    def.state.pose = pli_transform_make(pli_quat_from_yaw_pitch_roll(0.5f, 0.3f, -0.2f), origin);
+    def.state.inverse_mass = 0.25f;
+    for (int i = 0; i < 3; ++i) {
+        def.state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], 0.4f);
+    }
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(w, &def, &rigid), PLI_OK);
+    return rigid;
+}
+
+static pli_anchor_def anchor_def(int node, pli_rigid* rigid) {
+    pli_anchor_def def = pli_anchor_def_default();
+    def.node = node;
+    def.rigid = rigid;
+    return def;
+}
+
+static pli_anchor_id add_anchor(pli_body* body, int node, pli_rigid* rigid) {
+    const pli_anchor_def def = anchor_def(node, rigid);
+    pli_anchor_id id = {0, 0};
+    assert_int_equal(pli_body_add_anchor(body, &def, &id), PLI_OK);
+    return id;
+}
+
+static pli_vec3 position_of(const pli_body* body, int node) {
+    const pli_vec4 p = pli_body_get_view(body).positions[node];
+    return pli_vec3_make(p.x, p.y, p.z);
+}
+
+// ------------------------------------------------------------------------------------------------- mechanics
+
+static void test_a_rope_and_a_box_keep_their_momentum(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 8);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0.3f, 0));
+    add_anchor(rope, 5, box);
+    assert_int_equal(pli_body_add_velocity(rope, pli_vec3_make(-3, 1, 2)), PLI_OK);
+    const pli_vec3 before = pli_body_momentum(rope);
+    pli_vec3 after = before, share = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < 120; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_true(pli_rigid_was_touched(box));
+        share = pli_vec3_scale(pli_rigid_get_state(box).linear_velocity, 4.0f);
+        after = pli_vec3_add(pli_body_momentum(rope), share);
+        check_at_most(pli_vec3_length(pli_vec3_sub(after, before)) / pli_vec3_length(before), 2e-5);
+        assert_int_equal(pli_rigid_integrate(box, pli_vec3_make(0, 0, 0), dt), PLI_OK);
+    }
+    /* 6 kg of rope and 4 kg of box end up moving together, more or less. */
+    assert_true(pli_vec3_length(share) > 0.2f * pli_vec3_length(before));
+    /* They still hold together. */
+    const pli_transform pose = pli_rigid_get_state(box).pose;
+    const pli_vec3 pivot = pli_transform_inverse_point(
+        pli_transform_make(pli_quat_from_yaw_pitch_roll(0.5f, 0.3f, -0.2f), pli_vec3_make(6, 0.3f, 0)),
+        pli_vec3_make(5, 0, 0));
+    const pli_vec3 gap = pli_vec3_sub(pli_transform_point(pose, pivot), position_of(rope, 5));
+    print_message("gap %.3g m\n", (double)pli_vec3_length(gap));
+    check_at_most(pli_vec3_length(gap), 0.1);
+}
+
+/* One iteration removes `hardness` of the error, and all of the difference of motion. */
+static void test_hardness_and_influence_are_shares_of_the_error(void** unused) {
+    (void)unused;
+    const float hardness[] = {1.0f, 0.7f, 0.25f};
+    const float influence[] = {1.0f, 1.0f, 0.5f};
+    for (int k = 0; k < 3; ++k) {
+        pli_body* rope = make_rope(0, 1);
+        pli_rigid* wall = make_rigid(world, PLI_RIGID_STATIC, pli_vec3_make(5, 2, 0));
+        const pli_vec3 pivot = pli_vec3_make(0, 0, 0);
+        pli_anchor_def def = anchor_def(5, wall);
+        def.local_pivot = &pivot;
+        def.influence = influence[k];
+        assert_int_equal(pli_body_add_anchor(rope, &def, NULL), PLI_OK);
+        if (k != 1) { assert_int_equal(pli_body_set_anchor_hardness(rope, hardness[k]), PLI_OK); }
+        assert_int_equal(pli_world_step(world, 1e-3f), PLI_OK);
+        const float moved = 2.0f * hardness[k] * influence[k];
+        const float link = sqrtf(1.0f + moved * moved);
+        /* The last link then pulls back by half of its stretch, as Bullet's quotient of squares has it. */
+        const float correction = (1.0f - link * link) / (2.0f * (1.0f + link * link));
+        check_near(position_of(rope, 5).y, moved + moved * correction, 1e-5);
+        pli_body_destroy(rope);
+        pli_rigid_destroy(wall);
+    }
+}
+
+static void test_a_kinematic_body_pulls_and_is_not_pulled(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 4);
+    pli_rigid* hand = make_rigid(world, PLI_RIGID_KINEMATIC, pli_vec3_make(0, 0, 0));
+    add_anchor(rope, 0, hand);
+    pli_rigid_state state = pli_rigid_get_state(hand);
+    for (int i = 1; i <= 300; ++i) {
+        state.linear_velocity = pli_vec3_make(-1, 0, 0);
+        state.pose.origin.x = -(float)i * dt;
+        assert_int_equal(pli_rigid_set_state(hand, &state), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_near(pli_rigid_get_state(hand).linear_velocity.x, -1, 0);
+    check_near(position_of(rope, 0).x, -5, 0.02);
+    check_near(position_of(rope, 5).x, 0, 0.3);
+    check_near(pli_body_momentum(rope).x, -6, 0.5);
+}
+
+static void test_a_pinned_node_on_a_static_body_stays_finite(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(PLI_ROPE_PIN_FIRST, 2);
+    pli_rigid* wall = make_rigid(world, PLI_RIGID_STATIC, pli_vec3_make(0, 3, 0));
+    const pli_vec3 pivot = pli_vec3_make(0, 0, 0);
+    pli_anchor_def def = anchor_def(0, wall);
+    def.local_pivot = &pivot;
+    assert_int_equal(pli_body_add_anchor(rope, &def, NULL), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_false(pli_body_is_frozen(rope));
+    check_near(pli_vec3_length(position_of(rope, 0)), 0, 0);
+}
+
+static void test_a_body_that_blows_up_does_not_take_the_rigid_along(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 4);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    add_anchor(rope, 5, box);
+    /* Finite when predicted, but links then square it. */
+    assert_int_equal(pli_body_set_node_velocity(rope, 4, pli_vec3_make(1e25f, 1e24f, 0)), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(pli_body_is_frozen(rope));
+    const pli_rigid_state state = pli_rigid_get_state(box);
+    assert_true(isfinite(pli_vec3_length(state.linear_velocity)) && isfinite(pli_vec3_length(state.angular_velocity)));
+}
+
+// ------------------------------------------------------------------------------------------------------- life
+
+static void test_ids_go_stale(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    assert_int_equal(pli_body_anchor_count(rope), 0);
+    const pli_anchor_id none = {0, 0};
+    assert_int_equal(pli_body_remove_anchor(rope, none), PLI_ERROR_STALE_ID);
+    const pli_anchor_id a = add_anchor(rope, 0, box), b = add_anchor(rope, 3, box), c = add_anchor(rope, 3, box);
+    assert_int_equal(pli_body_anchor_count(rope), 3);
+    assert_int_equal(pli_body_remove_anchor(rope, none), PLI_ERROR_STALE_ID);
+    assert_int_equal(pli_body_remove_anchor(rope, b), PLI_OK);
+    assert_int_equal(pli_body_remove_anchor(rope, b), PLI_ERROR_STALE_ID);
+    assert_non_null(strstr(pli_last_error(context), "no anchor"));
+    assert_int_equal(pli_body_anchor_count(rope), 2);
+    /* The place is used again, under another name. */
+    const pli_anchor_id d = add_anchor(rope, 4, box);
+    assert_int_equal(d.index1, b.index1);
+    assert_true(d.generation != b.generation);
+    assert_int_equal(pli_body_remove_anchor(rope, b), PLI_ERROR_STALE_ID);
+    const pli_anchor_id invented[] = {{-1, 1}, {99, 1}, {INT32_MIN, 0}, {INT32_MAX, 1}, {a.index1, a.generation + 1}};
+    for (size_t i = 0; i < sizeof invented / sizeof invented[0]; ++i) {
+        assert_int_equal(pli_body_remove_anchor(rope, invented[i]), PLI_ERROR_STALE_ID);
+    }
+    assert_int_equal(pli_body_remove_anchor(rope, c), PLI_OK);
+    assert_int_equal(pli_body_remove_anchor(rope, a), PLI_OK);
+    assert_int_equal(pli_body_remove_anchor(rope, d), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(rope), 0);
+    /* Old names stay stale after the last one went. */
+    add_anchor(rope, 1, box);
+    const pli_anchor_id old[] = {a, b, c, d};
+    for (int i = 0; i < 4; ++i) {
+        assert_int_equal(pli_body_remove_anchor(rope, old[i]), PLI_ERROR_STALE_ID);
+    }
+    assert_int_equal(pli_body_anchor_count(rope), 1);
+    assert_int_equal(pli_body_remove_anchor(NULL, a), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_anchor_count(NULL), 0);
+}
+
+static void test_anchors_go_with_their_rigid_body(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    pli_rigid* wall = make_rigid(world, PLI_RIGID_STATIC, pli_vec3_make(-1, 0, 0));
+    const pli_anchor_id lost = add_anchor(rope, 5, box);
+    const pli_anchor_id kept = add_anchor(rope, 0, wall);
+    add_anchor(rope, 4, box);
+    pli_rigid_destroy(box);
+    assert_int_equal(pli_body_anchor_count(rope), 1);
+    assert_int_equal(pli_body_remove_anchor(rope, lost), PLI_ERROR_STALE_ID);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_int_equal(pli_body_remove_anchor(rope, kept), PLI_OK);
+}
+
+static void test_collision_with_the_rigid_body_can_be_switched_off(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    add_anchor(rope, 5, box);
+    assert_false(pli_body_ignores_rigid(rope, box));
+    pli_anchor_def def = anchor_def(4, box);
+    def.disable_collision = true;
+    pli_anchor_id id;
+    assert_int_equal(pli_body_add_anchor(rope, &def, &id), PLI_OK);
+    assert_true(pli_body_ignores_rigid(rope, box));
+    assert_int_equal(pli_body_remove_anchor(rope, id), PLI_OK);
+    assert_true(pli_body_ignores_rigid(rope, box));
+}
+
+static void test_only_anchored_rigid_bodies_are_touched(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    pli_rigid* other = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(60, 0, 0));
+    const pli_anchor_id id = add_anchor(rope, 5, box);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(pli_rigid_was_touched(box));
+    assert_false(pli_rigid_was_touched(other));
+    assert_int_equal(pli_body_remove_anchor(rope, id), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_false(pli_rigid_was_touched(box));
+}
+
+// ------------------------------------------------------------------------------------------------------- cost
+
+static void test_steps_do_not_allocate(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 3);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    for (int i = 0; i < 20; ++i) {
+        add_anchor(rope, i % 6, box);
+    }
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const uint64_t count = pli_context_allocation_count(context);
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocation_count(context), count);
+}
+
+static void test_marks_of_nodes_live_as_long_as_anchors(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    assert_int_equal(pli_body_remove_anchor(rope, add_anchor(rope, 0, box)), PLI_OK);
+    const size_t allocated = pli_context_allocated_bytes(context), bytes = pli_body_bytes(rope);
+    const pli_anchor_id id = add_anchor(rope, 2, box);
+    assert_int_equal(pli_body_bytes(rope), bytes + 6);
+    assert_int_equal(pli_context_allocated_bytes(context), allocated + 6);
+    assert_int_equal(pli_body_remove_anchor(rope, id), PLI_OK);
+    assert_int_equal(pli_context_allocated_bytes(context), allocated);
+    assert_int_equal(pli_body_bytes(rope), bytes);
+}
+
+static pli_status anchor_and_release(pli_context* c, void* unused) {
+    (void)unused;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    pli_rigid* box = NULL;
+    pli_status status = pli_world_create(c, NULL, &w);
+    if (status == PLI_OK) {
+        status = pli_mesh_create_rope(c, pli_vec3_make(0, 0, 0), pli_vec3_make(5, 0, 0), 4, 0, &mesh);
+    }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &rope); }
+    if (status == PLI_OK) {
+        const pli_rigid_def def = pli_rigid_def_default();
+        status = pli_rigid_create(w, &def, &box);
+    }
+    for (int i = 0; i < 40 && status == PLI_OK; ++i) {
+        pli_anchor_def def = anchor_def(i % 6, box);
+        def.disable_collision = i == 30;
+        status = pli_body_add_anchor(rope, &def, NULL);
+        assert_int_equal(pli_body_anchor_count(rope), status == PLI_OK ? i + 1 : i);
+        if (status != PLI_OK && i == 30) { assert_false(pli_body_ignores_rigid(rope, box)); }
+    }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_running_out_of_memory_leaves_nothing(void** unused) {
+    (void)unused;
+    assert_true(check_survives_failing_allocator(anchor_and_release, NULL) > 12);
+}
+
+// ------------------------------------------------------------------------------------------------------ errors
+
+#define check_refused(call, expected_status, expected_text)                                                            \
+    do {                                                                                                               \
+        const size_t bytes = pli_context_allocated_bytes(context);                                                     \
+        assert_int_equal(call, expected_status);                                                                       \
+        if (strstr(pli_last_error(context), expected_text) == NULL) {                                                  \
+            fail_msg("\"%s\" does not say \"%s\"", pli_last_error(context), expected_text);                            \
+        }                                                                                                              \
+        assert_int_equal(pli_context_allocated_bytes(context), bytes);                                                 \
+        assert_int_equal(pli_body_anchor_count(rope), 0);                                                              \
+    } while (0)
+
+static void test_bad_input_is_refused(void** unused) {
+    (void)unused;
+    pli_body* rope = make_rope(0, 1);
+    pli_rigid* box = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    pli_world* other_world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &other_world), PLI_OK);
+    pli_rigid* stranger = make_rigid(other_world, PLI_RIGID_DYNAMIC, pli_vec3_make(0, 0, 0));
+    pli_anchor_id id = {7, 7};
+
+    pli_anchor_def def = anchor_def(0, box);
+    assert_int_equal(pli_body_add_anchor(NULL, &def, &id), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_body_add_anchor(rope, NULL, &id), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    def.cookie = 1;
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INVALID_DEF, "pli_anchor_def_default");
+    def = anchor_def(6, box);
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INDEX_OUT_OF_RANGE, "node 6");
+    def = anchor_def(-1, box);
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INDEX_OUT_OF_RANGE, "node -1");
+    def = anchor_def(0, NULL);
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_NULL_ARGUMENT, "rigid");
+    def = anchor_def(0, stranger);
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INVALID_VALUE, "another world");
+    const pli_vec3 nowhere = pli_vec3_make(0, INFINITY, 0);
+    def = anchor_def(0, box);
+    def.local_pivot = &nowhere;
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_NOT_FINITE, "local_pivot is (0, inf, 0)");
+    def = anchor_def(0, box);
+    def.influence = NAN;
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_NOT_FINITE, "influence is nan");
+    def.influence = -1.0f;
+    check_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INVALID_VALUE, "influence is -1");
+    assert_int_equal(id.index1, 7);
+    assert_int_equal(id.generation, 7);
+
+    assert_int_equal(pli_body_set_anchor_hardness(NULL, 0.5f), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(pli_body_set_anchor_hardness(rope, NAN), PLI_ERROR_NOT_FINITE, "hardness is nan");
+    check_refused(pli_body_set_anchor_hardness(rope, 1.5f), PLI_ERROR_INVALID_VALUE, "hardness is 1.5");
+    check_refused(pli_body_set_anchor_hardness(rope, -0.5f), PLI_ERROR_INVALID_VALUE, "hardness is -0.5");
+    pli_world_destroy(other_world);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_a_rope_and_a_box_keep_their_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hardness_and_influence_are_shares_of_the_error, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_kinematic_body_pulls_and_is_not_pulled, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_pinned_node_on_a_static_body_stays_finite, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_body_that_blows_up_does_not_take_the_rigid_along, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_ids_go_stale, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_anchors_go_with_their_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_collision_with_the_rigid_body_can_be_switched_off, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_only_anchored_rigid_bodies_are_touched, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_steps_do_not_allocate, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_marks_of_nodes_live_as_long_as_anchors, setup, teardown),
+        cmocka_unit_test(test_running_out_of_memory_leaves_nothing),
+        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,301 @@
+/* Pose matching: rigid motion is recovered and left alone, the rest shape comes back, degenerate shapes stay finite. */
+
+#include "check.h"
+#include "failing_allocator.h"
+#include "sample_mesh.h"
+
+#include <pliant/pliant.h>
+
+#include <string.h>
+
+static pli_context* context;
+static pli_world* world;
+static const float dt = 1.0f / 60.0f;
+
+static int setup(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+/* Takes the mesh over. */
+static pli_body* make_body(pli_mesh* mesh) {
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static pli_body* make_ball(void) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_ellipsoid(context, pli_vec3_make(1, 1.4f, 0.7f), &mesh), PLI_OK);
+    return make_body(mesh);
+}
+
+static pli_vec3 position_of(const pli_body* body, int node) {
+    const pli_vec4 p = pli_body_get_view(body).positions[node];
+    return pli_vec3_make(p.x, p.y, p.z);
+}
+
+static float rotation_distance(pli_mat3 a, pli_mat3 b) {
+    float largest = 0.0f;
+    for (int i = 0; i < 3; ++i) {
+        largest = fmaxf(largest, pli_vec3_length(pli_vec3_sub(a.rows[i], b.rows[i])));
+    }
+    return largest;
+}
+
+static uint32_t random_state = 3;
+static float random_float(float size) {
+    random_state = random_state * 1664525u + 1013904223u;
+    return ((float)(random_state >> 8) / 8388608.0f - 1.0f) * size;
+}
+
+static void test_the_pose_of_a_moved_body_is_the_motion(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball();
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    pli_transform pose;
+    assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
+    check_near(rotation_distance(pose.rotation, pli_mat3_identity()), 0, 0);
+    check_near(pli_vec3_length(pose.origin), 0, 1e-6);
+
+    const pli_transform motion =
+        pli_transform_make(pli_quat_from_yaw_pitch_roll(2.0f, -0.5f, 1.0f), pli_vec3_make(4, -2, 1));
+    assert_int_equal(pli_body_transform(body, motion), PLI_OK);
+    pli_vec3 before[SAMPLE_SPHERE_NODES];
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        before[i] = position_of(body, i);
+    }
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
+    check_at_most(rotation_distance(pose.rotation, motion.rotation), 2e-6);
+    check_at_most(pli_vec3_length(pli_vec3_sub(pose.origin, motion.origin)), 2e-6);
+    /* The shape fits already: nothing moves. */
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        check_at_most(pli_vec3_length(pli_vec3_sub(position_of(body, i), before[i])), 3e-6);
+    }
+}
+
+/* Without iterations of links a full match returns to the rest shape in one step, half a match halves the distance. */
+static void test_matching_is_the_share_of_the_distance_removed(void** unused) {
+    (void)unused;
+    for (int k = 1; k <= 2; ++k) {
+        const float matching = 0.5f * (float)k;
+        pli_body* body = make_ball();
+        pli_solver_settings settings = pli_body_get_solver_settings(body);
+        settings.position_iterations = 0;
+        assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+        assert_int_equal(pli_body_enable_pose_matching(body, matching), PLI_OK);
+        pli_vec3 rest[SAMPLE_SPHERE_NODES], moved[SAMPLE_SPHERE_NODES];
+        for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+            rest[i] = position_of(body, i);
+            moved[i] = pli_vec3_add(rest[i], pli_vec3_make(random_float(0.2f), random_float(0.2f), random_float(0.2f)));
+        }
+        assert_int_equal(pli_body_set_state(body, moved, NULL), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        pli_transform pose;
+        assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
+        for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+            const pli_vec3 goal = pli_transform_point(pose, rest[i]);
+            const pli_vec3 expected = pli_vec3_lerp(moved[i], goal, matching);
+            check_at_most(pli_vec3_length(pli_vec3_sub(position_of(body, i), expected)), 1e-6);
+        }
+        pli_body_destroy(body);
+    }
+}
+
+static void test_matching_keeps_the_momentum(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball();
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.3f), PLI_OK);
+    pli_vec3 velocities[SAMPLE_SPHERE_NODES], positions[SAMPLE_SPHERE_NODES];
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        positions[i] = position_of(body, i);
+        velocities[i] = pli_vec3_make(2.0f + random_float(1), random_float(1), random_float(1));
+    }
+    assert_int_equal(pli_body_set_state(body, positions, velocities), PLI_OK);
+    const pli_vec3 before = pli_body_momentum(body);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    const pli_vec3 after = pli_body_momentum(body);
+    check_at_most(pli_vec3_length(pli_vec3_sub(after, before)) / pli_vec3_length(before), 1e-4);
+}
+
+static void check_stays_finite(pli_body* body, float matching) {
+    assert_int_equal(pli_body_enable_pose_matching(body, matching), PLI_OK);
+    for (int i = 0; i < 30; ++i) {
+        const pli_transform turn =
+            pli_transform_make(pli_quat_from_yaw_pitch_roll(0.3f, 0.7f, -0.4f), pli_vec3_make(0.1f, 0, 0));
+        assert_int_equal(pli_body_transform(body, turn), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_false(pli_body_is_frozen(body));
+        pli_transform pose;
+        assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
+        for (int r = 0; r < 3; ++r) {
+            assert_true(isfinite(pli_vec3_length(pose.rotation.rows[r])));
+        }
+        assert_true(isfinite(pli_vec3_length(pose.origin)));
+    }
+    pli_body_destroy(body);
+}
+
+static void test_degenerate_shapes_stay_finite(void** unused) {
+    (void)unused;
+    for (int k = 0; k < 6; ++k) {
+        pli_mesh* mesh = NULL;
+        if (k == 0) { /* flat in a coordinate plane */
+            assert_int_equal(sample_create_sheet(context, 7, 0.5f, 0, &mesh), PLI_OK);
+        } else if (k == 1) { /* flat and tilted */
+            assert_int_equal(sample_create_sheet(context, 7, 0.5f, 0, &mesh), PLI_OK);
+            assert_int_equal(pli_mesh_rotate(mesh, pli_quat_from_yaw_pitch_roll(1, 2, 3)), PLI_OK);
+        } else if (k == 2) { /* a line */
+            assert_int_equal(pli_mesh_create_rope(context, pli_vec3_make(1, 1, 1), pli_vec3_make(4, 3, 2), 9, 0, &mesh),
+                             PLI_OK);
+        } else if (k == 3) { /* all pinned */
+            assert_int_equal(sample_create_sheet(context, 2, 0.5f, PLI_PATCH_PIN_CORNERS, &mesh), PLI_OK);
+        } else { /* one node, or two in one place */
+            assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+            for (int i = 3; i < k; ++i) {
+                assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(2, 2, 2), 1.0f, NULL), PLI_OK);
+            }
+        }
+        check_stays_finite(make_body(mesh), 0.4f);
+    }
+}
+
+/* Whole numbers and a power of two of nodes keep the covariance of a folded sheet singular without rounding. */
+static void test_a_shape_squashed_flat_stays_finite(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < 8; ++i) {
+        const pli_vec3 corner =
+            pli_vec3_make((i & 1) != 0 ? 2.0f : -2.0f, (i & 2) != 0 ? 2.0f : -2.0f, (i & 4) != 0 ? 2.0f : -2.0f);
+        assert_int_equal(pli_mesh_append_node(mesh, corner, 1.0f, NULL), PLI_OK);
+    }
+    pli_body* body = make_body(mesh);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    pli_vec3 squashed[8];
+    for (int i = 0; i < 8; ++i) { /* onto the plane y = z */
+        const pli_vec3 p = position_of(body, i);
+        squashed[i] = pli_vec3_make(p.x, p.z, p.z);
+    }
+    assert_int_equal(pli_body_set_state(body, squashed, NULL), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_false(pli_body_is_frozen(body));
+    pli_transform pose;
+    assert_int_equal(pli_body_get_pose(body, &pose), PLI_OK);
+    for (int r = 0; r < 3; ++r) {
+        check_near(pli_vec3_length(pose.rotation.rows[r]), 1, 1e-5);
+    }
+}
+
+static void test_enabling_again_takes_a_new_rest_shape(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball();
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    const size_t bytes = pli_body_bytes(body);
+    pli_vec3 stretched[SAMPLE_SPHERE_NODES];
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        const pli_vec3 p = position_of(body, i);
+        stretched[i] = pli_vec3_make(2.0f * p.x, p.y, p.z);
+    }
+    assert_int_equal(pli_body_set_state(body, stretched, NULL), PLI_OK);
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.position_iterations = 0;
+    assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+    assert_int_equal(pli_body_enable_pose_matching(body, 1.0f), PLI_OK);
+    assert_int_equal(pli_body_bytes(body), bytes);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    for (int i = 0; i < SAMPLE_SPHERE_NODES; ++i) {
+        check_at_most(pli_vec3_length(pli_vec3_sub(position_of(body, i), stretched[i])), 2e-6);
+    }
+}
+
+static void test_memory_is_counted_and_given_back(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball();
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    pli_body_disable_pose_matching(body);
+    const size_t allocated = pli_context_allocated_bytes(context), bytes = pli_body_bytes(body);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    assert_int_equal(pli_context_allocated_bytes(context) - allocated, pli_body_bytes(body) - bytes);
+    assert_true(pli_body_bytes(body) >= bytes + SAMPLE_SPHERE_NODES * 4 * sizeof(float));
+    const uint64_t count = pli_context_allocation_count(context);
+    for (int i = 0; i < 5; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocation_count(context), count);
+    pli_body_disable_pose_matching(body);
+    assert_int_equal(pli_context_allocated_bytes(context), allocated);
+}
+
+static pli_status enable(pli_context* c, void* unused) {
+    (void)unused;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    pli_status status = pli_world_create(c, NULL, &w);
+    if (status == PLI_OK) { status = sample_create_ellipsoid(c, pli_vec3_make(1, 1, 1), &mesh); }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &body); }
+    if (status == PLI_OK) { status = pli_body_enable_pose_matching(body, 0.5f); }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_running_out_of_memory_leaves_nothing(void** unused) {
+    (void)unused;
+    assert_true(check_survives_failing_allocator(enable, NULL) > 10);
+}
+
+static void test_bad_input_is_refused(void** unused) {
+    (void)unused;
+    pli_body* body = make_ball();
+    const size_t bytes = pli_context_allocated_bytes(context);
+    pli_transform pose;
+    memset(&pose, 1, sizeof pose);
+    const pli_transform untouched = pose;
+    assert_int_equal(pli_body_enable_pose_matching(NULL, 0.5f), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_get_pose(NULL, &pose), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_get_pose(body, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_non_null(strstr(pli_last_error(context), "pose is null"));
+    assert_int_equal(pli_body_get_pose(body, &pose), PLI_ERROR_WRONG_STATE);
+    assert_non_null(strstr(pli_last_error(context), "not enabled"));
+    assert_int_equal(memcmp(&pose, &untouched, sizeof pose), 0);
+    assert_int_equal(pli_body_enable_pose_matching(body, NAN), PLI_ERROR_NOT_FINITE);
+    assert_non_null(strstr(pli_last_error(context), "matching is nan"));
+    assert_int_equal(pli_body_enable_pose_matching(body, 1.5f), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(context), "matching is 1.5"));
+    assert_int_equal(pli_body_enable_pose_matching(body, -0.1f), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_context_allocated_bytes(context), bytes);
+    pli_body_disable_pose_matching(body);
+    pli_body_disable_pose_matching(NULL);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_the_pose_of_a_moved_body_is_the_motion, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_distance_removed, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_enabling_again_takes_a_new_rest_shape, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_memory_is_counted_and_given_back, setup, teardown),
+        cmocka_unit_test(test_running_out_of_memory_leaves_nothing),
+        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
