@@ -41,12 +41,8 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         pli_rigid* rigid = anchor->rigid;
         const float inverse_mass = body->positions[anchor->node].w;
         anchor->offset = pli_mat3_mul_vec3(rigid->state.pose.rotation, anchor->pivot);
-        /* Nothing can move when the node is pinned and the rigid body has no mass to move: no impulse. */
-        anchor->impulse_matrix = plii_mat3_diagonal(0, 0, 0);
-        if (inverse_mass > 0.0f || rigid->state.inverse_mass > 0.0f) {
-            anchor->impulse_matrix = plii_impulse_matrix(step->dt, inverse_mass, rigid->state.inverse_mass,
-                                                         rigid->state.inverse_inertia_world, anchor->offset);
-        }
+        anchor->impulse_matrix = plii_impulse_matrix(step->dt, inverse_mass, rigid->state.inverse_mass,
+                                                     rigid->state.inverse_inertia_world, anchor->offset);
         anchor->displacement = step->dt * inverse_mass;
         rigid->was_touched = true;
     }
@@ -63,7 +59,8 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
         const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, node_motion),
                                             pli_vec3_scale(pli_vec3_sub(goal, node), anchors->hardness));
         const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->impulse_matrix, error), anchor->influence);
-        /* A soft body that leaves the finite numbers must not take the rigid body along. */
+        /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
+           numbers and must not take the rigid body along. */
         if (!plii_vec3_is_finite(impulse)) { continue; }
         plii_set_xyz(&body->positions[anchor->node], pli_vec3_add(node, pli_vec3_scale(impulse, anchor->displacement)));
         plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), anchor->offset);
