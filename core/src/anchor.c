@@ -247,13 +247,13 @@ fail:
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
     PLII_TRY(plii_check_body(body, __func__));
     anchor_state* anchors = plii_feature_state(body, &anchor_class);
-    const int slot = id.index1 - 1;
-    if (anchors == NULL || slot < 0 || slot >= anchors->slot_count || anchors->slots[slot].item == PLI_NULL_INDEX ||
-        anchors->slots[slot].generation != id.generation) {
+    const bool is_in_range = anchors != NULL && id.index1 > 0 && id.index1 <= anchors->slot_count;
+    const anchor_slot* slot = is_in_range ? &anchors->slots[id.index1 - 1] : NULL;
+    if (slot == NULL || slot->item == PLI_NULL_INDEX || slot->generation != id.generation) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
                          (unsigned)id.generation);
     }
-    anchor_retire(anchors, &anchors->items[anchors->slots[slot].item]);
+    anchor_retire(anchors, &anchors->items[slot->item]);
     anchor_compact(body, anchors);
     return PLI_OK;
 }
