@@ -30,6 +30,8 @@ typedef struct hull_work {
     const pli_vec3* points;
     double tolerance; /* m, what may be left out */
     double flatness;  /* m, thinner than this is flat */
+    const bool* late; /* [point_count] or NULL: points that are tried after all others only */
+    bool is_late;     /* the time for them has come */
     hull_face* faces;
     int face_count, face_capacity, free_face;
     int* next_outside; /* [point_count] */
@@ -83,20 +85,22 @@ static double hull_segment_distance(hull_double3 q, hull_double3 edge) {
     return hull_dot(offset, offset);
 }
 
-static double hull_triangle_distance(const hull_work* work, int point, const hull_face* face) {
-    const pli_vec3 p = work->points[point];
-    const hull_double3 normal = hull_normal(work, face);
+/* Squared distance of p from the triangle of three points. */
+static double hull_triangle_distance(const hull_work* work, int point, const int corners[3]) {
+    const pli_vec3 p = work->points[point], a = work->points[corners[0]];
+    const hull_double3 normal =
+        hull_cross(hull_sub(work->points[corners[1]], a), hull_sub(work->points[corners[2]], a));
     double nearest = HUGE_VAL;
     bool is_above = true;
     for (int i = 0; i < 3; ++i) {
-        const pli_vec3 from = hull_corner(work, face, i);
-        const hull_double3 edge = hull_sub(hull_corner(work, face, (i + 1) % 3), from), q = hull_sub(p, from);
+        const pli_vec3 from = work->points[corners[i]];
+        const hull_double3 edge = hull_sub(work->points[corners[(i + 1) % 3]], from), q = hull_sub(p, from);
         is_above = is_above && hull_dot(hull_cross(normal, edge), q) >= 0.0;
         nearest = fmin(nearest, hull_segment_distance(q, edge));
     }
     const double area = hull_dot(normal, normal);
     if (is_above && area > 0.0) {
-        const double height = hull_dot(normal, hull_sub(p, hull_corner(work, face, 0)));
+        const double height = hull_dot(normal, hull_sub(p, a));
         return height * height / area;
     }
     return nearest;
@@ -104,13 +108,13 @@ static double hull_triangle_distance(const hull_work* work, int point, const hul
 
 /* Whether some triangle is within the tolerance, walking over the surface towards the point. Never says yes wrongly. */
 static bool hull_is_near(const hull_work* work, int point, int face) {
-    double distance = hull_triangle_distance(work, point, &work->faces[face]);
+    double distance = hull_triangle_distance(work, point, work->faces[face].corners);
     for (;;) {
         if (distance <= work->tolerance * work->tolerance) { return true; }
         int best = -1;
         for (int i = 0; i < 3; ++i) {
             const int neighbour = work->faces[face].neighbours[i];
-            const double other = hull_triangle_distance(work, point, &work->faces[neighbour]);
+            const double other = hull_triangle_distance(work, point, work->faces[neighbour].corners);
             if (other < distance) {
                 distance = other;
                 best = neighbour;
@@ -169,7 +173,12 @@ static void hull_assign(hull_work* work, int point, const int* candidates, int c
     work->faces[best].outside = point;
 }
 
-/* Takes the farthest point in front of a face out of its list, or returns -1 when all are within the tolerance. */
+static bool hull_must_wait(const hull_work* work, int point) {
+    return work->late != NULL && work->late[point] && !work->is_late;
+}
+
+/* Takes the farthest point in front of a face out of its list, or returns -1 when there is none whose turn it is and
+   that is beyond the tolerance. */
 static int hull_take_farthest(hull_work* work, int face_index) {
     hull_face* face = &work->faces[face_index];
     const hull_double3 normal = hull_normal(work, face);
@@ -179,10 +188,11 @@ static int hull_take_farthest(hull_work* work, int face_index) {
     for (int point = face->outside, next; point >= 0; point = next) {
         next = work->next_outside[point];
         const double height = hull_dot(normal, hull_sub(work->points[point], hull_corner(work, face, 0)));
-        if (height <= work->tolerance * length && hull_is_near(work, point, face_index)) { continue; }
+        const bool must_wait = hull_must_wait(work, point);
+        if (!must_wait && height <= work->tolerance * length && hull_is_near(work, point, face_index)) { continue; }
         work->next_outside[point] = kept;
         kept = point;
-        if (best < 0 || height > best_height) {
+        if (!must_wait && (best < 0 || height > best_height)) {
             best = point;
             best_height = height;
         }
@@ -271,20 +281,24 @@ static bool hull_insert(hull_work* work, int point, int start) {
     return true;
 }
 
+static float hull_coordinate(const hull_work* work, int point, int axis) {
+    const pli_vec3 p = work->points[point];
+    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
+}
+
 /* Four points that span a volume: two far apart, one far from their line, one far from the plane of the three. */
 static bool hull_find_start(const hull_work* work, int corners[4]) {
-    int low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
-    for (int i = 1; i < work->point_count; ++i) {
-        const pli_vec3 p = work->points[i];
-        if (p.x < work->points[low[0]].x) { low[0] = i; }
-        if (p.y < work->points[low[1]].y) { low[1] = i; }
-        if (p.z < work->points[low[2]].z) { low[2] = i; }
-        if (p.x > work->points[high[0]].x) { high[0] = i; }
-        if (p.y > work->points[high[1]].y) { high[1] = i; }
-        if (p.z > work->points[high[2]].z) { high[2] = i; }
+    int low[3] = {-1, -1, -1}, high[3] = {-1, -1, -1};
+    for (int i = 0; i < work->point_count; ++i) {
+        if (hull_must_wait(work, i)) { continue; }
+        const float p[3] = {work->points[i].x, work->points[i].y, work->points[i].z};
+        for (int axis = 0; axis < 3; ++axis) {
+            if (low[axis] < 0 || p[axis] < hull_coordinate(work, low[axis], axis)) { low[axis] = i; }
+            if (high[axis] < 0 || p[axis] > hull_coordinate(work, high[axis], axis)) { high[axis] = i; }
+        }
     }
     double farthest = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3 && low[axis] >= 0; ++axis) {
         const hull_double3 span = hull_sub(work->points[high[axis]], work->points[low[axis]]);
         if (hull_dot(span, span) > farthest) {
             farthest = hull_dot(span, span);
@@ -296,25 +310,23 @@ static bool hull_find_start(const hull_work* work, int corners[4]) {
     const pli_vec3 origin = work->points[corners[0]];
     const hull_double3 axis = hull_sub(work->points[corners[1]], origin);
     hull_double3 normal = {0, 0, 0};
-    corners[2] = corners[0];
+    corners[2] = corners[3] = -1;
     for (int i = 0; i < work->point_count; ++i) {
         const hull_double3 candidate = hull_cross(axis, hull_sub(work->points[i], origin));
-        if (hull_dot(candidate, candidate) > hull_dot(normal, normal)) {
+        if (!hull_must_wait(work, i) && hull_dot(candidate, candidate) > hull_dot(normal, normal)) {
             normal = candidate;
             corners[2] = i;
         }
     }
-    const double length = sqrt(hull_dot(normal, normal));
-    double highest = work->flatness * length;
-    corners[3] = -1;
+    double highest = work->flatness * sqrt(hull_dot(normal, normal));
     for (int i = 0; i < work->point_count; ++i) {
         const double height = hull_dot(normal, hull_sub(work->points[i], origin));
-        if (fabs(height) > highest) {
+        if (!hull_must_wait(work, i) && fabs(height) > highest) {
             highest = fabs(height);
             corners[3] = i;
         }
     }
-    if (corners[3] < 0) { return false; }
+    if (corners[2] < 0 || corners[3] < 0) { return false; }
     const int side =
         plii_orientation(origin, work->points[corners[1]], work->points[corners[2]], work->points[corners[3]]);
     if (side > 0) { /* the base is to be seen from outside */
@@ -345,7 +357,7 @@ static bool hull_start(hull_work* work, const int corners[4]) {
     return true;
 }
 
-static bool hull_run(hull_work* work) {
+static bool hull_empty_queue(hull_work* work) {
     while (work->queue_count > 0) {
         const int face = work->queue[--work->queue_count];
         work->faces[face].is_queued = false;
@@ -358,6 +370,16 @@ static bool hull_run(hull_work* work) {
         if (point >= 0 && !hull_insert(work, point, face)) { return false; }
     }
     return true;
+}
+
+static bool hull_run(hull_work* work) {
+    if (!hull_empty_queue(work)) { return false; }
+    if (work->late == NULL) { return true; }
+    work->is_late = true;
+    for (int i = 0; i < work->face_count; ++i) {
+        if (work->faces[i].is_alive && !hull_enqueue(work, i)) { return false; }
+    }
+    return hull_empty_queue(work);
 }
 
 // ----------------------------------------------------------------------------------------------------------- result
@@ -384,43 +406,54 @@ static pli_status hull_build(hull_work* work) {
     return hull_start(work, corners) && hull_run(work) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-/* Marks the corners of the surface that are extreme: at least three creases meet there. Others lie in a face or on a
-   crease between two; they were inserted before what makes them superfluous. Reuses a work array for the counts. */
-static int hull_count_extreme(hull_work* work, int* corner_count) {
-    int* creases = work->face_from;
-    for (int i = 0; i < work->point_count; ++i) {
-        creases[i] = -1;
-    }
-    for (int pass = 0; pass < 2; ++pass) {
-        for (int i = 0; i < work->face_count; ++i) {
-            const hull_face* face = &work->faces[i];
-            for (int k = 0; face->is_alive && k < 3; ++k) {
-                if (pass == 0) {
-                    creases[face->corners[k]] = 0;
-                    continue;
-                }
-                const hull_face* other = &work->faces[face->neighbours[k]];
-                for (int m = 0; m < 3; ++m) {
-                    if (other->corners[m] != face->corners[k] && other->corners[m] != face->corners[(k + 1) % 3]) {
-                        creases[face->corners[k]] +=
-                            plii_orientation(hull_corner(work, face, 0), hull_corner(work, face, 1),
-                                             hull_corner(work, face, 2), hull_corner(work, other, m)) != 0;
-                    }
-                }
-            }
+/* Whether a corner of the surface lies within the tolerance of the triangles between its neighbours. Such corners were
+   inserted before what makes them superfluous, or stand out by a rounding error. */
+static bool hull_is_superfluous(hull_work* work, int corner, int start) {
+    enum { ALL_FANS = 16 };
+    int* ring = work->visible; /* has room for as many as there are faces */
+    int count = 0, face = start;
+    do { /* from face to face around the corner */
+        const hull_face* present = &work->faces[face];
+        int k = 0;
+        while (present->corners[k] != corner) {
+            ++k;
+        }
+        ring[count++] = present->corners[(k + 1) % 3];
+        face = present->neighbours[k];
+    } while (face != start);
+    const double limit = work->tolerance * work->tolerance;
+    for (int first = 0; first < (count <= ALL_FANS ? count : 1); ++first) {
+        for (int i = 1; i + 1 < count; ++i) {
+            const int triangle[3] = {ring[first], ring[(first + i) % count], ring[(first + i + 1) % count]};
+            if (hull_triangle_distance(work, corner, triangle) <= limit) { return true; }
         }
     }
-    int extreme_count = 0;
-    *corner_count = 0;
-    for (int i = 0; i < work->point_count; ++i) {
-        *corner_count += creases[i] >= 0;
-        extreme_count += creases[i] >= 3;
-    }
-    return extreme_count;
+    return false;
 }
 
-/* The live faces, their corners through `original` unless that is NULL. */
-static bool hull_write(const hull_work* work, const int* original, plii_convex_hull* hull) {
+/* Marks all points but the corners that are needed; false when all corners are. */
+static bool hull_mark_late(hull_work* work, bool* late) {
+    bool has_late_corner = false;
+    for (int i = 0; i < work->point_count; ++i) {
+        late[i] = true;
+    }
+    for (int i = 0; i < work->face_count; ++i) {
+        for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
+            work->face_from[work->faces[i].corners[k]] = i;
+        }
+    }
+    for (int i = 0; i < work->face_count; ++i) {
+        for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
+            const int corner = work->faces[i].corners[k];
+            if (work->face_from[corner] != i) { continue; } /* once per corner */
+            late[corner] = hull_is_superfluous(work, corner, i);
+            has_late_corner = has_late_corner || late[corner];
+        }
+    }
+    return has_late_corner;
+}
+
+static bool hull_write(const hull_work* work, plii_convex_hull* hull) {
     int count = 0;
     for (int i = 0; i < work->face_count; ++i) {
         count += work->faces[i].is_alive;
@@ -432,35 +465,37 @@ static bool hull_write(const hull_work* work, const int* original, plii_convex_h
     for (int i = 0; i < work->face_count; ++i) {
         if (!work->faces[i].is_alive) { continue; }
         for (int k = 0; k < 3; ++k) {
-            const int corner = work->faces[i].corners[k];
-            triangles[hull->triangle_count][k] = original != NULL ? original[corner] : corner;
+            triangles[hull->triangle_count][k] = work->faces[i].corners[k];
         }
         ++hull->triangle_count;
     }
     return true;
 }
 
-/* The same hull over its extreme points only. */
-static pli_status hull_rebuild(const hull_work* full, int extreme_count, plii_convex_hull* hull) {
-    pli_context* context = full->context;
-    const size_t points_size = (size_t)extreme_count * sizeof(pli_vec3);
-    const size_t original_size = (size_t)extreme_count * sizeof(int);
-    pli_vec3* points = plii_allocate(context, points_size);
-    int* original = plii_allocate(context, original_size);
-    hull_work work = {.context = context, .point_count = extreme_count, .points = points};
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (points != NULL && original != NULL) {
-        for (int i = 0, k = 0; i < full->point_count; ++i) {
-            if (full->face_from[i] < 3) { continue; }
-            points[k] = full->points[i];
-            original[k++] = i;
-        }
-        status = hull_build(&work);
-        if (status == PLI_OK && !hull_write(&work, original, hull)) { status = PLI_ERROR_OUT_OF_MEMORY; }
+/* Once more with the needed corners first, so that the others only return where they are really missing. */
+static pli_status hull_refine(hull_work* full, plii_convex_hull* hull) {
+    const size_t late_size = (size_t)full->point_count * sizeof(bool);
+    if (!PLII_RESERVE(full->context, &full->visible, &full->visible_capacity, full->face_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
+    bool* late = plii_allocate(full->context, late_size);
+    if (late == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    const hull_work* result = full;
+    hull_work work = {.context = full->context,
+                      .point_count = full->point_count,
+                      .points = full->points,
+                      .tolerance = full->tolerance,
+                      .flatness = full->flatness,
+                      .late = late};
+    pli_status status = PLI_OK;
+    if (hull_mark_late(full, late)) {
+        status = hull_build(&work);
+        if (status == PLI_OK) { result = &work; }
+        if (status == PLI_ERROR_INVALID_MESH) { status = PLI_OK; } /* too few are needed: all stay */
+    }
+    if (status == PLI_OK && !hull_write(result, hull)) { status = PLI_ERROR_OUT_OF_MEMORY; }
     hull_work_destroy(&work);
-    plii_release(context, points, points_size);
-    plii_release(context, original, original_size);
+    plii_release(full->context, late, late_size);
     return status;
 }
 
@@ -485,15 +520,7 @@ pli_status plii_convex_hull_create(pli_context* context, int point_count, const 
     hull_work work = {.context = context, .point_count = point_count, .points = points, .flatness = rounding};
     work.tolerance = (double)tolerance > rounding ? (double)tolerance : rounding;
     pli_status status = hull_build(&work);
-    if (status == PLI_OK) {
-        int corner_count = 0;
-        const int extreme_count = hull_count_extreme(&work, &corner_count);
-        if (extreme_count < corner_count) {
-            status = hull_rebuild(&work, extreme_count, hull);
-        } else if (!hull_write(&work, NULL, hull)) {
-            status = PLI_ERROR_OUT_OF_MEMORY;
-        }
-    }
+    if (status == PLI_OK) { status = hull_refine(&work, hull); }
     hull_work_destroy(&work);
     if (status == PLI_ERROR_INVALID_MESH) {
         return plii_fail(context, status, function, "the %d points lie in a plane", point_count);
