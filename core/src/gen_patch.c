@@ -2,6 +2,8 @@
 
 #include "gen_patch_impl.h"
 
+#include <limits.h>
+
 pli_patch_def pli_patch_def_default(void) {
     return (pli_patch_def){
         .corner_00 = {-1, 0, -1},
@@ -26,6 +28,10 @@ static pli_status patch_check(pli_context* context, const pli_patch_def* def, in
     if (def->columns < 2 || def->rows < 2) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
                          "a patch of %d x %d nodes, it must be 2 x 2 or more", def->columns, def->rows);
+    }
+    if ((int64_t)def->columns * def->rows > INT_MAX) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "a patch of %d x %d nodes is too large",
+                         def->columns, def->rows);
     }
     if ((def->pins & ~allowed_pins) != 0) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,

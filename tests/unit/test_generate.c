@@ -101,9 +101,12 @@ static void test_patch_refusals(void** state) {
     def.rows = -5;
     check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "16 x -5 nodes");
     def.rows = def.columns = 65536;
-    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "4294967296 nodes");
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE,
+                  "65536 x 65536 nodes is too large");
     def.rows = def.columns = INT_MAX;
     check_refused(pli_mesh_create_patch_uv(context, &def, NULL, &mesh), PLI_ERROR_INVALID_VALUE, "too large");
+    def.rows = def.columns = 46340; /* as many nodes as an int can count, but more links */
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "6442001441 links");
     def = good;
     def.corner_11.z = INFINITY;
     check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_NOT_FINITE, "point 3");

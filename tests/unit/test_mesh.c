@@ -3,7 +3,9 @@
 #include "check.h"
 #include "failing_allocator.h"
 
+#include <pliant/body.h>
 #include <pliant/generate.h>
+#include <pliant/world.h>
 
 #include <float.h>
 
@@ -231,6 +233,41 @@ static void test_clone_is_equal_and_apart(void** state) {
     pli_mesh_destroy(mesh);
     assert_int_equal(pli_mesh_get_view(copy).node_count, 6);
     pli_mesh_destroy(copy);
+}
+
+static const int* body_faces(pli_world* world, pli_mesh* mesh, int* count) {
+    const pli_body_def def = pli_body_def_default();
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    *count = pli_body_get_view(body).face_count;
+    return pli_body_get_view(body).face_nodes;
+}
+
+static void test_bodies_share_faces_until_the_mesh_changes(void** state) {
+    (void)state;
+    const pli_world_def world_def = pli_world_def_default();
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, &world_def, &world), PLI_OK);
+    pli_mesh* mesh = make_tetra();
+    int counts[4];
+    const int* first = body_faces(world, mesh, &counts[0]);
+    const int* second = body_faces(world, mesh, &counts[1]);
+    assert_ptr_equal(first, second);
+    assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 4, 0, NULL), PLI_OK);
+    const int* third = body_faces(world, mesh, &counts[2]);
+    assert_ptr_not_equal(first, third);
+    const int last[3] = {third[12], third[13], third[14]};
+    assert_int_equal(pli_mesh_shuffle_links(mesh), PLI_OK);
+    const int* fourth = body_faces(world, mesh, &counts[3]);
+    assert_ptr_not_equal(third, fourth);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(counts[0], 4);
+    assert_int_equal(counts[1], 4);
+    assert_int_equal(counts[2], 5);
+    assert_int_equal(counts[3], 5);
+    assert_int_equal(first[2], 1); /* the faces outlive the mesh */
+    assert_memory_equal(third + 12, last, sizeof last);
+    pli_world_destroy(world);
 }
 
 static void test_bending_links_of_a_chain(void** state) {
@@ -505,6 +542,7 @@ int main(void) {
         cmocka_unit_test(test_null_meshes_are_refused),
         cmocka_unit_test(test_empty_mesh_is_harmless),
         cmocka_unit_test(test_clone_is_equal_and_apart),
+        cmocka_unit_test(test_bodies_share_faces_until_the_mesh_changes),
         cmocka_unit_test(test_bending_links_of_a_chain),
         cmocka_unit_test(test_bending_links_of_a_large_sheet),
         cmocka_unit_test(test_shuffle_is_a_fixed_permutation),
