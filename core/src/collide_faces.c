@@ -2,6 +2,9 @@
    (btSoftBody::PSolve_SContacts). Given the same pairs of node and face, contacts equal Bullet's bit for bit. They come
    in the order of nodes, then of faces; Bullet's order depends on memory addresses.
 
+   Bodies are solved one after the other, so, as in Bullet, a contact moves the nodes of a body that was solved before
+   without changing their velocities.
+
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 

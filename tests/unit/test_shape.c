@@ -499,6 +499,58 @@ static void test_shape_is_destroyed_with_the_last_reference(void** state) {
     pli_shape_retain(NULL);
 }
 
+/* An allocator whose n-th allocation fails. */
+static int allocations_left;
+static void* failing_allocate(size_t size, size_t alignment, void* user) {
+    (void)user;
+    if (allocations_left-- <= 0) { return NULL; }
+    return aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+static void failing_release(void* block, size_t size, void* user) {
+    (void)size;
+    (void)user;
+    free(block);
+}
+
+static void test_shape_survives_every_failing_allocation(void** state) {
+    (void)state;
+    pli_context_def def = pli_context_def_default();
+    def.allocator.allocate = failing_allocate;
+    def.allocator.release = failing_release;
+    pli_context* scarce = NULL;
+    allocations_left = 1;
+    assert_int_equal(pli_context_create(&def, &scarce), PLI_OK);
+    pli_vec3 corners[8];
+    box_corners(pli_vec3_make(1, 1, 1), corners);
+    for (int kind = 0; kind < 3; ++kind) {
+        pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+        int n = 0;
+        for (; status != PLI_OK; ++n) {
+            assert_true(n < 100);
+            pli_shape *shape = NULL, *box = NULL;
+            allocations_left = 2;
+            assert_int_equal(pli_shape_create_box(scarce, pli_vec3_make(1, 1, 1), &box), PLI_OK);
+            allocations_left = n;
+            status = kind == 0   ? pli_shape_create_convex_hull(scarce, 8, corners, 0, &shape)
+                     : kind == 1 ? pli_shape_create_triangle_mesh(scarce, 8, corners, 12, box_triangles, 1, &shape)
+                                 : pli_shape_create_lattice(scarce, box, 0.25f, &shape);
+            if (status == PLI_OK) {
+                /* A query without memory is slower, not wrong. */
+                allocations_left = 0;
+                check_near(pli_shape_distance(shape, pli_vec3_make(2, 0, 0), NULL), 1, 1e-6);
+            } else {
+                assert_int_equal(status, PLI_ERROR_OUT_OF_MEMORY);
+                assert_null(shape);
+            }
+            pli_shape_release(shape);
+            pli_shape_release(box);
+            check_near(pli_context_allocated_bytes(scarce), 0, 0);
+        }
+        assert_true(n > 2);
+    }
+    pli_context_destroy(scarce);
+}
+
 static void check_refused(pli_status got, pli_status expected, const pli_shape* shape, const char* message) {
     assert_int_equal(got, expected);
     assert_null(shape);
@@ -576,6 +628,7 @@ int main(void) {
         cmocka_unit_test(test_shape_mesh_that_is_not_convex),
         cmocka_unit_test(test_shape_open_mesh_is_a_floor),
         cmocka_unit_test(test_shape_is_destroyed_with_the_last_reference),
+        cmocka_unit_test(test_shape_survives_every_failing_allocation),
         cmocka_unit_test(test_shape_refuses_bad_input),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

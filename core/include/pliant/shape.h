@@ -17,7 +17,7 @@ typedef struct pli_shape pli_shape;
 typedef struct pli_shape_def {
     void* user;
     /// Signed distances (negative inside) and unit outward normals at `count` local points. A distance above
-    /// `max_distance` may be reported as any value above it, without a normal. Required.
+    /// `max_distance` may be reported as any value above it, without a normal. No array is NULL. Required.
     void (*distances)(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                       pli_vec3* normals);
     /// The local bounds; infinite components are allowed. Required.
@@ -50,7 +50,9 @@ PLI_API pli_status pli_shape_create_convex_hull(pli_context* context, int point_
                                                 float radius, pli_shape** shape);
 /// Triangles with their own bounding volume tree. The sign of the distance comes from the angle-weighted normal of
 /// the nearest feature, so a closed surface is solid and an open one is a floor seen from its front; behind an open
-/// surface only points within `thickness` (m, > 0) count as inside. Zero-area triangles are ignored.
+/// surface only points within `thickness` (m, > 0) count as inside, and farther behind it there is nothing (distance
+/// INFINITY). Each connected part of the surface is open or closed by itself; points at equal positions count as one.
+/// Zero-area triangles are ignored.
 /// @param triangles [3 * triangle_count] indices of points
 PLI_API pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                                   int triangle_count, const int* triangles, float thickness,
@@ -58,12 +60,14 @@ PLI_API pli_status pli_shape_create_triangle_mesh(pli_context* context, int poin
 
 /// Wrap a shape in a lattice of sampled distances: values are taken at multiples of `voxel_size` (m, > 0), cached, and
 /// interpolated trilinearly; the normal is the gradient of the interpolant. This is how Bullet sees rigid shapes
-/// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`.
+/// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`. The cache takes 9 MB at
+/// most; when full it starts anew, which changes time but not results.
 /// Not for use from several threads at once: sampling fills the cache.
 PLI_API pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size,
                                             pli_shape** shape);
 
-/// Queries, for colliders of one's own and for tests. `distance` may be used with a NULL normal.
+/// Queries, for colliders of one's own and for tests. `distance` may be used with a NULL normal; it is INFINITY for a
+/// null shape and for a point that is not finite.
 PLI_API float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);
 PLI_API pli_bounds pli_shape_bounds(const pli_shape* shape);
 

@@ -1,0 +1,334 @@
+/* Contacts of nodes with faces of other soft bodies: all pairs found, balance of momentum, small faces, nodes on faces,
+   life of contacts, errors. */
+
+#include "check.h"
+#include "sample_mesh.h"
+
+#include "pliant/contact.h"
+#include "pliant/world.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const float dt = 1.0f / 60.0f;
+
+typedef struct fixture {
+    pli_context* context;
+    pli_world* world;
+} fixture;
+
+static int setup(void** state) {
+    fixture* f = calloc(1, sizeof *f);
+    if (f == NULL || pli_context_create(NULL, &f->context) != PLI_OK) { return -1; }
+    *state = f;
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    return pli_world_create(f->context, &def, &f->world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** state) {
+    fixture* f = *state;
+    pli_world_destroy(f->world);
+    const size_t left = pli_context_allocated_bytes(f->context);
+    pli_context_destroy(f->context);
+    free(f);
+    return left == 0 ? 0 : -1;
+}
+
+static pli_body* make_body(const fixture* f, pli_mesh* mesh, float margin, bool bullet_boxes) {
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(f->world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+    contacts.bullet_boxes = bullet_boxes;
+    assert_int_equal(pli_body_enable_soft_contacts(body, &contacts), PLI_OK);
+    return body;
+}
+
+/* One triangle of the given size in the plane y = 0, facing up, and one loose node. */
+static pli_body* make_triangle(const fixture* f, float size, float mass, float margin, bool bullet_boxes) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+    const pli_vec3 points[3] = {{0, 0, size}, {size, 0, -size}, {-size, 0, -size}};
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(pli_mesh_append_node(mesh, points[i], mass, NULL), PLI_OK);
+    }
+    assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL), PLI_OK);
+    return make_body(f, mesh, margin, bullet_boxes);
+}
+
+static pli_body* make_node(const fixture* f, pli_vec3 position, float mass, float margin, bool bullet_boxes) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(mesh, position, mass, NULL), PLI_OK);
+    return make_body(f, mesh, margin, bullet_boxes);
+}
+
+static pli_body* make_ball(const fixture* f, pli_vec3 radii, pli_vec3 centre, float margin) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_ellipsoid(f->context, radii, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_translate(mesh, centre), PLI_OK);
+    return make_body(f, mesh, margin, false);
+}
+
+static pli_vec3 xyz(pli_vec4 v) {
+    return pli_vec3_make(v.x, v.y, v.z);
+}
+
+/* Distance of a point to a triangle by dense sampling of its nearest points along each edge and inside. */
+static double brute_distance(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c) {
+    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), ap = pli_vec3_sub(p, a);
+    const double aa = (double)pli_vec3_dot(ab, ab), bb = (double)pli_vec3_dot(ac, ac), m = (double)pli_vec3_dot(ab, ac);
+    const double u0 = (double)pli_vec3_dot(ab, ap), v0 = (double)pli_vec3_dot(ac, ap);
+    const double det = aa * bb - m * m, u = (bb * u0 - m * v0) / det, v = (aa * v0 - m * u0) / det;
+    if (u >= 0 && v >= 0 && u + v <= 1) {
+        const pli_vec3 n = pli_vec3_cross(ab, ac);
+        return fabs((double)pli_vec3_dot(ap, n)) / (double)pli_vec3_length(n);
+    }
+    const pli_vec3 corners[4] = {a, b, c, a};
+    double best = INFINITY;
+    for (int i = 0; i < 3; ++i) {
+        const pli_vec3 e = pli_vec3_sub(corners[i + 1], corners[i]), w = pli_vec3_sub(p, corners[i]);
+        const float t = fminf(1, fmaxf(0, pli_vec3_dot(e, w) / pli_vec3_dot(e, e)));
+        best = fmin(best, (double)pli_vec3_length(pli_vec3_sub(w, pli_vec3_scale(e, t))));
+    }
+    return best;
+}
+
+/* Checks the contacts of the nodes of one body with the faces of another against all pairs. */
+static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float margins) {
+    const pli_body_view a = pli_body_get_view(nodes), b = pli_body_get_view(faces);
+    const int count = pli_body_get_soft_contacts(nodes, 0, NULL);
+    pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
+    assert_non_null(contacts);
+    pli_body_get_soft_contacts(nodes, count, contacts);
+    int next = 0;
+    for (int i = 0; i < a.node_count; ++i) {
+        const pli_vec3 p = xyz(a.positions[i]);
+        const double reach = (double)margins + 2 * (double)pli_vec3_length(pli_vec3_sub(p, xyz(a.previous[i])));
+        for (int k = 0; k < b.face_count; ++k) {
+            const int* face = &b.face_nodes[3 * k];
+            const pli_vec3 x[3] = {xyz(b.positions[face[0]]), xyz(b.positions[face[1]]), xyz(b.positions[face[2]])};
+            const double distance = brute_distance(p, x[0], x[1], x[2]);
+            /* In ascending order of node and face. */
+            const bool is_contact = next < count && contacts[next].node == i && contacts[next].face == k;
+            if (distance < reach - 1e-5) { assert_true(is_contact); }
+            if (distance > reach + 1e-5) { assert_false(is_contact); }
+            if (!is_contact) { continue; }
+            const float* w = contacts[next].weights;
+            const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(x[0], w[0]), pli_vec3_scale(x[1], w[1])),
+                                                pli_vec3_scale(x[2], w[2]));
+            const pli_vec3 offset = pli_vec3_sub(p, point);
+            check_near(pli_vec3_length(offset), distance, 2e-5);
+            check_near(pli_vec3_dot(offset, contacts[next].normal), distance, 2e-5);
+            check_near(contacts[next].margin, reach, 1e-6);
+            assert_ptr_equal(contacts[next].face_body, faces);
+            ++next;
+        }
+    }
+    assert_int_equal(next, count);
+    free(contacts);
+    return count;
+}
+
+static void test_soft_contacts_finds_all_pairs(void** state) {
+    fixture* f = *state;
+    pli_body* a = make_ball(f, pli_vec3_make(1, 0.7f, 0.9f), pli_vec3_make(0, 0, 0), 0.05f);
+    pli_body* b = make_ball(f, pli_vec3_make(0.5f, 1.2f, 0.6f), pli_vec3_make(1.2f, 0.3f, 0.1f), 0.08f);
+    pli_body_add_velocity(a, pli_vec3_make(5, 1, 0));
+    pli_body_add_velocity(b, pli_vec3_make(-9, 0, 2));
+    int contacts = 0;
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+        assert_int_equal(pli_world_collide_bodies(f->world, a, b), PLI_OK);
+        contacts += check_all_pairs(a, b, 0.13f);
+        contacts += check_all_pairs(b, a, 0.13f);
+        assert_int_equal(pli_world_solve(f->world), PLI_OK);
+    }
+    assert_true(contacts > 1000);
+}
+
+/* Bodies are solved one after the other. As in Bullet, what a contact does to a body that was solved before moves its
+   nodes but does not enter their velocities; so momentum is kept when the body of the node is solved first. */
+static void test_soft_contacts_keep_momentum(void** state) {
+    fixture* f = *state;
+    pli_body* node = make_node(f, pli_vec3_make(0.2f, 0.15f, -0.1f), 1, 0.1f, false);
+    pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
+    assert_int_equal(pli_body_add_velocity(node, pli_vec3_make(2, -3, 1)), PLI_OK);
+    const pli_vec3 before = pli_vec3_add(pli_body_momentum(node), pli_body_momentum(triangle));
+    int contacts = 0;
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        contacts += pli_body_get_soft_contacts(node, 0, NULL);
+        const pli_vec3 now = pli_vec3_add(pli_body_momentum(node), pli_body_momentum(triangle));
+        check_at_most(pli_vec3_length(pli_vec3_sub(now, before)), 2e-5);
+    }
+    assert_true(contacts > 0);
+    assert_true(pli_body_momentum(triangle).y < -1);
+    assert_true(pli_body_momentum(triangle).x > 0.1f);
+}
+
+static void test_soft_contacts_node_on_a_face_gets_a_normal(void** state) {
+    fixture* f = *state;
+    for (int variant = 0; variant < 4; ++variant) {
+        const bool bullet_boxes = variant % 2 == 0;
+        const float side = variant < 2 ? 1.0f : -1.0f;
+        pli_body* triangle = make_triangle(f, 1, 1, 0.1f, bullet_boxes);
+        pli_body* node = make_node(f, pli_vec3_make(0, 0.5f * side, 0), 1, 0.1f, bullet_boxes);
+        /* It arrives exactly at y = 0. */
+        assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -0.5f * side / dt, 0)), PLI_OK);
+        assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+        check_near(pli_body_get_view(node).positions[0].y, 0, 0);
+        assert_int_equal(pli_world_collide_bodies(f->world, triangle, node), PLI_OK);
+        pli_soft_contact contact;
+        assert_int_equal(pli_body_get_soft_contacts(node, 1, &contact), 1);
+        check_near(contact.normal.x, 0, 0);
+        check_near(contact.normal.y, side, 0);
+        assert_int_equal(pli_world_solve(f->world), PLI_OK);
+        assert_true(pli_body_get_view(node).positions[0].y * side > 0.1f);
+        assert_false(pli_body_is_frozen(node));
+        pli_body_destroy(node);
+        pli_body_destroy(triangle);
+    }
+}
+
+static void test_soft_contacts_small_faces_count(void** state) {
+    fixture* f = *state;
+    const float size = 2e-3f; /* squared doubled area 6e-11, far below Bullet's 1.2e-7 */
+    for (int bullet_boxes = 0; bullet_boxes < 2; ++bullet_boxes) {
+        pli_body* triangle = make_triangle(f, size, 1, size, bullet_boxes != 0);
+        pli_body* node = make_node(f, pli_vec3_make(0, 0.5f * size, 0), 1, size, bullet_boxes != 0);
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), bullet_boxes != 0 ? 0 : 1);
+        pli_body_destroy(node);
+        pli_body_destroy(triangle);
+    }
+    /* A face without an area is no face. */
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make((float)i, 0, 0), 1, NULL), PLI_OK);
+    }
+    assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL), PLI_OK);
+    make_body(f, mesh, 0.1f, false);
+    pli_body* node = make_node(f, pli_vec3_make(1, 0.05f, 0), 1, 0.1f, false);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
+}
+
+static void test_soft_contacts_share_by_mass(void** state) {
+    fixture* f = *state;
+    pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
+    assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
+    const float y = 0.1f - dt, margin = 0.2f + 2 * dt;
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    /* At the centroid the face counts with the mean inverse mass 0.5 of its nodes. */
+    const pli_body_view n = pli_body_get_view(node), t = pli_body_get_view(triangle);
+    check_near(n.positions[0].y, y + (margin - y) * (1.0f / 1.5f), 1e-6);
+    for (int i = 0; i < 3; ++i) {
+        check_near(t.positions[i].y, -(margin - y) * (0.5f / 1.5f) / 3, 1e-6);
+    }
+}
+
+static void test_soft_contacts_allocate_nothing_when_settled(void** state) {
+    fixture* f = *state;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_sheet(f->context, 12, 0, 15, &mesh), PLI_OK);
+    make_body(f, mesh, 0.1f, true);
+    pli_body* ball = make_ball(f, pli_vec3_make(0.5f, 0.5f, 0.5f), pli_vec3_make(0, 0.55f, 0), 0.1f);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    }
+    assert_true(pli_body_get_soft_contacts(ball, 0, NULL) > 0);
+    assert_int_equal(pli_body_set_solver_settings(ball, &(pli_solver_settings){.position_iterations = 1,
+                                                                               .velocity_damping = 1,
+                                                                               .drift_correction = 1,
+                                                                               .time_scale = 1}),
+                     PLI_OK);
+    const uint64_t allocations = pli_context_allocation_count(f->context);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    }
+    check_near(pli_context_allocation_count(f->context), allocations, 0);
+}
+
+static void test_soft_contacts_go_with_the_other_body(void** state) {
+    fixture* f = *state;
+    pli_body* triangle = make_triangle(f, 1, 1, 0.1f, false);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.05f, 0), 1, 0.1f, false);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 1);
+    pli_body_destroy(triangle);
+    assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
+    make_triangle(f, 1, 1, 0.1f, false);
+    pli_body_disable_soft_contacts(node);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
+}
+
+static void check_refused(const fixture* f, pli_status got, pli_status expected, const char* message) {
+    assert_int_equal(got, expected);
+    if (strstr(pli_last_error(f->context), message) == NULL) {
+        fail_msg("\"%s\" does not say \"%s\"", pli_last_error(f->context), message);
+    }
+}
+
+static void test_soft_contacts_refuse_bad_input(void** state) {
+    fixture* f = *state;
+    pli_body* triangle = make_triangle(f, 1, 1, 0.1f, true);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.05f, 0), 1, 0.1f, false);
+    pli_soft_contacts_def def = pli_soft_contacts_def_default();
+    assert_int_equal(pli_body_enable_soft_contacts(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
+    check_refused(f, pli_body_enable_soft_contacts(node, NULL), PLI_ERROR_NULL_ARGUMENT, "def");
+    def.friction = -2;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "friction -2");
+    def.friction = NAN;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_NOT_FINITE, "friction");
+    def = pli_soft_contacts_def_default();
+    def.hardness = 2;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "hardness 2");
+    def.cookie = 7;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_DEF, "default");
+    assert_int_equal(pli_body_get_soft_contacts(NULL, 1, NULL), 0);
+    pli_body_disable_soft_contacts(NULL);
+
+    pli_bounds nodes[3] = {{{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}};
+    pli_bounds face = {{0, 0, 0}, {1, 1, 1}};
+    check_refused(f, pli_body_set_bullet_boxes(node, nodes, &face), PLI_ERROR_WRONG_STATE, "bullet_boxes");
+    check_refused(f, pli_body_set_bullet_boxes(triangle, NULL, &face), PLI_ERROR_NULL_ARGUMENT, "node_boxes");
+    check_refused(f, pli_body_set_bullet_boxes(triangle, nodes, NULL), PLI_ERROR_NULL_ARGUMENT, "face_boxes");
+    nodes[1].max.y = NAN;
+    check_refused(f, pli_body_set_bullet_boxes(triangle, nodes, &face), PLI_ERROR_NOT_FINITE, "box of node 1");
+    nodes[1].max.y = 1;
+    assert_int_equal(pli_body_set_bullet_boxes(triangle, nodes, &face), PLI_OK);
+
+    const int order[1] = {0}, out[1] = {1};
+    check_refused(f, pli_body_reorder_soft_contacts(node, order, 1), PLI_ERROR_WRONG_STATE, "between");
+    assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+    assert_int_equal(pli_world_collide_bodies(f->world, triangle, node), PLI_OK);
+    check_refused(f, pli_body_reorder_soft_contacts(node, out, 1), PLI_ERROR_INDEX_OUT_OF_RANGE, "order[0] is 1");
+    check_refused(f, pli_body_reorder_soft_contacts(node, NULL, 1), PLI_ERROR_NULL_ARGUMENT, "order");
+    check_refused(f, pli_body_reorder_soft_contacts(node, order, 0), PLI_ERROR_INVALID_VALUE, "there are 1");
+    assert_int_equal(pli_body_reorder_soft_contacts(node, order, 1), PLI_OK);
+    assert_int_equal(pli_world_solve(f->world), PLI_OK);
+    pli_body_disable_soft_contacts(node);
+    check_refused(f, pli_body_reorder_soft_contacts(node, order, 1), PLI_ERROR_WRONG_STATE, "not enabled");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
