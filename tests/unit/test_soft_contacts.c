@@ -89,7 +89,7 @@ static double brute_distance(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c) {
         return fabs((double)pli_vec3_dot(ap, n)) / (double)pli_vec3_length(n);
     }
     const pli_vec3 corners[4] = {a, b, c, a};
-    double best = INFINITY;
+    double best = 1e30;
     for (int i = 0; i < 3; ++i) {
         const pli_vec3 e = pli_vec3_sub(corners[i + 1], corners[i]), w = pli_vec3_sub(p, corners[i]);
         const float t = fminf(1, fmaxf(0, pli_vec3_dot(e, w) / pli_vec3_dot(e, e)));
