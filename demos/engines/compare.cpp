@@ -1,0 +1,70 @@
+// Whole comparison of a scene: one step, free run and time.
+
+#include "compare.h"
+#include "recorder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace demos {
+
+namespace {
+
+// Largest distance between the same nodes; infinite once one of them is not finite.
+double largest_distance(const Engine& a, const Engine& b) {
+    double largest = 0.0;
+    for (size_t i = 0; i < a.description().softs.size(); ++i) {
+        const SoftState state_a = a.soft(static_cast<int>(i)), state_b = b.soft(static_cast<int>(i));
+        for (size_t k = 0; k < state_a.positions.size(); ++k) {
+            const pli_vec3 d = pli_vec3_sub(state_a.positions[k], state_b.positions[k]);
+            const double distance = static_cast<double>(pli_vec3_length(d));
+            largest = std::isfinite(distance) ? std::max(largest, distance) : HUGE_VAL;
+        }
+    }
+    return largest;
+}
+
+double median(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+} // namespace
+
+Comparison compare(const Description& description, int frames, const Progress& progress) {
+    const int steps = 2 * frames;
+    Comparison result;
+    result.scene = description.source != nullptr ? description.source->name : "";
+    result.one_step = compare_one_step(description, frames, [&](int frame, int) {
+        if (progress) { progress(frame, steps); }
+    });
+
+    // The engine as it is used is timed, against the same run of btSoftBody that the errors come from.
+    const auto bullet = make_engine(EngineKind::bullet, description, {});
+    const auto pliant = make_engine(EngineKind::pliant, description, {});
+    const auto reference_mode = make_engine(EngineKind::pliant, description, EngineOptions{true});
+    const double diagonal = bounds_diagonal(description.rest_bounds);
+    std::vector<double> bullet_times, pliant_times;
+    for (int frame = 1; frame <= frames; ++frame) {
+        bullet->step();
+        bullet_times.push_back(bullet->step_milliseconds());
+        pliant->step();
+        pliant_times.push_back(pliant->step_milliseconds());
+        reference_mode->step();
+        FreeRun& free_run = result.free_run;
+        double* error = frame == 30    ? &free_run.error_30
+                        : frame == 60  ? &free_run.error_60
+                        : frame == 300 ? &free_run.error_300
+                                       : nullptr;
+        if (error != nullptr) { *error = largest_distance(*bullet, *reference_mode) / diagonal; }
+        if (progress) { progress(frames + frame, steps); }
+    }
+    result.nodes = measure(*bullet).nodes;
+    result.bullet_ms = median(bullet_times);
+    result.pliant_ms = median(pliant_times);
+    result.time_ratio = result.bullet_ms / result.pliant_ms;
+    return result;
+}
+
+} // namespace demos

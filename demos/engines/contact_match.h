@@ -1,0 +1,43 @@
+#ifndef DEMOS_CONTACT_MATCH_H
+#define DEMOS_CONTACT_MATCH_H
+
+// Gives Pliant's contacts of a step the order of the reference's. Bullet's order depends on memory addresses, and
+// Gauss-Seidel results depend on the order.
+
+#include "bullet_engine.h"
+#include "pliant_engine.h"
+
+#include <map>
+
+namespace demos {
+
+class ContactMatcher {
+public:
+    ContactMatcher(BulletEngine& reference, PliantEngine& pliant);
+
+    // To be called when the reference has made its step and Pliant has its contacts but has not solved them.
+    // Returns the number of contacts that only one of the two has found; in Pliant's lists those come last.
+    int match();
+
+    // Contact of a node with another body, by numbers that mean the same in both engines.
+    struct Contact {
+        int node, other, face; // face -1: with a rigid body
+        pli_vec3 normal;
+    };
+
+private:
+    std::vector<Contact> reference_rigid_contacts(int body) const;
+    std::vector<Contact> reference_soft_contacts(int body) const;
+    std::vector<Contact> pliant_rigid_contacts(int body) const;
+    std::vector<Contact> pliant_soft_contacts(int body) const;
+    void check(pli_status status) const;
+
+    BulletEngine& reference_;
+    PliantEngine& pliant_;
+    std::map<const btCollisionObject*, int> reference_rigids_;
+    std::map<const pli_rigid*, int> pliant_rigids_;
+    std::map<const pli_body*, int> pliant_bodies_;
+};
+
+} // namespace demos
+#endif
