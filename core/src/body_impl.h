@@ -43,8 +43,9 @@ struct pli_body {
 
     float collision_margin;
     pli_solver_settings solver;
-    pli_bounds bounds; /* of the nodes, grown by the margin */
-    plii_step step;    /* of the step in progress */
+    pli_bounds bounds;    /* of the nodes, grown by the margin */
+    plii_step step;       /* of the step in progress */
+    int joint_iterations; /* wanted in the joint solve; 0 without clusters */
     bool is_frozen;
     plii_pipeline pipeline;
 

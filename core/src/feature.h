@@ -7,6 +7,7 @@
 
        per body    FORCES -> (integrate) -> UPDATE            pli_world_predict
        per pair    collide_rigid, collide_body                pli_world_collide_*
+       all bodies  JOINT_PREPARE -> JOINT_SOLVE*n -> JOINT_FINISH           pli_world_solve
        per body    PREPARE -> VELOCITY*n -> POSITION*n -> DRIFT*n -> FINISH   pli_world_solve
        per body    REFRESH, after all bodies are solved
 
@@ -22,8 +23,12 @@ typedef struct plii_step {
 } plii_step;
 
 typedef enum plii_stage {
-    PLII_STAGE_FORCES,   /* add to body->forces */
-    PLII_STAGE_UPDATE,   /* after integration: what follows from predicted positions */
+    PLII_STAGE_FORCES, /* add to body->forces */
+    PLII_STAGE_UPDATE, /* after integration: what follows from predicted positions */
+    /* Over all bodies together, before any body iterates on its own; n = the largest joint_iterations of a body. */
+    PLII_STAGE_JOINT_PREPARE,
+    PLII_STAGE_JOINT_SOLVE,
+    PLII_STAGE_JOINT_FINISH,
     PLII_STAGE_PREPARE,  /* once before the iterations */
     PLII_STAGE_VELOCITY, /* each velocity iteration */
     PLII_STAGE_POSITION, /* each position iteration */
@@ -41,9 +46,14 @@ enum {
     PLII_ORDER_FACE_AERO = 40,
 
     PLII_ORDER_CLEAR_CONTACTS = 5,
+    PLII_ORDER_CLUSTERS = 10,
     PLII_ORDER_BOXES = 30,
     PLII_ORDER_POSE = 40,
 
+    PLII_ORDER_JOINTS = 10,
+    PLII_ORDER_CLUSTER_CONTACTS = 20,
+
+    PLII_ORDER_APPLY_CLUSTERS = 5,
     PLII_ORDER_ANCHORS = 10,
     PLII_ORDER_RIGID_CONTACTS = 20,
     PLII_ORDER_SOFT_CONTACTS = 30,

@@ -245,9 +245,33 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
     return PLI_OK;
 }
 
+static void world_run_joint_stage(pli_world* world, plii_stage stage) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!body->is_frozen) { plii_run_stage(body, &body->pipeline, stage, &body->step); }
+    }
+}
+
+/* Joints and cluster contacts couple bodies, so all bodies take part in each iteration (btSoftBody::solveClusters). */
+static void world_solve_joints(pli_world* world) {
+    int iterations = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (!body->is_frozen && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
+    }
+    if (iterations == 0) { return; }
+    world->joint_iterations = iterations;
+    world_run_joint_stage(world, PLII_STAGE_JOINT_PREPARE);
+    for (int i = 0; i < iterations; ++i) {
+        world_run_joint_stage(world, PLII_STAGE_JOINT_SOLVE);
+    }
+    world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
+}
+
 pli_status pli_world_solve(pli_world* world) {
     PLII_TRY(plii_check_world(world, __func__));
     if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+    world_solve_joints(world);
     for (int i = 0; i < world->body_count; ++i) {
         if (!world->bodies[i]->is_frozen) { plii_solver_solve(world->bodies[i]); }
     }

@@ -11,6 +11,7 @@ struct pli_world {
     pli_context* context;
     pli_world_def def;
     bool is_stepping;
+    int joint_iterations; /* of the joint solve in progress */
     pli_body** bodies;
     int body_count, body_capacity;
     pli_body** sweep; /* [body_count] sorted by the lower x bound */
