@@ -1,0 +1,323 @@
+// Soft bodies and movable rigid bodies: both ways, waking, filters, anchors.
+#include "check.h"
+#include "test_bridge_world.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+
+using namespace bridge_test;
+
+namespace {
+
+btVector3 momentum_of(const btRigidBody& body) {
+    return body.getLinearVelocity() / body.getInvMass();
+}
+
+btVector3 total_momentum(const btRigidBody& rigid, const pli_body* soft) {
+    const pli_vec3 p = pli_body_momentum(soft);
+    return momentum_of(rigid) + btVector3(p.x, p.y, p.z);
+}
+
+pli_body* add_rope(pliant::Bridge& bridge, pli_vec3 from, pli_vec3 to, int pins) {
+    pli_mesh* mesh = nullptr;
+    if (pli_mesh_create_rope(bridge.context(), from, to, 8, pins, &mesh) != PLI_OK) { return nullptr; }
+    pli_body_def def = pli_body_def_default();
+    def.solver.position_iterations = 8;
+    pli_body* rope = nullptr;
+    const pli_status status = bridge.add_body(mesh, &def, &rope);
+    pli_mesh_destroy(mesh);
+    return status == PLI_OK ? rope : nullptr;
+}
+
+pli_status anchor(pli_body* body, int node, pli_rigid* rigid, bool disable_collision = false) {
+    pli_anchor_def def = pli_anchor_def_default();
+    def.node = node;
+    def.rigid = rigid;
+    def.disable_collision = disable_collision;
+    return pli_body_add_anchor(body, &def, nullptr);
+}
+
+} // namespace
+
+static void test_a_pinned_sheet_catches_a_ball(void**) {
+    StockWorld stock;
+    btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.3)), btScalar(0.5), btVector3(0, 3, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 3, 1, 21, PLI_PATCH_PIN_CORNERS);
+    float fastest_up = 0, lowest_ball = 3;
+    for (int i = 0; i < 300; ++i) {
+        stock.step(1);
+        fastest_up = std::max(fastest_up, static_cast<float>(ball.getLinearVelocity().y()));
+        lowest_ball = std::min(lowest_ball, static_cast<float>(ball.getWorldTransform().getOrigin().y()));
+    }
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    // It falls at more than 5 m/s, is thrown back up and ends up resting in the sheet.
+    assert_true(fastest_up > 0.3f);
+    assert_true(lowest_ball > -0.5f);
+    assert_true(lowest_ball < 1.0f);
+    check_near(ball.getLinearVelocity().y(), 0, 0.1);
+    check_at_most(lowest(sheet), ball.getWorldTransform().getOrigin().y());
+}
+
+static void test_momentum_is_conserved_when_a_ball_hits_a_free_sheet(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.3)), 1, btVector3(btScalar(0.1), 1, 0));
+    ball.setLinearVelocity(btVector3(0, -2, btScalar(0.2)));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 0, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* sheet = add_sheet(bridge, 2, 0, 15);
+    const btVector3 before = total_momentum(ball, sheet);
+    stock.step(60);
+    const btVector3 after = total_momentum(ball, sheet);
+    assert_true(ball.getLinearVelocity().y() > btScalar(-1.5));
+    check_at_most((after - before).length() / before.length(), 1e-5);
+}
+
+static void test_momentum_is_conserved_with_a_box_on_a_rope(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    btRigidBody& box = stock.add_box(btVector3(btScalar(0.3), btScalar(0.3), btScalar(0.3)), 2, btVector3(0, 0, 0));
+    box.setAngularVelocity(btVector3(btScalar(0.3), 0, 1));
+    box.setLinearVelocity(btVector3(0, -1, 0));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 0, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* rope = add_rope(bridge, pli_vec3_make(0, 4, 0), pli_vec3_make(0.2f, 0.3f, 0), 0);
+    assert_int_equal(anchor(rope, 9, bridge.rigid(box)), PLI_OK);
+    const btVector3 before = total_momentum(box, rope);
+    stock.step(60);
+    check_at_most((total_momentum(box, rope) - before).length() / before.length(), 1e-5);
+    assert_true(pli_body_momentum(rope).y < -0.1f);
+}
+
+static void test_a_box_hangs_on_a_rope(void**) {
+    StockWorld stock;
+    btRigidBody& box = stock.add_box(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)), 1, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, pli_vec3_make(0, 2.2f, 0), pli_vec3_make(0, 0.2f, 0), PLI_ROPE_PIN_FIRST);
+    pli_rigid* proxy = bridge.rigid(box);
+    assert_non_null(proxy);
+    assert_ptr_equal(bridge.rigid(box), proxy);
+    assert_int_equal(anchor(rope, 9, proxy), PLI_OK);
+    stock.step(600);
+    // The weight of the box stretches a rope that is solved to a finite number of iterations.
+    check_near(box.getWorldTransform().getOrigin().y(), 0, 0.35);
+    check_near(box.getLinearVelocity().length(), 0, 0.15);
+    // The box never sleeps on an anchor, as with btSoftBody.
+    assert_true(box.isActive());
+    const pli_body_view view = pli_body_get_view(rope);
+    check_near(view.positions[9].y, box.getWorldTransform().getOrigin().y() + btScalar(0.2), 0.03);
+}
+
+static void test_anchors_go_with_their_rigid_body(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, pli_vec3_make(0, 2, 0), pli_vec3_make(0, 0, 0), PLI_ROPE_PIN_FIRST);
+    btBoxShape shape(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)));
+    const btRigidBody::btRigidBodyConstructionInfo info(1, nullptr, &shape, btVector3(1, 1, 1));
+    {
+        // Removed and deleted without a word: the next step notices.
+        btRigidBody box(info);
+        stock.world->addRigidBody(&box);
+        assert_int_equal(anchor(rope, 9, bridge.rigid(box)), PLI_OK);
+        stock.step(2);
+        assert_int_equal(pli_body_anchor_count(rope), 1);
+        stock.world->removeRigidBody(&box);
+    }
+    stock.step(2);
+    assert_int_equal(pli_body_anchor_count(rope), 0);
+    {
+        btRigidBody box(info);
+        stock.world->addRigidBody(&box);
+        assert_int_equal(anchor(rope, 9, bridge.rigid(box)), PLI_OK);
+        stock.step(2);
+        bridge.forget(box);
+        assert_int_equal(pli_body_anchor_count(rope), 0);
+        stock.step(2);
+        stock.world->removeRigidBody(&box);
+    }
+    stock.step(2);
+    // Removed and added again between two steps: the anchor holds.
+    btRigidBody box(info);
+    stock.world->addRigidBody(&box);
+    assert_int_equal(anchor(rope, 9, bridge.rigid(box)), PLI_OK);
+    stock.step(2);
+    stock.world->removeRigidBody(&box);
+    stock.world->addRigidBody(&box);
+    stock.step(2);
+    assert_int_equal(pli_body_anchor_count(rope), 1);
+    stock.world->removeRigidBody(&box);
+}
+
+static void test_filters_hold(void**) {
+    enum { by_mask, by_ignore_flag, by_no_response, by_pliant, by_anchor, by_nothing, count };
+    for (int filter = 0; filter < count; ++filter) {
+        StockWorld stock;
+        btRigidBody& floor = stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        pliant::Bridge bridge(*stock.world);
+        // The floor is in the group of static objects.
+        const int mask = filter == by_mask ? ~btBroadphaseProxy::StaticFilter : btBroadphaseProxy::AllFilter;
+        pli_body* sheet = add_sheet(bridge, 1, 0.3f, 5, 0, 0, 0, 0.1f, btBroadphaseProxy::DefaultFilter, mask);
+        if (filter == by_ignore_flag) { bridge.object(sheet)->setIgnoreCollisionCheck(&floor, true); }
+        if (filter == by_no_response) {
+            floor.setCollisionFlags(floor.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        }
+        if (filter == by_pliant) {
+            assert_int_equal(pli_body_ignore_rigid(sheet, bridge.rigid(floor), true), PLI_OK);
+        }
+        btRigidBody& weight = stock.add_box(btVector3(1, 1, 1), 1, btVector3(20, 0, 0));
+        if (filter == by_anchor) {
+            assert_int_equal(anchor(sheet, 0, bridge.rigid(weight)), PLI_OK);
+            assert_int_equal(anchor(sheet, 1, bridge.rigid(floor), true), PLI_OK);
+            assert_true(pli_body_ignores_rigid(sheet, bridge.rigid(floor)));
+            continue;
+        }
+        stock.step(120);
+        if (filter == by_nothing) {
+            check_near(lowest(sheet), 0.1, 0.01);
+        } else {
+            assert_true(highest(sheet) < -5);
+        }
+    }
+}
+
+static void test_a_sleeping_box_wakes_under_a_falling_sheet(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    btRigidBody& box =
+        stock.add_box(btVector3(btScalar(0.3), btScalar(0.3), btScalar(0.3)), 1, btVector3(0, btScalar(0.3), 0));
+    stock.step(300);
+    assert_int_equal(box.getActivationState(), ISLAND_SLEEPING);
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 2, 1.5f, 15);
+    stock.step(5);
+    assert_int_equal(box.getActivationState(), ISLAND_SLEEPING);
+    stock.step(60);
+    assert_true(box.isActive());
+    // While soft contacts act on it, it stays awake.
+    stock.step(300);
+    assert_true(box.isActive());
+    assert_true(highest(sheet) > 0.5f);
+    // Alone again it falls asleep.
+    assert_int_equal(bridge.remove_body(sheet), PLI_OK);
+    stock.step(300);
+    assert_int_equal(box.getActivationState(), ISLAND_SLEEPING);
+}
+
+static void test_an_anchored_sleeping_box_wakes(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    btRigidBody& box = stock.add_box(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)), 1, btVector3(3, 0, 0));
+    box.forceActivationState(ISLAND_SLEEPING);
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, pli_vec3_make(0, 0, 0), pli_vec3_make(2.8f, 0, 0), PLI_ROPE_PIN_FIRST);
+    assert_int_equal(anchor(rope, 9, bridge.rigid(box), true), PLI_OK);
+    stock.step(1);
+    assert_true(box.isActive());
+    stock.step(120);
+    assert_true(box.getLinearVelocity().length() > 0);
+}
+
+static void test_a_kinematic_box_drags_a_sheet_by_friction(void**) {
+    float distance[2];
+    for (int rough = 0; rough < 2; ++rough) {
+        StockWorld stock;
+        btRigidBody& box = stock.add_box(btVector3(2, btScalar(0.5), 2), 0, btVector3(0, btScalar(-0.5), 0));
+        box.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+        box.setActivationState(DISABLE_DEACTIVATION);
+        box.setFriction(rough != 0 ? 5 : 0);
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 0.09f, 7);
+        for (int i = 0; i < 60; ++i) {
+            btTransform pose = box.getWorldTransform();
+            pose.getOrigin().setX(btScalar(i + 1) / btScalar(60));
+            box.getMotionState()->setWorldTransform(pose);
+            stock.step(1);
+        }
+        distance[rough] = center(sheet).x;
+        check_near(lowest(sheet), 0.1, 0.03);
+    }
+    check_near(distance[0], 0, 1e-3);
+    check_near(distance[1], 1, 0.05);
+}
+
+static void test_a_body_may_change_its_kind(void**) {
+    StockWorld stock;
+    btRigidBody& box = stock.add_box(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)), 0, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0.7f, 7);
+    stock.step(30);
+    check_near(box.getWorldTransform().getOrigin().y(), 0, 0);
+    stock.world->removeRigidBody(&box);
+    box.setMassProps(1, btVector3(1, 1, 1));
+    stock.world->addRigidBody(&box);
+    box.activate(true);
+    stock.step(10);
+    // It falls with the sheet on top, which is not slower.
+    assert_true(box.getWorldTransform().getOrigin().y() < btScalar(-0.05));
+    assert_int_equal(pli_rigid_get_kind(bridge.rigid(box)), PLI_RIGID_DYNAMIC);
+    assert_false(pli_body_is_frozen(sheet));
+}
+
+static void test_factors_hold(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.3)), 1, btVector3(0, 1, 0));
+    ball.setLinearFactor(btVector3(1, 0, 1));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 5, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    add_sheet(bridge, 2, 0, 15);
+    stock.step(90);
+    check_near(ball.getLinearVelocity().y(), 0, 0);
+}
+
+static void test_soft_bodies_meet_each_other(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* trampoline = add_sheet(bridge, 3, 0, 21, PLI_PATCH_PIN_CORNERS);
+    pli_body* falling = add_sheet(bridge, 1, 0.6f, 7);
+    pli_body* passing = add_sheet(bridge, 1, 0.8f, 7);
+    pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+    for (pli_body* body : {trampoline, falling}) {
+        assert_int_equal(pli_body_enable_soft_contacts(body, &contacts), PLI_OK);
+    }
+    stock.step(180);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    assert_true(center(falling).y > center(trampoline).y - 0.7f);
+    assert_true(center(passing).y < -10);
+}
+
+static void test_a_foreign_soft_body_is_left_alone(void**) {
+    btSoftBodyWorldInfo info;
+    StockWorld stock;
+    info.m_broadphase = stock.broadphase.get();
+    info.m_dispatcher = stock.dispatcher.get();
+    info.m_sparsesdf.Initialize();
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0, 5);
+    const btVector3 points[3] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1)};
+    btSoftBody soft(&info, 3, points, nullptr);
+    soft.appendFace(0, 1, 2);
+    stock.world->addCollisionObject(&soft);
+    stock.step(10);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    assert_true(center(sheet).y < -0.1f);
+    stock.world->removeCollisionObject(&soft);
+}
+
+int main() {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_pinned_sheet_catches_a_ball),
+        cmocka_unit_test(test_momentum_is_conserved_when_a_ball_hits_a_free_sheet),
+        cmocka_unit_test(test_momentum_is_conserved_with_a_box_on_a_rope),
+        cmocka_unit_test(test_a_box_hangs_on_a_rope),
+        cmocka_unit_test(test_anchors_go_with_their_rigid_body),
+        cmocka_unit_test(test_filters_hold),
+        cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
+        cmocka_unit_test(test_an_anchored_sleeping_box_wakes),
+        cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),
+        cmocka_unit_test(test_a_body_may_change_its_kind),
+        cmocka_unit_test(test_factors_hold),
+        cmocka_unit_test(test_soft_bodies_meet_each_other),
+        cmocka_unit_test(test_a_foreign_soft_body_is_left_alone),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

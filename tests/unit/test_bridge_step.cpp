@@ -1,0 +1,373 @@
+// When the bridge steps, what it steps, and how it lives beside the Bullet world.
+#include "check.h"
+#include "test_bridge_world.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
+#include <LinearMath/btThreads.h>
+
+#include <memory>
+
+using namespace bridge_test;
+
+namespace {
+
+constexpr btScalar dt = btScalar(1) / btScalar(60);
+
+// A sheet that falls on a static box with a movable ball on it.
+pli_body* build_scene(StockWorld& stock, pliant::Bridge& bridge) {
+    stock.add_box(btVector3(btScalar(0.4), btScalar(0.4), btScalar(0.4)), 0, btVector3(0, 0, 0));
+    stock.add_body(new btSphereShape(btScalar(0.2)), btScalar(0.3),
+                   btVector3(btScalar(0.1), btScalar(1.2), btScalar(0.05)));
+    return add_sheet(bridge, 2, 0.8f, 9);
+}
+
+} // namespace
+
+static void test_free_fall_takes_one_step_per_internal_step(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0, 3);
+    stock.world->stepSimulation(dt, 0);
+    const float expected = -10.0f * static_cast<float>(dt * dt);
+    check_near(center(sheet).y, expected, 1e-7);
+    // Less than a fixed step has passed: nothing moves. Then two sub-steps at once.
+    stock.world->stepSimulation(dt / 4, 4, dt);
+    check_near(center(sheet).y, expected, 1e-7);
+    stock.world->stepSimulation(2 * dt, 4, dt);
+    check_near(center(sheet).y, 6 * expected, 1e-6);
+    // A variable step.
+    const btScalar small = btScalar(0.004);
+    stock.world->stepSimulation(small, 0);
+    check_near(center(sheet).y, 6 * expected + static_cast<float>((-30 * dt - 10 * small) * small), 1e-6);
+}
+
+static void test_sub_steps_equal_single_steps(void**) {
+    std::uint64_t hashes[2];
+    for (int variant = 0; variant < 2; ++variant) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = build_scene(stock, bridge);
+        if (variant == 0) { stock.step(120, dt); }
+        // A little more than two steps, so that rounding of the sum does not lose one.
+        for (int i = 0; variant == 1 && i < 60; ++i) {
+            stock.world->stepSimulation(i == 0 ? 2 * dt + dt / 100 : 2 * dt, 2, dt);
+        }
+        hashes[variant] = pli_body_state_hash(sheet);
+    }
+    assert_int_equal(hashes[0], hashes[1]);
+}
+
+static void test_a_world_without_bodies_steps(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    stock.step(3);
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    assert_false(pli_world_is_stepping(bridge.world()));
+}
+
+static void test_bodies_come_and_go_between_steps(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    stock.add_box(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)), 1, btVector3(0, 2, 0));
+    pliant::Bridge bridge(*stock.world);
+    std::vector<pli_body*> bodies;
+    for (int i = 0; i < 30; ++i) {
+        pli_body* added = add_sheet(bridge, 1, 0.5f + 0.1f * static_cast<float>(i % 5), 5);
+        assert_non_null(added);
+        bodies.push_back(added);
+        stock.step(3);
+        if (i % 3 == 2) {
+            assert_int_equal(bridge.remove_body(bodies[bodies.size() / 2]), PLI_OK);
+            bodies.erase(bodies.begin() + static_cast<std::ptrdiff_t>(bodies.size() / 2));
+        }
+    }
+    assert_int_equal(pli_world_body_count(bridge.world()), 20);
+    stock.step(100);
+    for (const pli_body* body : bodies) { assert_true(lowest(body) > 0); }
+}
+
+static void test_rigid_bodies_come_and_go_between_steps(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 2, 0.5f, 9);
+    // New bodies often get the address of the one before.
+    for (int i = 0; i < 20; ++i) {
+        std::unique_ptr<btCollisionShape> shape;
+        if (i % 2 == 0) {
+            shape = std::make_unique<btBoxShape>(btVector3(1, btScalar(0.2), 1));
+        } else {
+            shape = std::make_unique<btSphereShape>(btScalar(0.4));
+        }
+        btRigidBody::btRigidBodyConstructionInfo info(i % 4 == 3 ? 1 : 0, nullptr, shape.get(), btVector3(1, 1, 1));
+        auto body = std::make_unique<btRigidBody>(info);
+        body->setWorldTransform(
+            btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(lowest(sheet)) - btScalar(0.3), 0)));
+        stock.world->addRigidBody(body.get());
+        stock.step(5);
+        stock.world->removeRigidBody(body.get());
+    }
+    assert_int_equal(bridge.step_status(), PLI_OK);
+    assert_false(pli_body_is_frozen(sheet));
+}
+
+static void test_an_inactive_object_does_not_move(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0, 3);
+    pli_body* other = add_sheet(bridge, 1, 0, 3, 0, 5);
+    bridge.object(sheet)->forceActivationState(DISABLE_SIMULATION);
+    stock.step(10);
+    check_near(center(sheet).y, 0, 0);
+    assert_true(center(other).y < -0.1f);
+    bridge.object(sheet)->forceActivationState(ACTIVE_TAG);
+    stock.step(10);
+    assert_true(center(sheet).y < -0.1f);
+    // Out of the world it rests too.
+    stock.world->removeCollisionObject(bridge.object(sheet));
+    const float y = center(sheet).y;
+    stock.step(10);
+    check_near(center(sheet).y, y, 0);
+    assert_int_equal(bridge.remove_body(sheet), PLI_OK);
+}
+
+static void test_two_worlds_do_not_touch(void**) {
+    StockWorld stock[3];
+    std::unique_ptr<pliant::Bridge> bridges[3];
+    pli_body* sheets[3];
+    for (int i = 0; i < 3; ++i) {
+        bridges[i] = std::make_unique<pliant::Bridge>(*stock[i].world);
+        sheets[i] = build_scene(stock[i], *bridges[i]);
+    }
+    // The first two step in turn, the third alone.
+    for (int i = 0; i < 60; ++i) {
+        stock[0].step(1);
+        stock[1].step(1);
+    }
+    stock[2].step(60);
+    assert_int_equal(pli_body_state_hash(sheets[0]), pli_body_state_hash(sheets[2]));
+    assert_int_equal(pli_body_state_hash(sheets[1]), pli_body_state_hash(sheets[2]));
+}
+
+static void test_two_bridges_share_a_world(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    auto first = std::make_unique<pliant::Bridge>(*stock.world);
+    pliant::Bridge second(*stock.world);
+    pli_body* a = add_sheet(*first, 1, 0.3f, 5);
+    pli_body* b = add_sheet(second, 1, 0.3f, 5);
+    stock.step(60);
+    check_near(lowest(a), 0.1, 0.01);
+    check_near(lowest(b), 0.1, 0.01);
+    assert_null(second.body(first->object(a)));
+    assert_ptr_equal(first->body(first->object(a)), a);
+    assert_ptr_equal(pliant::Bridge::from_object(first->object(a)), a);
+    assert_int_equal(second.remove_body(a), PLI_ERROR_INVALID_VALUE);
+    first.reset();
+    stock.step(60);
+    check_near(lowest(b), 0.1, 0.01);
+}
+
+static void test_the_before_solve_hook_sees_contacts_and_end_of_step_poses(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0.05f, 5);
+    int calls = 0, contacts = 0;
+    pli_status added = PLI_OK, removed = PLI_OK;
+    bridge.set_before_solve([&] {
+        ++calls;
+        contacts = pli_body_get_rigid_contacts(sheet, 0, nullptr);
+        // A step in progress refuses changes of the set of bodies.
+        pli_body* body = nullptr;
+        pli_mesh* mesh = make_sheet(bridge.context(), 1, 0, 3);
+        added = bridge.add_body(mesh, nullptr, &body);
+        removed = bridge.remove_body(sheet);
+        pli_mesh_destroy(mesh);
+    });
+    stock.step(3);
+    assert_int_equal(calls, 3);
+    assert_int_equal(contacts, 25);
+    assert_int_equal(added, PLI_ERROR_WRONG_STATE);
+    assert_int_equal(removed, PLI_ERROR_WRONG_STATE);
+}
+
+static void test_queries_between_steps_do_not_step(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0, 3);
+    stock.step(2);
+    const std::uint64_t hash = pli_body_state_hash(sheet);
+    stock.world->updateAabbs();
+    stock.world->performDiscreteCollisionDetection();
+    assert_false(pli_world_is_stepping(bridge.world()));
+    assert_int_equal(pli_body_state_hash(sheet), hash);
+    stock.step(1);
+    assert_int_not_equal(pli_body_state_hash(sheet), hash);
+}
+
+static void test_errors_are_reported_and_leave_nothing_behind(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    pli_body* body = nullptr;
+    assert_int_equal(bridge.add_body(nullptr, nullptr, &body), PLI_ERROR_NULL_ARGUMENT);
+    pli_mesh* empty = nullptr;
+    assert_int_equal(pli_mesh_create(bridge.context(), &empty), PLI_OK);
+    assert_int_equal(bridge.add_body(empty, nullptr, &body), PLI_ERROR_INVALID_MESH);
+    assert_int_not_equal(pli_last_error(bridge.context())[0], 0);
+    pli_mesh_destroy(empty);
+    pli_mesh* mesh = make_sheet(bridge.context(), 1, 0, 3);
+    assert_int_equal(bridge.add_body(mesh, nullptr, nullptr), PLI_ERROR_NULL_ARGUMENT);
+    pli_body_def def{};
+    assert_int_equal(bridge.add_body(mesh, &def, &body), PLI_ERROR_INVALID_DEF);
+    assert_null(body);
+    assert_int_equal(stock.world->getNumCollisionObjects(), 0);
+    assert_int_equal(pli_world_body_count(bridge.world()), 0);
+    assert_int_equal(bridge.remove_body(nullptr), PLI_OK);
+    assert_null(bridge.object(nullptr));
+    assert_null(bridge.body(nullptr));
+    assert_null(pliant::Bridge::from_object(nullptr));
+
+    bridge.detach();
+    assert_int_equal(bridge.add_body(mesh, nullptr, &body), PLI_ERROR_WRONG_STATE);
+    pli_mesh_destroy(mesh);
+    stock.step(1);
+}
+
+static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
+    StockWorld stock;
+    pliant::BridgeDef def;
+    def.world.gravity.x = NAN;
+    pliant::Bridge bridge(*stock.world, def);
+    assert_int_equal(bridge.status(), PLI_ERROR_NOT_FINITE);
+    assert_null(bridge.world());
+    pli_body* body = nullptr;
+    assert_int_equal(bridge.add_body(nullptr, nullptr, &body), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(bridge.remove_body(nullptr), PLI_ERROR_NOT_FINITE);
+    btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 0, 0));
+    assert_null(bridge.rigid(box));
+    bridge.forget(box);
+    bridge.refresh(box);
+    stock.step(2);
+    def = pliant::BridgeDef();
+    def.surface_thickness = -1;
+    assert_int_equal(pliant::Bridge(*stock.world, def).status(), PLI_ERROR_INVALID_VALUE);
+}
+
+static void test_the_bridge_may_use_a_context_of_the_game(void**) {
+    pli_context* context = nullptr;
+    assert_int_equal(pli_context_create(nullptr, &context), PLI_OK);
+    const size_t before = pli_context_allocated_bytes(context);
+    {
+        StockWorld stock;
+        pliant::BridgeDef def;
+        def.context = context;
+        pliant::Bridge bridge(*stock.world, def);
+        assert_ptr_equal(bridge.context(), context);
+        build_scene(stock, bridge);
+        stock.step(30);
+        assert_true(pli_context_allocated_bytes(context) > before);
+    }
+    assert_int_equal(pli_context_allocated_bytes(context), before);
+    pli_context_destroy(context);
+}
+
+static void test_a_steady_step_allocates_nothing_in_the_core(void**) {
+    StockWorld stock;
+    stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+    pliant::Bridge bridge(*stock.world);
+    add_sheet(bridge, 1, 0.2f, 9);
+    stock.step(60);
+    const std::uint64_t before = pli_context_allocation_count(bridge.context());
+    stock.step(60);
+    assert_int_equal(pli_context_allocation_count(bridge.context()), before);
+}
+
+static void test_bridge_and_world_may_go_in_any_order(void**) {
+    // The bridge first, in the middle of its contacts; the world goes on.
+    {
+        StockWorld stock;
+        auto bridge = std::make_unique<pliant::Bridge>(*stock.world);
+        build_scene(stock, *bridge);
+        stock.step(30);
+        bridge.reset();
+        assert_int_equal(stock.world->getNumCollisionObjects(), 2);
+        stock.step(30);
+    }
+    // The world first, after detach().
+    {
+        auto stock = std::make_unique<StockWorld>();
+        pliant::Bridge bridge(*stock->world);
+        pli_body* sheet = build_scene(*stock, bridge);
+        stock->step(30);
+        bridge.detach();
+        stock.reset();
+        assert_true(center(sheet).y < 0.8f);
+        assert_int_equal(bridge.remove_body(sheet), PLI_OK);
+    }
+    // The world first, without a word: noticed as long as the bridge has a body in it.
+    {
+        auto stock = std::make_unique<StockWorld>();
+        pliant::Bridge bridge(*stock->world);
+        build_scene(*stock, bridge);
+        stock->step(30);
+        stock->world.reset();
+        stock->world = std::make_unique<btDiscreteDynamicsWorld>(stock->dispatcher.get(), stock->broadphase.get(),
+                                                                 stock->solver.get(), stock->configuration.get());
+    }
+}
+
+// Debian's Bullet is built without threads; its classes for them run, and the bridge orders pairs as for threads.
+static void test_a_parallel_dispatcher_works_and_is_deterministic(void**) {
+    StockWorld serial;
+    pliant::Bridge serial_bridge(*serial.world);
+    pli_body* serial_sheet = build_scene(serial, serial_bridge);
+    serial.step(90);
+
+    btITaskScheduler* before = btGetTaskScheduler();
+    btSetTaskScheduler(btGetSequentialTaskScheduler());
+    std::uint64_t hashes[2];
+    pli_vec3 centers[2];
+    for (int i = 0; i < 2; ++i) {
+        btConstraintSolverPoolMt pool(2);
+        btSequentialImpulseConstraintSolverMt solver;
+        StockWorld stock;
+        stock.world.reset();
+        stock.dispatcher = std::make_unique<btCollisionDispatcherMt>(stock.configuration.get());
+        stock.world = std::make_unique<btDiscreteDynamicsWorldMt>(stock.dispatcher.get(), stock.broadphase.get(), &pool,
+                                                                  &solver, stock.configuration.get());
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = build_scene(stock, bridge);
+        stock.step(90);
+        hashes[i] = bridge.step_status() == PLI_OK ? pli_body_state_hash(sheet) : 0;
+        centers[i] = center(sheet);
+    }
+    btSetTaskScheduler(before);
+    assert_int_not_equal(hashes[0], 0);
+    assert_int_equal(hashes[0], hashes[1]);
+    check_near(centers[0].y, center(serial_sheet).y, 0.1);
+}
+
+int main() {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_free_fall_takes_one_step_per_internal_step),
+        cmocka_unit_test(test_sub_steps_equal_single_steps),
+        cmocka_unit_test(test_a_world_without_bodies_steps),
+        cmocka_unit_test(test_bodies_come_and_go_between_steps),
+        cmocka_unit_test(test_rigid_bodies_come_and_go_between_steps),
+        cmocka_unit_test(test_an_inactive_object_does_not_move),
+        cmocka_unit_test(test_two_worlds_do_not_touch),
+        cmocka_unit_test(test_two_bridges_share_a_world),
+        cmocka_unit_test(test_the_before_solve_hook_sees_contacts_and_end_of_step_poses),
+        cmocka_unit_test(test_queries_between_steps_do_not_step),
+        cmocka_unit_test(test_errors_are_reported_and_leave_nothing_behind),
+        cmocka_unit_test(test_a_bridge_with_a_bad_definition_answers_every_call),
+        cmocka_unit_test(test_the_bridge_may_use_a_context_of_the_game),
+        cmocka_unit_test(test_a_steady_step_allocates_nothing_in_the_core),
+        cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
+        cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
