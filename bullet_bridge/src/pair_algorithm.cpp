@@ -71,8 +71,8 @@ void register_pair_algorithm(btCollisionDispatcher& dispatcher) {
     // It has no state, so one serves all dispatchers and may stay registered when the bridge has gone.
     static PairCreateFunc create;
     for (int type = 0; type < MAX_BROADPHASE_COLLISION_TYPES; ++type) {
-        dispatcher.registerCollisionCreateFunc(CUSTOM_CONCAVE_SHAPE_TYPE, type, &create);
-        dispatcher.registerCollisionCreateFunc(type, CUSTOM_CONCAVE_SHAPE_TYPE, &create);
+        dispatcher.registerCollisionCreateFunc(soft_shape_type, type, &create);
+        dispatcher.registerCollisionCreateFunc(type, soft_shape_type, &create);
     }
 }
 

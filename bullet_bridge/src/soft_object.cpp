@@ -7,7 +7,7 @@
 namespace pliant {
 
 SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), unit_scaling_(1, 1, 1) {
-    m_shapeType = CUSTOM_CONCAVE_SHAPE_TYPE;
+    m_shapeType = soft_shape_type;
 }
 
 void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const {

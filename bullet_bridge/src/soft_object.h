@@ -10,6 +10,10 @@
 
 namespace pliant {
 
+/// A concave type that no class of Bullet has. CUSTOM_CONCAVE_SHAPE_TYPE will not do: it is also the type of
+/// btSdfCollisionShape, and contactTest casts shapes of that type to it.
+constexpr int soft_shape_type = FAST_CONCAVE_MESH_PROXYTYPE;
+
 ATTRIBUTE_ALIGNED16(class) SoftShape : public btConcaveShape {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();

@@ -86,7 +86,9 @@ static void test_bodies_come_and_go_between_steps(void**) {
     }
     assert_int_equal(pli_world_body_count(bridge.world()), 20);
     stock.step(100);
-    for (const pli_body* body : bodies) { assert_true(lowest(body) > 0); }
+    for (const pli_body* body : bodies) {
+        assert_true(lowest(body) > 0);
+    }
 }
 
 static void test_rigid_bodies_come_and_go_between_steps(void**) {
