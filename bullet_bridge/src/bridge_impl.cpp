@@ -275,7 +275,8 @@ void Bridge::Impl::debugDraw(btIDebugDraw* drawer) {
             const int* nodes = view.link_nodes + i * view.link_node_stride;
             const pli_vec4& a = view.positions[nodes[0]];
             const pli_vec4& b = view.positions[nodes[1]];
-            drawer->drawLine(btVector3(a.x, a.y, a.z), btVector3(b.x, b.y, b.z), btVector3(1, 1, 1));
+            drawer->drawLine(to_bullet(pli_vec3_make(a.x, a.y, a.z)), to_bullet(pli_vec3_make(b.x, b.y, b.z)),
+                             btVector3(1, 1, 1));
         }
     }
 }

@@ -96,7 +96,7 @@ void surface_distances(const void* user, int count, const pli_vec3* points, floa
     const float reach = std::max(max_distance, surface.thickness);
     for (int i = 0; i < count; ++i) {
         const btVector3 point = to_bullet(points[i]);
-        const btVector3 extent(reach, reach, reach);
+        const btVector3 extent = to_bullet(pli_vec3_make(reach, reach, reach));
         NearestTriangle nearest(point);
         surface.shape->processAllTriangles(&nearest, is_limited ? point - extent : to_bullet(surface.bounds.min),
                                            is_limited ? point + extent : to_bullet(surface.bounds.max));

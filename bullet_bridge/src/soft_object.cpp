@@ -25,7 +25,7 @@ void SoftShape::processAllTriangles(btTriangleCallback* callback, const btVector
         btVector3 corners[3];
         for (int i = 0; i < 3; ++i) {
             const pli_vec4& p = view.positions[view.face_nodes[3 * f + i]];
-            corners[i].setValue(p.x, p.y, p.z);
+            corners[i] = to_bullet(pli_vec3_make(p.x, p.y, p.z));
         }
         if (TestTriangleAgainstAabb2(corners, aabb_min, aabb_max)) { callback->processTriangle(corners, 0, f); }
     }
