@@ -50,14 +50,15 @@ PLI_API pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_d
 PLI_API pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patch_def* def, float* texture_coordinates,
                                             pli_mesh** mesh);
 
-/// A closed surface over `point_count` Hammersley points on an ellipsoid (4 or more). Bullet name: CreateEllipsoid
-/// with res = point_count - 3
+/// A closed surface over `point_count` Hammersley points on an ellipsoid (4 or more), all of which become nodes, in
+/// their order (Bullet's hull drops some); of those that coincide up to rounding, from some 100,000 on, not all do.
+/// Links are shuffled. Bullet name: CreateEllipsoid with res = point_count - 3
 PLI_API pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
                                              pli_mesh** mesh);
 
 /// The convex hull of points as a closed triangle mesh with a link per edge. Points closer to the hull of the others
 /// than `tolerance_ratio` times the diagonal of the bounds may be dropped (0: only what is inside up to rounding;
-/// Bullet uses 0.001). Links are shuffled. Bullet name: CreateFromConvexHull
+/// Bullet uses 0.001). Nodes keep the order of the points. Links are shuffled. Bullet name: CreateFromConvexHull
 /// @return PLI_ERROR_INVALID_MESH when the points lie in a plane
 PLI_API pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
                                                float tolerance_ratio, pli_mesh** mesh);
