@@ -8,6 +8,12 @@ if(PLIANT_BULLET_DOUBLE)
     set(PLIANT_BULLET_PACKAGE bullet-float64)
 endif()
 
+# Who links the static library needs what it calls.
+if(PLIANT_WITH_CCD AND NOT BUILD_SHARED_LIBS)
+    set(PLIANT_NEEDS_CCD ON)
+    set(PLIANT_PC_REQUIRES ccd)
+endif()
+
 # Installs TARGET with its headers as pliant::EXPORT_NAME, and PC_NAME.pc.
 function(pliant_install target export_name pc_name)
     install(TARGETS ${target} EXPORT ${target}-targets

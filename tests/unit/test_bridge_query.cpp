@@ -79,7 +79,7 @@ static void test_a_ray_names_the_face(void**) {
         btVector3 middle(0, 0, 0);
         for (int i = 0; i < 3; ++i) {
             const pli_vec4& p = view.positions[view.face_nodes[3 * f + i]];
-            middle += btVector3(p.x, p.y, p.z) / 3;
+            middle += btVector3(btScalar(p.x), btScalar(p.y), btScalar(p.z)) / 3;
         }
         Faces hit(middle + btVector3(0, 1, 0), middle - btVector3(0, 1, 0));
         stock.world->rayTest(hit.m_rayFromWorld, hit.m_rayToWorld, hit);

@@ -14,7 +14,7 @@ btVector3 momentum_of(const btRigidBody& body) {
 
 btVector3 total_momentum(const btRigidBody& rigid, const pli_body* soft) {
     const pli_vec3 p = pli_body_momentum(soft);
-    return momentum_of(rigid) + btVector3(p.x, p.y, p.z);
+    return momentum_of(rigid) + btVector3(btScalar(p.x), btScalar(p.y), btScalar(p.z));
 }
 
 pli_body* add_rope(pliant::Bridge& bridge, pli_vec3 from, pli_vec3 to, int pins) {
