@@ -13,33 +13,25 @@
 
 /* Doubled area below this share of the longest edge squared: no usable normal. */
 #define TRIANGLE_MIN_SHAPE 1e-6f
-/* Faces whose normals have at least this cosine make a flat edge or vertex. */
-#define TRIANGLE_FLAT_COSINE (1.0f - 1e-6f)
-
-typedef enum surface_flag {
-    SURFACE_BORDER = 1, /* belongs to the border of an open part */
-    SURFACE_FLAT = 2    /* all faces around have one normal, which serves better than directions near the surface */
-} surface_flag;
-
 typedef struct surface_triangle {
     int vertices[3];
     pli_vec3 normal;          /* unit */
     pli_vec3 edge_normals[3]; /* unit; edges 01, 12, 20 */
-    uint8_t edge_flags[3];
+    bool is_edge_border[3];
     bool is_open; /* part of a surface with a border */
 } surface_triangle;
 
 typedef struct surface_vertex {
     pli_vec3 position;
     pli_vec3 normal; /* unit pseudo-normal */
-    uint8_t flags;
+    bool is_border;
 } surface_vertex;
 
 typedef struct surface_data {
     pli_context* context;
     float thickness;
     float noise; /* m, rounding of a difference of coordinates: closer points have no direction of their own */
-    bool has_closed_part;
+    bool has_closed_part, has_open_part;
     pli_bounds bounds;
     int vertex_count, triangle_count;
     surface_vertex* vertices;
@@ -76,31 +68,25 @@ static float surface_distance(const surface_data* surface, pli_vec3 p, float max
     const surface_triangle* triangle = &surface->triangles[nearest];
     plii_triangle_feature feature;
     const pli_vec3 foot = surface_closest(surface, nearest, p, &feature);
+    const pli_vec3 offset = pli_vec3_sub(p, foot);
     pli_vec3 pseudo_normal = triangle->normal;
-    uint8_t flags = SURFACE_FLAT;
+    bool is_border = false;
     if (feature <= PLII_TRIANGLE_VERTEX_2) {
         const surface_vertex* vertex = &surface->vertices[triangle->vertices[feature]];
         pseudo_normal = vertex->normal;
-        flags = vertex->flags;
+        is_border = vertex->is_border;
     } else if (feature <= PLII_TRIANGLE_EDGE_20) {
         const int edge = (int)feature - (int)PLII_TRIANGLE_EDGE_01;
         pseudo_normal = triangle->edge_normals[edge];
-        flags = triangle->edge_flags[edge];
+        is_border = triangle->is_edge_border[edge];
     }
 
-    const pli_vec3 offset = pli_vec3_sub(p, foot);
     const float length = pli_vec3_length(offset);
     const float along = pli_vec3_dot(offset, pseudo_normal);
-    float distance;
-    if ((flags & SURFACE_FLAT) != 0) {
-        *normal = triangle->normal;
-        distance = pli_vec3_dot(offset, triangle->normal);
-    } else if (length <= surface->noise) {
-        *normal = pseudo_normal;
-        distance = along;
-    } else {
-        const bool is_inside = along < 0.0f && (flags & SURFACE_BORDER) == 0;
-        distance = is_inside ? -length : length;
+    float distance = along;
+    *normal = pseudo_normal;
+    if (feature != PLII_TRIANGLE_FACE && length > surface->noise) {
+        distance = along < 0.0f && !is_border ? -length : length;
         *normal = pli_vec3_scale(offset, 1.0f / distance);
     }
     return distance < -surface->thickness && triangle->is_open ? INFINITY : distance;
@@ -241,45 +227,28 @@ static void surface_join_sides(surface_data* surface, surface_side* sides, int s
     for (int begin = 0; begin < side_count; begin = end) {
         const int low = sides[begin].low, high = sides[begin].high;
         pli_vec3 sum = {0, 0, 0};
-        const surface_triangle* first = NULL;
-        bool is_flat = true;
         for (end = begin; end < side_count && sides[end].low == low && sides[end].high == high; ++end) {
             if (sides[end].triangle == PLI_NULL_INDEX) { continue; }
-            const surface_triangle* triangle = &surface->triangles[sides[end].triangle];
-            if (first == NULL) { first = triangle; }
-            sum = pli_vec3_add(sum, triangle->normal);
-            is_flat = is_flat && pli_vec3_dot(first->normal, triangle->normal) >= TRIANGLE_FLAT_COSINE;
+            sum = pli_vec3_add(sum, surface->triangles[sides[end].triangle].normal);
         }
         const bool is_border = end - begin == 1;
         parents[surface_root(parents, high)] = surface_root(parents, low);
         if (is_border) {
-            surface->vertices[low].flags |= SURFACE_BORDER;
-            surface->vertices[high].flags |= SURFACE_BORDER;
+            surface->vertices[low].is_border = true;
+            surface->vertices[high].is_border = true;
         }
         for (int i = begin; i < end; ++i) {
             if (sides[i].triangle == PLI_NULL_INDEX) { continue; }
             surface_triangle* triangle = &surface->triangles[sides[i].triangle];
             triangle->edge_normals[sides[i].edge] = surface_unit_or(sum, triangle->normal);
-            triangle->edge_flags[sides[i].edge] = (uint8_t)(is_border ? SURFACE_BORDER : is_flat ? SURFACE_FLAT : 0);
+            triangle->is_edge_border[sides[i].edge] = is_border;
         }
     }
 }
 
-/* Vertex normals become unit; vertices that all faces around agree on become flat. */
 static void surface_finish_vertices(surface_data* surface) {
     for (int i = 0; i < surface->vertex_count; ++i) {
-        surface_vertex* vertex = &surface->vertices[i];
-        vertex->normal = surface_unit_or(vertex->normal, pli_vec3_make(1, 0, 0));
-        if ((vertex->flags & SURFACE_BORDER) == 0) { vertex->flags = SURFACE_FLAT; }
-    }
-    for (int i = 0; i < surface->triangle_count; ++i) {
-        const surface_triangle* triangle = &surface->triangles[i];
-        for (int k = 0; k < 3; ++k) {
-            surface_vertex* vertex = &surface->vertices[triangle->vertices[k]];
-            if (pli_vec3_dot(vertex->normal, triangle->normal) < TRIANGLE_FLAT_COSINE) {
-                vertex->flags &= (uint8_t)~SURFACE_FLAT;
-            }
-        }
+        surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
     }
 }
 
@@ -289,7 +258,7 @@ static void surface_find_open_parts(surface_data* surface, int* parents) {
         parents[i] = surface_root(parents, i);
     }
     for (int i = 0; i < surface->vertex_count; ++i) {
-        if ((surface->vertices[i].flags & SURFACE_BORDER) != 0) {
+        if (surface->vertices[i].is_border) {
             const int root = parents[i] < 0 ? -1 - parents[i] : parents[i];
             parents[root] = -1 - root;
         }
@@ -300,6 +269,7 @@ static void surface_find_open_parts(surface_data* surface, int* parents) {
         const int root = parent < 0 ? -1 - parent : parent;
         triangle->is_open = parents[root] < 0;
         surface->has_closed_part = surface->has_closed_part || !triangle->is_open;
+        surface->has_open_part = surface->has_open_part || triangle->is_open;
     }
 }
 
@@ -319,7 +289,9 @@ static bool surface_build_tree(surface_data* surface) {
     const bool is_built = plii_box_tree_build(surface->context, &surface->tree, surface->triangle_count, boxes);
     plii_release(surface->context, boxes, size);
     if (!is_built) { return false; }
-    surface->bounds = surface->tree.boxes[surface->tree.begin[surface->tree.level_count - 1]];
+    /* The inside of an open part reaches behind its faces. */
+    surface->bounds = plii_bounds_grow(surface->tree.boxes[surface->tree.begin[surface->tree.level_count - 1]],
+                                       surface->has_open_part ? surface->thickness : 0.0f);
     surface->noise = 4.0f * PLII_EPSILON * extent;
     return true;
 }

@@ -204,6 +204,22 @@ static void test_rigid_contacts_shape_poses_and_kinematic_drag(void** state) {
     check_near(pli_rigid_get_state(rigid).linear_velocity.z, 0.6f, 0);
 }
 
+/* A node that has sunk deep into an open floor, but not through its thickness, comes out again. */
+static void test_rigid_contacts_behind_an_open_floor(void** state) {
+    fixture* f = *state;
+    const pli_vec3 positions[2] = {{0.1f, -0.4f, 0.2f}, {0.1f, -0.6f, 0.2f}};
+    pli_body* body = make_nodes(f, 2, positions, 1, 0.05f, 0.2f, 1);
+    const pli_vec3 points[3] = {{0, 0, 3}, {3, 0, -3}, {-3, 0, -3}};
+    const int triangle[3] = {0, 1, 2};
+    pli_shape* floor = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(f->context, 3, points, 1, triangle, 0.5f, &floor), PLI_OK);
+    make_rigid(f, floor, 0, pli_vec3_make(0, 0, 0));
+    pli_shape_release(floor);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    check_near(position_of(body, 0).y, 0.05, 1e-6);
+    check_near(position_of(body, 1).y, -0.6, 1e-6);
+}
+
 static void nan_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
     (void)user;
@@ -309,6 +325,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_friction_regimes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_rest_on_a_plane, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_shape_poses_and_kinematic_drag, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rigid_contacts_behind_an_open_floor, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_survive_a_broken_shape, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_go_with_their_rigid_body, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_refuse_bad_input, setup, teardown),

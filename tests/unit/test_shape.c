@@ -290,6 +290,30 @@ static void test_shape_mesh_of_a_box_equals_the_box(void** state) {
 
 // ---------------------------------------------------------------------------------------------------- convex hull
 
+/* Over the edge between two triangles of one plane the normal is that of the plane, however close the point. */
+static void test_shape_mesh_is_smooth_over_flat_edges(void** state) {
+    (void)state;
+    pli_vec3 corners[8];
+    box_corners(pli_vec3_make(0.5f, 1.0f, 0.25f), corners);
+    for (int i = 0; i < 8; ++i) {
+        corners[i] = pli_vec3_add(corners[i], pli_vec3_make(9, 7, 8));
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 8, corners, 12, box_triangles, 0.01f, &shape), PLI_OK);
+    for (int i = 1; i < 100; ++i) {
+        /* The sides at greatest and least z are split from corner 5 to 6 and from 1 to 2. */
+        for (int k = 0; k < 2; ++k) {
+            const float t = 0.01f * (float)i, sign = k == 0 ? 1.0f : -1.0f;
+            pli_vec3 p = pli_vec3_lerp(corners[k == 0 ? 5 : 1], corners[k == 0 ? 6 : 2], t);
+            p.z += sign * 2e-5f;
+            pli_vec3 n;
+            check_near(pli_shape_distance(shape, p, &n), (p.z - corners[k == 0 ? 5 : 1].z) * sign, 1e-6);
+            check_near(n.z, sign, 1e-6);
+        }
+    }
+    pli_shape_release(shape);
+}
+
 enum { DIRECTIONS = 2000 };
 typedef struct cloud {
     int count;
@@ -448,6 +472,7 @@ static void test_shape_open_mesh_is_a_floor(void** state) {
             check_near(n.y, 1, 1e-6);
         }
     }
+    check_near(pli_shape_bounds(shape).min.y, -0.2, 1e-6); /* with the inside */
     /* Beyond its border it is never inside. */
     pli_vec3 n;
     check_near(pli_shape_distance(shape, pli_vec3_make(2.03f, -0.04f, 0.3f), &n), 0.05, 1e-6);
@@ -623,6 +648,7 @@ int main(void) {
         cmocka_unit_test(test_shape_cylinder),
         cmocka_unit_test(test_shape_plane),
         cmocka_unit_test(test_shape_mesh_of_a_box_equals_the_box),
+        cmocka_unit_test(test_shape_mesh_is_smooth_over_flat_edges),
         cmocka_unit_test(test_shape_hull_of_a_box_equals_the_box),
         cmocka_unit_test(test_shape_hull_of_points_with_a_radius),
         cmocka_unit_test(test_shape_mesh_that_is_not_convex),

@@ -234,6 +234,25 @@ static void test_soft_contacts_share_by_mass(void** state) {
     }
 }
 
+/* One pinned node makes the whole face immovable. */
+static void test_soft_contacts_with_a_pinned_face(void** state) {
+    fixture* f = *state;
+    pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
+    assert_int_equal(pli_body_set_node_mass(triangle, 2, 0), PLI_OK);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
+    assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    check_near(pli_body_get_view(node).positions[0].y, 0.2f + 2 * dt, 1e-6);
+    for (int i = 0; i < 3; ++i) {
+        check_near(pli_body_get_view(triangle).positions[i].y, 0, 0);
+    }
+    /* Two that are both pinned have no contact. */
+    assert_int_equal(pli_body_set_node_mass(node, 0, 0), PLI_OK);
+    assert_int_equal(pli_body_set_node_position(node, 0, pli_vec3_make(0, 0.1f, 0)), PLI_OK);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
+}
+
 static void test_soft_contacts_allocate_nothing_when_settled(void** state) {
     fixture* f = *state;
     pli_mesh* mesh = NULL;
@@ -326,6 +345,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown),
