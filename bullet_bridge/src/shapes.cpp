@@ -2,6 +2,7 @@
 
 #include "convert.h"
 
+#include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -98,12 +99,31 @@ pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options,
     return make_concave_shape(options.context, concave, options.surface_thickness, part.shape);
 }
 
+// Bullet visits the children of a compound in the order of its tree, and contacts are made in that order.
+std::vector<int> child_order(const btCompoundShape& compound, CollisionMode mode) {
+    struct Collect final : btDbvt::ICollide {
+        void Process(const btDbvtNode* leaf) override { order.push_back(leaf->dataAsInt); }
+        std::vector<int> order;
+    } collect;
+    const btDbvt* tree = compound.getDynamicAabbTree();
+    if (mode == CollisionMode::reference && tree != nullptr) {
+        const btVector3 far_corner(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+        btAlignedObjectArray<const btDbvtNode*> stack;
+        tree->collideTVNoStackAlloc(tree->m_root, btDbvtVolume::FromMM(-far_corner, far_corner), stack, collect);
+        return collect.order;
+    }
+    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+        collect.order.push_back(i);
+    }
+    return collect.order;
+}
+
 pli_status append_parts(const btCollisionShape& shape, const btTransform& pose, const ShapeOptions& options,
                         std::vector<ShapePart>& parts) {
     if (shape.isCompound()) {
         const auto& compound = static_cast<const btCompoundShape&>(shape);
         pli_status status = PLI_OK;
-        for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+        for (const int i : child_order(compound, options.mode)) {
             const pli_status child =
                 append_parts(*compound.getChildShape(i), pose * compound.getChildTransform(i), options, parts);
             if (status == PLI_OK) { status = child; }
