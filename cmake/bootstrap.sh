@@ -10,6 +10,7 @@ ninja-build     command ninja
 pkg-config      command pkg-config
 libbullet-dev   module  bullet
 libbullet-dev   module  bullet-float64
+libccd-dev      module  ccd
 libcmocka-dev   module  cmocka
 libepoxy-dev    module  epoxy
 libegl-dev      module  egl
