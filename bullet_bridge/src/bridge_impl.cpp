@@ -234,24 +234,24 @@ void Bridge::Impl::collide_pairs() {
             continue;
         }
         RigidProxy& proxy = *pair->proxy;
-        note(proxy.prepare(options, world));
-        if (proxy.rigid() == nullptr) { continue; }
-        note(proxy.collide(options, world, pair->soft.body(), pair->slabs));
-        if (proxy.present_step != step_) {
-            proxy.present_step = step_;
-            touched_.push_back(&proxy);
-        }
+        take_part(proxy);
+        if (proxy.rigid() != nullptr) { note(proxy.collide(options, world, pair->soft.body(), pair->slabs)); }
     }
     pairs_.clear();
 }
 
+// Brings a proxy up to date, once per step, and has it solved.
+void Bridge::Impl::take_part(RigidProxy& proxy) {
+    if (proxy.present_step == step_) { return; }
+    proxy.present_step = step_;
+    note(proxy.prepare({context, mode, surface_thickness}, world));
+    if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
+}
+
 void Bridge::Impl::finish_step() {
     for (const auto& entry : proxies_) {
-        RigidProxy& proxy = *entry.second;
-        if (proxy.is_pinned && proxy.present_step != step_ && proxy.world_array_index >= 0) {
-            proxy.present_step = step_;
-            touched_.push_back(&proxy);
-        }
+        // Anchors need no contact to act.
+        if (entry.second->is_pinned && entry.second->world_array_index >= 0) { take_part(*entry.second); }
     }
     for (RigidProxy* proxy : touched_) {
         note(proxy->set_present_state());

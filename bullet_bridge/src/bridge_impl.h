@@ -59,6 +59,7 @@ private:
     bool bullet_world_is_gone() const;
     void begin_step(btScalar dt);
     void collide_pairs();
+    void take_part(RigidProxy& proxy);
     void finish_step();
     void forget_removed_objects();
     void sweep_proxies();

@@ -43,7 +43,7 @@ public:
     bool is_pinned = false;    ///< the user has it
     bool was_in_world = false; ///< pinned ones are forgotten when their object leaves the world
     int world_array_index = -1;
-    unsigned present_step = 0; ///< step of the last set_present_state
+    unsigned present_step = 0; ///< the last step that it took part in
 
 private:
     pli_rigid_kind kind() const;

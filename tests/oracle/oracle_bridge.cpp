@@ -18,7 +18,6 @@ using namespace bridge_test;
 
 namespace {
 
-constexpr btScalar dt = btScalar(1) / btScalar(60);
 constexpr bool is_single = sizeof(btScalar) == sizeof(float);
 
 // Bullet's soft world with the interface of StockWorld.

@@ -1,0 +1,121 @@
+/* Rigid proxies: what the host may change after they were made. */
+#include "check.h"
+
+#include "pliant/anchor.h"
+#include "pliant/generate.h"
+#include "pliant/rigid.h"
+#include "pliant/world.h"
+
+#include <string.h>
+
+typedef struct scene {
+    pli_context* context;
+    pli_world* world;
+    pli_rigid* rigid;
+    pli_shape* shape;
+} scene;
+
+static scene scene_make(void) {
+    scene s = {0};
+    assert_int_equal(pli_context_create(NULL, &s.context), PLI_OK);
+    assert_int_equal(pli_world_create(s.context, NULL, &s.world), PLI_OK);
+    assert_int_equal(pli_shape_create_sphere(s.context, 0.5f, &s.shape), PLI_OK);
+    const pli_rigid_def def = pli_rigid_def_default();
+    assert_int_equal(pli_rigid_create(s.world, &def, &s.rigid), PLI_OK);
+    return s;
+}
+
+static void scene_destroy(scene* s) {
+    pli_shape_release(s->shape);
+    pli_world_destroy(s->world);
+    assert_int_equal(pli_context_allocated_bytes(s->context), 0);
+    pli_context_destroy(s->context);
+}
+
+static pli_rigid_state dynamic_state(void) {
+    pli_rigid_state state = {.pose = pli_transform_identity(), .inverse_mass = 0.5f};
+    state.inverse_inertia_world = pli_mat3_identity();
+    state.linear_velocity = pli_vec3_make(1, 2, 3);
+    return state;
+}
+
+static void test_the_kind_may_change(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    const pli_rigid_state state = dynamic_state();
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, &state), PLI_OK);
+    assert_int_equal(pli_rigid_get_kind(s.rigid), PLI_RIGID_DYNAMIC);
+    check_near(pli_rigid_get_state(s.rigid).inverse_mass, 0.5, 0);
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_KINEMATIC, &state), PLI_OK);
+    check_near(pli_rigid_get_state(s.rigid).inverse_mass, 0, 0);
+    check_near(pli_rigid_get_state(s.rigid).linear_velocity.y, 2, 0);
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_STATIC, &state), PLI_OK);
+    check_near(pli_rigid_get_state(s.rigid).linear_velocity.y, 0, 0);
+
+    pli_rigid_state bad = state;
+    bad.inverse_mass = 0;
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, &bad), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_rigid_set_kind(s.rigid, (pli_rigid_kind)3, &state), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_rigid_set_kind(s.rigid, PLI_RIGID_DYNAMIC, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_rigid_set_kind(NULL, PLI_RIGID_DYNAMIC, &state), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_rigid_get_kind(s.rigid), PLI_RIGID_STATIC);
+    scene_destroy(&s);
+}
+
+static void test_factors_may_change(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    const pli_vec3 one = pli_vec3_make(1, 1, 1), bad = pli_vec3_make(NAN, 1, 1);
+    assert_int_equal(pli_rigid_set_factors(s.rigid, pli_vec3_make(0, 1, 2), one), PLI_OK);
+    assert_int_equal(pli_rigid_set_factors(s.rigid, bad, one), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_rigid_set_factors(s.rigid, one, bad), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_rigid_set_factors(NULL, one, one), PLI_ERROR_NULL_ARGUMENT);
+    scene_destroy(&s);
+}
+
+static void test_shapes_may_change_and_anchors_stay(void** unused) {
+    (void)unused;
+    scene s = scene_make();
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    const pli_vec3 from = pli_vec3_make(0, 0, 0), to = pli_vec3_make(1, 0, 0);
+    assert_int_equal(pli_mesh_create_rope(s.context, from, to, 3, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(s.world, mesh, NULL, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = s.rigid;
+    assert_int_equal(pli_body_add_anchor(rope, &anchor, NULL), PLI_OK);
+
+    pli_shape* const shapes[3] = {s.shape, s.shape, s.shape};
+    const pli_transform poses[3] = {pli_transform_identity(), pli_transform_identity(), pli_transform_identity()};
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 3, shapes, poses), PLI_OK);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, shapes, NULL), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(rope), 1);
+
+    /* In a steady state lists of changing length need no memory. */
+    const uint64_t allocations = pli_context_allocation_count(s.context);
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_rigid_set_shapes(s.rigid, i % 4, shapes, poses), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocation_count(s.context), allocations);
+
+    pli_shape* const with_null[2] = {s.shape, NULL};
+    pli_transform bad_pose = pli_transform_identity();
+    bad_pose.origin.x = INFINITY;
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 2, with_null, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, shapes, &bad_pose), PLI_ERROR_NOT_FINITE);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, -1, shapes, NULL), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_rigid_set_shapes(s.rigid, 1, NULL, NULL), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_rigid_set_shapes(NULL, 1, shapes, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_non_null(strstr(pli_last_error(s.context), "pli_rigid_set_shapes"));
+    scene_destroy(&s);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_the_kind_may_change),
+        cmocka_unit_test(test_factors_may_change),
+        cmocka_unit_test(test_shapes_may_change_and_anchors_stay),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
