@@ -1,24 +1,33 @@
 /* Signed distance of convex cores. Apart: GJK. Overlapping: for every unit direction n the support points give the way
-   d(n) that one core must go along n to come free; the depth is the least d(n). Started from the best of some
-   directions and from a penetration search, d(n) is lowered by GJK itself: moved a little more than d(n) along n the
-   cores are apart, and the normal n' of their distance has d(n') <= d(n), equal only where n is a local minimum. The
-   last of these distances also yields the witness points. */
+   d(n) that one core must go along n to come free; the depth is the least d(n). It is lowered from several starts by
+   GJK itself: moved a little more than d(n) along n the cores are apart, and the normal n' of their distance has d(n')
+   <= d(n), equal only where n is a local minimum. The last of these distances also yields the witness points. */
 
 #include "convex_distance.h"
 
 #define CONVEX_GAP 0.05          /* of the depth: how far beyond it the cores are moved */
 #define CONVEX_SMALLEST_GAP 1e-4 /* of the size */
 #define CONVEX_PROGRESS 1e-5     /* of the depth */
-#define CONVEX_MAX_DESCENTS 8
-#define CONVEX_DESCENT_CALLS 24 /* kept back for the last descent */
+#define CONVEX_MAX_STEPS 8       /* of a descent */
+#define CONVEX_MAX_DESCENTS 3    /* from the best directions of the start */
+#define CONVEX_HOPELESS 2        /* times the best depth: starts deeper than this are left out */
+#define CONVEX_STEP_CALLS 24     /* a step is begun with this many calls left, except the first */
+#define CONVEX_MAX_STARTS 13
+
+/* A direction with its depth. */
+typedef struct convex_way {
+    pli_vec3 normal;
+    double depth;
+} convex_way;
 
 typedef struct convex_search {
     const plii_convex* a;
     const plii_convex* b;
-    pli_vec3 normal;
-    double depth;
-    bool has_normal;
-    pli_vec3 point_a; /* support points of the best direction */
+    convex_way starts[CONVEX_MAX_STARTS];
+    int start_count;
+    convex_way best;
+    bool has_points;
+    pli_vec3 point_a, point_b; /* nearest points of the last step towards `best` */
     double size;
     int support_calls;
     int max_support_calls;
@@ -38,147 +47,161 @@ static bool convex_normalize(plii_dvec3 v, pli_vec3* unit) {
     return true;
 }
 
-/* Measures d(normal) and keeps the least. True when it became less. */
-static bool convex_try(convex_search* search, pli_vec3 normal) {
+/* d(normal). False when no calls are left or a support point is not finite. */
+static bool convex_measure(convex_search* search, pli_vec3 normal, convex_way* way) {
     if (search->support_calls + 2 > search->max_support_calls) { return false; }
     const pli_vec3 a = search->a->support(search->a->user, pli_vec3_neg(normal));
     const pli_vec3 b = search->b->support(search->b->user, normal);
     search->support_calls += 2;
-    if (!plii_vec3_is_finite(a) || !plii_vec3_is_finite(b)) {
-        search->is_finite = false;
-        return false;
-    }
+    search->is_finite = search->is_finite && plii_vec3_is_finite(a) && plii_vec3_is_finite(b);
+    if (!search->is_finite) { return false; }
     const plii_dvec3 n = plii_dvec3_from(normal), w = plii_dvec3_sub(plii_dvec3_from(b), plii_dvec3_from(a));
-    const double depth = plii_dvec3_dot(n, w) / plii_dvec3_length(n);
     const double reach = plii_dvec3_length(w);
     if (reach > search->size) { search->size = reach; }
-    if (search->has_normal && !(depth < search->depth)) { return false; }
-    search->normal = normal;
-    search->depth = depth;
-    search->point_a = a;
-    search->has_normal = true;
+    way->normal = normal;
+    way->depth = plii_dvec3_dot(n, w) / plii_dvec3_length(n);
+    if (search->start_count == 0 || way->depth < search->best.depth) {
+        search->best = *way;
+        search->has_points = false;
+        search->point_a = a;
+    }
     return true;
 }
 
+/* Keeps the starts in order of depth. */
+static void convex_add_start(convex_search* search, pli_vec3 normal) {
+    convex_way way;
+    if (!convex_measure(search, normal, &way) || search->start_count == CONVEX_MAX_STARTS) { return; }
+    int i = search->start_count++;
+    for (; i > 0 && search->starts[i - 1].depth > way.depth; --i) {
+        search->starts[i] = search->starts[i - 1];
+    }
+    search->starts[i] = way;
+}
+
 /* Outward face normals of the simplex in a - b; of a flat one both sides. */
-static void convex_try_simplex(convex_search* search, const plii_dvec3* s, int count) {
+static void convex_add_simplex(convex_search* search, const plii_dvec3* s, int count) {
     for (int i = 0; i < count && count >= 3; ++i) {
         const plii_dvec3 p = s[(i + 1) % count], q = s[(i + 2) % count], r = s[(i + 3) % count];
         pli_vec3 normal;
         if (!convex_normalize(plii_dvec3_cross(plii_dvec3_sub(q, p), plii_dvec3_sub(r, p)), &normal)) { continue; }
-        const plii_dvec3 inward = plii_dvec3_sub(s[i], p);
         if (count == 3) {
-            convex_try(search, normal);
-            convex_try(search, pli_vec3_neg(normal));
+            convex_add_start(search, normal);
+            convex_add_start(search, pli_vec3_neg(normal));
             return;
         }
-        convex_try(search, plii_dvec3_dot(plii_dvec3_from(normal), inward) > 0.0 ? normal : pli_vec3_neg(normal));
+        /* The normal from b to a points into a - b. */
+        const bool is_inward = plii_dvec3_dot(plii_dvec3_from(normal), plii_dvec3_sub(s[i], p)) > 0.0;
+        convex_add_start(search, is_inward ? normal : pli_vec3_neg(normal));
     }
 }
 
-static void convex_find_start(convex_search* search, const plii_convex_cache* cache, const plii_gjk_result* gjk) {
+static void convex_find_starts(convex_search* search, const plii_convex_cache* cache, const plii_gjk_result* gjk) {
     static const pli_vec3 axes[6] = {{0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 0, 1}, {0, 0, -1}};
     pli_vec3 between, nearest;
-    if (convex_normalize(gjk->normal, &nearest)) { convex_try(search, nearest); }
-    if (cache != NULL && cache->has_normal) { convex_try(search, cache->normal); }
+    if (convex_normalize(gjk->normal, &nearest)) { convex_add_start(search, nearest); }
+    if (cache != NULL && cache->has_normal) { convex_add_start(search, cache->normal); }
     if (convex_normalize(plii_dvec3_sub(plii_dvec3_from(search->a->centre), plii_dvec3_from(search->b->centre)),
                          &between)) {
-        convex_try(search, between);
+        convex_add_start(search, between);
     }
-    convex_try_simplex(search, gjk->simplex, gjk->simplex_count);
+    convex_add_simplex(search, gjk->simplex, gjk->simplex_count);
     for (int i = 0; i < 6; ++i) {
-        convex_try(search, axes[i]);
+        convex_add_start(search, axes[i]);
     }
 }
 
-/* Lowers the depth to a local minimum and sets the witness points. */
-static void convex_descend(convex_search* search, plii_convex_result* result) {
-    bool has_points = false;
-    for (int i = 0; i < CONVEX_MAX_DESCENTS && search->is_finite; ++i) {
+/* Lowers the depth from a start to a local minimum. */
+static void convex_descend(convex_search* search, convex_way way) {
+    for (int i = 0; i < CONVEX_MAX_STEPS && search->is_finite; ++i) {
         const double smallest_gap = CONVEX_SMALLEST_GAP * search->size;
-        const double gap = CONVEX_GAP * search->depth > smallest_gap ? CONVEX_GAP * search->depth : smallest_gap;
-        const plii_dvec3 unit = plii_dvec3_from(search->normal);
-        const double way = (search->depth + gap) / plii_dvec3_length(unit);
-        plii_gjk_query query = {.a = search->a,
-                                .b = search->b,
-                                .offset = plii_dvec3_scale(unit, way),
-                                .max_distance = HUGE_VAL,
-                                .max_support_calls = search->max_support_calls - search->support_calls};
-        if (query.max_support_calls < CONVEX_DESCENT_CALLS && has_points) { break; }
-        if (query.max_support_calls < 4) { break; }
-        plii_convex_cache start = {.directions = {search->normal}, .count = 1};
+        const double gap = CONVEX_GAP * way.depth > smallest_gap ? CONVEX_GAP * way.depth : smallest_gap;
+        const plii_dvec3 unit = plii_dvec3_from(way.normal);
+        const plii_gjk_query query = {.a = search->a,
+                                      .b = search->b,
+                                      .offset = plii_dvec3_scale(unit, (way.depth + gap) / plii_dvec3_length(unit)),
+                                      .max_distance = HUGE_VAL,
+                                      .max_support_calls = search->max_support_calls - search->support_calls - 2};
+        if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
+        plii_convex_cache start = {.directions = {way.normal}, .count = 1};
         plii_gjk_result gjk;
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;
         pli_vec3 normal;
-        if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal)) { break; }
-        const double old_depth = search->depth;
-        convex_try(search, normal);
-        result->point_a = plii_dvec3_to_float(plii_dvec3_sub(gjk.point_a, query.offset));
-        result->point_b = plii_dvec3_to_float(gjk.point_b);
-        has_points = true;
-        if (!(search->depth < old_depth * (1.0 - CONVEX_PROGRESS))) { break; }
+        convex_way next;
+        if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal) ||
+            !convex_measure(search, normal, &next)) {
+            break;
+        }
+        const bool is_progress = next.depth < way.depth * (1.0 - CONVEX_PROGRESS);
+        if (next.depth <= search->best.depth * (1.0 + CONVEX_PROGRESS)) {
+            search->point_a = plii_dvec3_to_float(plii_dvec3_sub(gjk.point_a, query.offset));
+            search->point_b = plii_dvec3_to_float(gjk.point_b);
+            search->has_points = true;
+        }
+        if (!is_progress) { break; }
+        way = next;
     }
-    if (!has_points) {
-        result->point_a = search->point_a;
-        result->point_b = pli_vec3_add(search->point_a, pli_vec3_scale(search->normal, (float)search->depth));
-        return;
-    }
-    /* The last distance may belong to a direction that was not kept: what is left is the middle. */
-    const pli_vec3 middle = pli_vec3_scale(pli_vec3_add(result->point_a, result->point_b), 0.5f);
-    const pli_vec3 half = pli_vec3_scale(search->normal, 0.5f * (float)search->depth);
-    result->point_a = pli_vec3_sub(middle, half);
-    result->point_b = pli_vec3_add(middle, half);
 }
 
 /* True when the penetration function gave a direction. */
 static bool convex_search_penetration(convex_search* search, plii_penetration_fn* penetration,
-                                      const plii_gjk_result* gjk) {
+                                      const plii_gjk_result* gjk, plii_penetration_result* found) {
     plii_penetration_query query = {.a = search->a,
                                     .b = search->b,
-                                    .normal = search->normal,
-                                    .depth = search->depth,
+                                    .normal = search->best.normal,
+                                    .depth = search->best.depth,
                                     .simplex = gjk->simplex,
                                     .simplex_count = gjk->simplex_count,
                                     .size = search->size,
-                                    .max_support_calls = search->max_support_calls - search->support_calls -
-                                                         2 * CONVEX_DESCENT_CALLS - 2};
+                                    .max_support_calls =
+                                        search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS};
     if (query.max_support_calls < 2) { return false; }
-    plii_penetration_result found = {.normal = {0, 0, 0}};
-    const bool is_found = penetration(&query, &found);
-    search->support_calls += found.support_calls;
+    const bool is_found = penetration(&query, found);
+    search->support_calls += found->support_calls;
     pli_vec3 normal;
-    if (!is_found || !plii_vec3_is_finite(found.normal) || !convex_normalize(plii_dvec3_from(found.normal), &normal)) {
-        return false;
-    }
-    convex_try(search, normal);
-    return !found.is_over_budget;
+    convex_way way;
+    return is_found && plii_vec3_is_finite(found->normal) &&
+           convex_normalize(plii_dvec3_from(found->normal), &normal) && convex_measure(search, normal, &way) &&
+           !found->is_over_budget;
 }
 
-static void convex_overlap(const plii_gjk_result* gjk, const plii_convex_options* options, int max_support_calls,
-                           plii_convex_cache* cache, const plii_convex* a, const plii_convex* b,
-                           plii_convex_result* result) {
-    convex_search search = {
-        .a = a, .b = b, .support_calls = gjk->support_calls, .max_support_calls = max_support_calls, .is_finite = true};
-    convex_find_start(&search, cache, gjk);
-    if (search.is_finite && search.depth > 0.0) {
-        if (options->penetration != NULL && !convex_search_penetration(&search, options->penetration, gjk)) {
-            ++result->failure_count;
+static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
+                           plii_convex_cache* cache, plii_convex_result* result) {
+    convex_find_starts(search, cache, gjk);
+    if (search->is_finite && search->best.depth > 0.0) {
+        int descent_count = CONVEX_MAX_DESCENTS;
+        if (options->penetration != NULL) {
+            plii_penetration_result found = {.normal = {0, 0, 0}};
+            if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
+            if (found.is_accurate) { descent_count = 1; }
         }
-        convex_descend(&search, result);
-    } else {
-        result->point_a = result->point_b = search.point_a;
-        search.depth = 0.0;
+        convex_descend(search, search->best);
+        for (int i = 1; i < search->start_count && i < descent_count; ++i) {
+            if (search->starts[i].depth > CONVEX_HOPELESS * search->best.depth) { break; }
+            convex_descend(search, search->starts[i]);
+        }
     }
-    result->support_calls = search.support_calls;
-    if (!search.is_finite) {
-        *result = (plii_convex_result){.relation = PLII_CONVEX_UNDEFINED, .support_calls = search.support_calls};
+    result->support_calls = search->support_calls;
+    if (!search->is_finite) {
+        result->relation = PLII_CONVEX_UNDEFINED;
         return;
     }
-    result->distance = search.depth > 0.0 ? -(float)search.depth : 0.0f;
-    result->normal = search.normal;
+    const float depth = search->best.depth > 0.0 ? (float)search->best.depth : 0.0f;
+    result->distance = -depth;
+    result->normal = search->best.normal;
+    if (search->has_points) {
+        /* The last step may have ended beside the direction that was kept: what is left is the middle. */
+        const pli_vec3 middle = pli_vec3_scale(pli_vec3_add(search->point_a, search->point_b), 0.5f);
+        const pli_vec3 half = pli_vec3_scale(result->normal, 0.5f * depth);
+        result->point_a = pli_vec3_sub(middle, half);
+        result->point_b = pli_vec3_add(middle, half);
+    } else {
+        result->point_a = search->point_a;
+        result->point_b = pli_vec3_add(search->point_a, pli_vec3_scale(result->normal, depth));
+    }
     if (cache != NULL) {
-        cache->normal = search.normal;
+        cache->normal = result->normal;
         cache->has_normal = true;
     }
 }
@@ -195,7 +218,12 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
     *result = (plii_convex_result){.relation = gjk.relation, .support_calls = gjk.support_calls};
     if (gjk.relation == PLII_CONVEX_UNDEFINED) { return; }
     if (gjk.relation == PLII_CONVEX_OVERLAPPING) {
-        convex_overlap(&gjk, options, max_support_calls, cache, a, b, result);
+        convex_search search = {.a = a,
+                                .b = b,
+                                .support_calls = gjk.support_calls,
+                                .max_support_calls = max_support_calls,
+                                .is_finite = true};
+        convex_overlap(&search, &gjk, options, cache, result);
         return;
     }
     result->distance = (float)gjk.distance;

@@ -155,5 +155,6 @@ bool plii_penetration_epa(const plii_penetration_query* query, plii_penetration_
     const int status = ccdGJKPenetration(&a, &b, &ccd, &depth, &direction, &position);
     result->support_calls = search.support_calls;
     result->is_over_budget = search.is_over_budget;
-    return status == 0 && depth >= 0 && penetration_normal(&direction, &result->normal);
+    result->is_accurate = status == 0 && depth >= 0 && penetration_normal(&direction, &result->normal);
+    return result->is_accurate;
 }

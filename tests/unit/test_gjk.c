@@ -179,7 +179,8 @@ static void test_random_distances_are_proven(void** state) {
             }
             check_near(plii_dvec3_length(between), r.distance, 1e-9 * reach);
             check_near(plii_dvec3_length(r.normal), 1.0, 1e-12);
-            check_near(-sample_way(&a, &b, r.normal), r.distance, 2e-6 * r.distance + 4e-6 * reach); /* float supports */
+            check_near(-sample_way(&a, &b, r.normal), r.distance,
+                       2e-6 * r.distance + 4e-6 * reach); /* float supports */
             separated += pass == 0;
             if (pass == 0) { cold_calls += r.support_calls; }
             if (pass == 1) { warm_calls += r.support_calls; }
