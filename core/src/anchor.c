@@ -134,6 +134,23 @@ static size_t anchor_bytes(const pli_body* body, const void* state) {
            (size_t)anchors->slot_capacity * sizeof *anchors->slots;
 }
 
+static int anchor_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                  size_t* sizes) {
+    (void)state;
+    sizes[0] = body->anchored != NULL ? (size_t)change->node_count * sizeof *body->anchored : 0;
+    return 1;
+}
+
+/* Anchors stay with their node; a copy of the node is free. */
+static void anchor_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    if (body->anchored == NULL) { return; }
+    const size_t old_size = (size_t)change->old_node_count * sizeof *body->anchored;
+    memcpy(blocks[0], body->anchored, old_size);
+    plii_release(body->context, body->anchored, old_size);
+    body->anchored = blocks[0];
+}
+
 static const plii_feature_class anchor_class = {
     .name = "anchors",
     .state_size = sizeof(anchor_state),
@@ -143,6 +160,8 @@ static const plii_feature_class anchor_class = {
     .disable = anchor_disable,
     .forget_rigid = anchor_forget_rigid,
     .bytes = anchor_bytes,
+    .topology_blocks = anchor_topology_blocks,
+    .topology_commit = anchor_topology_commit,
 };
 
 pli_anchor_def pli_anchor_def_default(void) {

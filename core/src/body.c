@@ -527,6 +527,9 @@ size_t pli_body_bytes(const pli_body* body) {
     return sizeof *body + (size_t)body->node_count * node_bytes + (size_t)body->link_count * link_bytes +
            (size_t)body->material_count * sizeof *body->materials +
            (size_t)body->topology->face_count * sizeof *body->topology->faces +
+           (body->topology->face_materials != NULL
+                ? (size_t)body->topology->face_count * sizeof *body->topology->face_materials
+                : 0) +
            (size_t)body->topology->tetra_count * sizeof *body->topology->tetras +
            (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids + plii_feature_bytes(body);
 }

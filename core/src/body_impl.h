@@ -17,6 +17,7 @@ typedef struct plii_topology {
     int reference_count;
     int face_count, tetra_count;
     int (*faces)[3];
+    uint16_t* face_materials; /* [face_count], or NULL when all are 0 */
     int (*tetras)[4];
 } plii_topology;
 

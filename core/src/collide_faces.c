@@ -432,6 +432,29 @@ static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     return bytes;
 }
 
+static int soft_contacts_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                         size_t* sizes) {
+    const soft_contacts_state* state = data;
+    (void)body;
+    if (state->node_boxes == NULL) { return 0; }
+    sizes[0] = (size_t)change->node_count * sizeof *state->node_boxes;
+    sizes[1] = (size_t)change->face_count * sizeof *state->face_boxes;
+    return 2;
+}
+
+/* Boxes start anew with the next step. */
+static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                          void** blocks) {
+    soft_contacts_state* state = data;
+    state->count = 0;
+    if (state->node_boxes == NULL) { return; }
+    plii_release(body->context, state->node_boxes, (size_t)change->old_node_count * sizeof *state->node_boxes);
+    plii_release(body->context, state->face_boxes, (size_t)change->old_face_count * sizeof *state->face_boxes);
+    state->node_boxes = blocks[0];
+    state->face_boxes = blocks[1];
+    state->has_boxes = false;
+}
+
 static const plii_feature_class soft_contacts_class = {
     .name = "soft_contacts",
     .state_size = sizeof(soft_contacts_state),
@@ -440,7 +463,10 @@ static const plii_feature_class soft_contacts_class = {
     .disable = soft_contacts_disable,
     .collide_body = soft_contacts_collide,
     .forget_body = soft_contacts_forget_body,
+    .forget_topology = soft_contacts_forget_body,
     .bytes = soft_contacts_bytes,
+    .topology_blocks = soft_contacts_topology_blocks,
+    .topology_commit = soft_contacts_topology_commit,
 };
 
 static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_contacts_def* def,

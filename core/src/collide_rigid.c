@@ -201,6 +201,14 @@ static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
            (size_t)state->marks_capacity * sizeof *state->marks;
 }
 
+static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                           void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
+    ((rigid_contacts_state*)data)->count = 0;
+}
+
 static const plii_feature_class rigid_contacts_class = {
     .name = "rigid_contacts",
     .state_size = sizeof(rigid_contacts_state),
@@ -210,6 +218,7 @@ static const plii_feature_class rigid_contacts_class = {
     .collide_rigid = rigid_contacts_collide,
     .forget_rigid = rigid_contacts_forget_rigid,
     .bytes = rigid_contacts_bytes,
+    .topology_commit = rigid_contacts_topology_commit,
 };
 
 static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,

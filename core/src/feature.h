@@ -62,6 +62,31 @@ enum {
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
 
+/* A node that a change of topology adds: at `share` of the way from a to b, or a copy of a (a == b, share 0). `a` and
+   `b` may be new nodes themselves, of smaller index. */
+typedef struct plii_node_origin {
+    int a, b;
+    float share; /* [0, 1] */
+} plii_node_origin;
+
+/* Where a face of the new topology was before. */
+typedef struct plii_face_origin {
+    int parent;  /* old face */
+    float share; /* (0, 1], of the parent's area at rest */
+} plii_face_origin;
+
+/* A body is cut or refined. Old nodes keep their index; links and faces are renumbered. */
+typedef struct plii_topology_change {
+    int old_node_count, old_link_count, old_face_count;
+    int node_count, link_count, face_count;
+    const plii_node_origin* node_origins; /* [node_count - old_node_count] of the nodes from old_node_count on */
+    const plii_face_origin* face_origins; /* [face_count] */
+    const int (*faces)[3];                /* [face_count] nodes, new */
+    bool takes_rest_shape;                /* the present shape becomes the rest shape, as in btSoftBody::refine */
+} plii_topology_change;
+
+#define PLII_MAX_TOPOLOGY_BLOCKS 16
+
 typedef struct plii_feature_class {
     const char* name;
     size_t state_size; /* bytes, zeroed when enabled, freed with the feature */
@@ -78,9 +103,19 @@ typedef struct plii_feature_class {
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
-    void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
-    void (*forget_body)(pli_body* body, void* state, const pli_body* other);   /* another body goes away */
-    size_t (*bytes)(const pli_body* body, const void* state);                  /* memory beyond state_size */
+    void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
+    void (*forget_body)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
+    void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
+    size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
+
+    /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
+       enabling, needs first. First each asks for the blocks of memory that it will want: it writes their sizes (0: NULL
+       comes later) and returns how many there are; the body is as before. When memory suffices for all, each gets its
+       blocks, zeroed, and the body with its new nodes, links and faces, and must not fail. The blocks are its own then;
+       what it held before it releases by the old counts. Needed by everything that keeps data per node, link or face,
+       and by what keeps contacts, which end. */
+    int (*topology_blocks)(const pli_body* body, const void* state, const plii_topology_change* change, size_t* sizes);
+    void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** blocks);
 } plii_feature_class;
 
 typedef struct plii_feature {

@@ -2,6 +2,8 @@
 
 #include "body_impl.h"
 
+#include <string.h>
+
 static pli_status forces_enable(pli_body* body, void* state) {
     (void)state;
     body->forces = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->forces);
@@ -18,5 +20,26 @@ static void forces_disable(pli_body* body, void* state) {
     body->forces = NULL;
 }
 
+static int forces_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                  size_t* sizes) {
+    (void)state;
+    sizes[0] = (size_t)change->node_count * sizeof *body->forces;
+    return 1;
+}
+
+static void forces_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    const size_t old_size = (size_t)change->old_node_count * sizeof *body->forces;
+    memcpy(blocks[0], body->forces, old_size);
+    plii_release(body->context, body->forces, old_size);
+    body->forces = blocks[0];
+}
+
 const plii_feature_class plii_forces_class = {
-    .name = "forces", .enable = forces_enable, .disable = forces_disable, .bytes = forces_bytes};
+    .name = "forces",
+    .enable = forces_enable,
+    .disable = forces_disable,
+    .bytes = forces_bytes,
+    .topology_blocks = forces_topology_blocks,
+    .topology_commit = forces_topology_commit,
+};

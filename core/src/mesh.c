@@ -90,6 +90,10 @@ static size_t topology_faces_size(const plii_topology* topology) {
     return (size_t)topology->face_count * sizeof *topology->faces;
 }
 
+static size_t topology_materials_size(const plii_topology* topology) {
+    return (size_t)topology->face_count * sizeof *topology->face_materials;
+}
+
 static size_t topology_tetras_size(const plii_topology* topology) {
     return (size_t)topology->tetra_count * sizeof *topology->tetras;
 }
@@ -97,6 +101,7 @@ static size_t topology_tetras_size(const plii_topology* topology) {
 void plii_topology_release(pli_context* context, plii_topology* topology) {
     if (topology == NULL || --topology->reference_count > 0) { return; }
     plii_release(context, topology->faces, topology_faces_size(topology));
+    plii_release(context, topology->face_materials, topology_materials_size(topology));
     plii_release(context, topology->tetras, topology_tetras_size(topology));
     plii_release(context, topology, sizeof *topology);
 }
@@ -104,6 +109,13 @@ void plii_topology_release(pli_context* context, plii_topology* topology) {
 void plii_mesh_forget_topology(pli_mesh* mesh) {
     plii_topology_release(mesh->context, mesh->topology);
     mesh->topology = NULL;
+}
+
+static bool topology_needs_materials(const pli_mesh* mesh) {
+    for (int i = 0; i < mesh->face_count; ++i) {
+        if (mesh->faces[i].material != 0) { return true; }
+    }
+    return false;
 }
 
 static plii_topology* topology_create(const pli_mesh* mesh) {
@@ -114,13 +126,17 @@ static plii_topology* topology_create(const pli_mesh* mesh) {
     topology->tetra_count = mesh->tetra_count;
     topology->faces = plii_allocate(mesh->context, topology_faces_size(topology));
     topology->tetras = plii_allocate(mesh->context, topology_tetras_size(topology));
+    const bool needs_materials = topology_needs_materials(mesh);
+    if (needs_materials) { topology->face_materials = plii_allocate(mesh->context, topology_materials_size(topology)); }
     if ((topology->face_count > 0 && topology->faces == NULL) ||
-        (topology->tetra_count > 0 && topology->tetras == NULL)) {
+        (topology->tetra_count > 0 && topology->tetras == NULL) ||
+        (needs_materials && topology->face_materials == NULL)) {
         plii_topology_release(mesh->context, topology);
         return NULL;
     }
     for (int i = 0; i < mesh->face_count; ++i) {
         memcpy(topology->faces[i], mesh->faces[i].nodes, sizeof topology->faces[i]);
+        if (needs_materials) { topology->face_materials[i] = (uint16_t)mesh->faces[i].material; }
     }
     for (int i = 0; i < mesh->tetra_count; ++i) {
         memcpy(topology->tetras[i], mesh->tetras[i].nodes, sizeof topology->tetras[i]);

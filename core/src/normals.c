@@ -57,12 +57,31 @@ static pli_status normals_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
+static int normals_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                   size_t* sizes) {
+    (void)state;
+    sizes[0] = (size_t)change->node_count * sizeof *body->normals;
+    sizes[1] = (size_t)change->face_count * sizeof *body->face_normals;
+    return 2;
+}
+
+/* The refresh after the change fills them. */
+static void normals_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    plii_release(body->context, body->normals, (size_t)change->old_node_count * sizeof *body->normals);
+    plii_release(body->context, body->face_normals, (size_t)change->old_face_count * sizeof *body->face_normals);
+    body->normals = blocks[0];
+    body->face_normals = blocks[1];
+}
+
 const plii_feature_class plii_normals_class = {
     .name = "normals",
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
     .enable = normals_enable,
     .disable = normals_disable,
     .bytes = normals_bytes,
+    .topology_blocks = normals_topology_blocks,
+    .topology_commit = normals_topology_commit,
 };
 
 // ----------------------------------------------------------------------------------------------------- areas
@@ -81,6 +100,20 @@ static void areas_disable(pli_body* body, void* state) {
     body->face_areas = NULL;
 }
 
+/* Means over the faces around; `counts` [node_count] is zeroed scratch, and so are the areas. */
+static void areas_of_nodes(pli_body* body, int* counts) {
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        const int* face = body->topology->faces[i];
+        for (int k = 0; k < 3; ++k) {
+            counts[face[k]] += 1;
+            body->areas[face[k]] += fabsf(body->face_areas[i]);
+        }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (counts[i] > 0) { body->areas[i] /= (float)counts[i]; }
+    }
+}
+
 static pli_status areas_enable(pli_body* body, void* state) {
     const int node_count = body->node_count, face_count = body->topology->face_count;
     body->areas = plii_allocate(body->context, (size_t)node_count * sizeof *body->areas);
@@ -92,19 +125,44 @@ static pli_status areas_enable(pli_body* body, void* state) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     for (int i = 0; i < face_count; ++i) {
-        const int* face = body->topology->faces[i];
-        body->face_areas[i] = pli_vec3_length(normals_face_cross(body, face));
-        for (int k = 0; k < 3; ++k) {
-            counts[face[k]] += 1;
-            body->areas[face[k]] += fabsf(body->face_areas[i]);
-        }
+        body->face_areas[i] = pli_vec3_length(normals_face_cross(body, body->topology->faces[i]));
     }
-    for (int i = 0; i < node_count; ++i) {
-        if (counts[i] > 0) { body->areas[i] /= (float)counts[i]; }
-    }
+    areas_of_nodes(body, counts);
     plii_release(body->context, counts, (size_t)node_count * sizeof *counts);
     return PLI_OK;
 }
 
+static int areas_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                 size_t* sizes) {
+    (void)state;
+    sizes[0] = (size_t)change->node_count * sizeof *body->areas;
+    sizes[1] = (size_t)change->face_count * sizeof *body->face_areas;
+    sizes[2] = (size_t)change->node_count * sizeof(int);
+    return 3;
+}
+
+/* Parts of a face share its area at rest. */
+static void areas_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    float* face_areas = blocks[1];
+    for (int i = 0; i < change->face_count; ++i) {
+        const plii_face_origin origin = change->face_origins[i];
+        face_areas[i] = change->takes_rest_shape ? pli_vec3_length(normals_face_cross(body, body->topology->faces[i]))
+                                                 : body->face_areas[origin.parent] * origin.share;
+    }
+    plii_release(body->context, body->areas, (size_t)change->old_node_count * sizeof *body->areas);
+    plii_release(body->context, body->face_areas, (size_t)change->old_face_count * sizeof *body->face_areas);
+    body->areas = blocks[0];
+    body->face_areas = face_areas;
+    areas_of_nodes(body, blocks[2]);
+    plii_release(body->context, blocks[2], (size_t)change->node_count * sizeof(int));
+}
+
 const plii_feature_class plii_areas_class = {
-    .name = "areas", .enable = areas_enable, .disable = areas_disable, .bytes = areas_bytes};
+    .name = "areas",
+    .enable = areas_enable,
+    .disable = areas_disable,
+    .bytes = areas_bytes,
+    .topology_blocks = areas_topology_blocks,
+    .topology_commit = areas_topology_commit,
+};

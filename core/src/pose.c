@@ -6,6 +6,8 @@
 #include "body_impl.h"
 #include "polar.h"
 
+#include <string.h>
+
 typedef struct pose_state {
     float matching;
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
@@ -74,15 +76,6 @@ static size_t pose_bytes(const pli_body* body, const void* state) {
     return (size_t)body->node_count * (sizeof *pose->rest + sizeof *pose->weights);
 }
 
-static const plii_feature_class pose_class = {
-    .name = "pose matching",
-    .state_size = sizeof(pose_state),
-    .stages = {[PLII_STAGE_UPDATE] = {pose_run, PLII_ORDER_POSE}},
-    .enable = pose_enable,
-    .disable = pose_disable,
-    .bytes = pose_bytes,
-};
-
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */
 static void pose_take_weights(const pli_body* body, pose_state* pose) {
     float free_mass = 0.0f;
@@ -102,6 +95,49 @@ static void pose_take_weights(const pli_body* body, pose_state* pose) {
         if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
     }
 }
+
+static int pose_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                size_t* sizes) {
+    const pose_state* pose = state;
+    (void)body;
+    sizes[0] = (size_t)change->node_count * sizeof *pose->rest;
+    sizes[1] = (size_t)change->node_count * sizeof *pose->weights;
+    return 2;
+}
+
+/* New nodes lie between their parents at rest too. Masses have moved to them, so the centre is taken again. */
+static void pose_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    pose_state* pose = state;
+    pli_vec3* rest = blocks[0];
+    memcpy(rest, pose->rest, (size_t)change->old_node_count * sizeof *rest);
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin origin = change->node_origins[i - change->old_node_count];
+        rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
+    }
+    plii_release(body->context, pose->rest, (size_t)change->old_node_count * sizeof *pose->rest);
+    plii_release(body->context, pose->weights, (size_t)change->old_node_count * sizeof *pose->weights);
+    pose->rest = rest;
+    pose->weights = blocks[1];
+    pose_take_weights(body, pose);
+    pli_vec3 centre = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < change->node_count; ++i) {
+        centre = pli_vec3_add(centre, pli_vec3_scale(rest[i], pose->weights[i]));
+    }
+    for (int i = 0; i < change->node_count; ++i) {
+        rest[i] = pli_vec3_sub(rest[i], centre);
+    }
+}
+
+static const plii_feature_class pose_class = {
+    .name = "pose matching",
+    .state_size = sizeof(pose_state),
+    .stages = {[PLII_STAGE_UPDATE] = {pose_run, PLII_ORDER_POSE}},
+    .enable = pose_enable,
+    .disable = pose_disable,
+    .bytes = pose_bytes,
+    .topology_blocks = pose_topology_blocks,
+    .topology_commit = pose_topology_commit,
+};
 
 static void pose_take_rest_shape(const pli_body* body, pose_state* pose) {
     pose_take_weights(body, pose);

@@ -60,6 +60,22 @@ static void velocity_links_disable(pli_body* body, void* state) {
     plii_release(body->context, ((velocity_links_state*)state)->links, velocity_links_bytes(body, state));
 }
 
+static int velocity_links_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                          size_t* sizes) {
+    (void)body;
+    (void)state;
+    sizes[0] = (size_t)change->link_count * sizeof(velocity_link);
+    return 1;
+}
+
+/* Each step prepares them anew. */
+static void velocity_links_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
+                                           void** blocks) {
+    velocity_links_state* s = state;
+    plii_release(body->context, s->links, (size_t)change->old_link_count * sizeof *s->links);
+    s->links = blocks[0];
+}
+
 static const plii_feature_class velocity_links_class = {
     .name = "velocity links",
     .state_size = sizeof(velocity_links_state),
@@ -69,6 +85,8 @@ static const plii_feature_class velocity_links_class = {
     .enable = velocity_links_enable,
     .disable = velocity_links_disable,
     .bytes = velocity_links_bytes,
+    .topology_blocks = velocity_links_topology_blocks,
+    .topology_commit = velocity_links_topology_commit,
 };
 
 pli_status pli_body_use_velocity_links(pli_body* body, bool use) {
