@@ -166,10 +166,11 @@ void BulletEngine::add_soft(const SoftRecord& record) {
 BulletEngine::BulletEngine(const Description& description)
     : description_(description), rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<btSoftRigidDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
-                                                             &rigids_.solver(), &rigids_.configuration()));
+                                                             &rigids_.solver(), &rigids_.configuration()),
+                  description.gravity);
     info_.m_broadphase = &rigids_.broadphase();
     info_.m_dispatcher = &rigids_.dispatcher();
-    info_.m_gravity.setValue(0, -10, 0);
+    info_.m_gravity = to_bullet(description.gravity);
     info_.m_sparsesdf.Initialize();
     info_.m_sparsesdf.Reset();
 

@@ -14,7 +14,7 @@ namespace demos {
 struct OneStep {
     int frames = 0;
     double median = 0, p99 = 0, maximum = 0;
-    double bit_equal_share = 0;        // of the frames, 0..1
+    double bit_equal_share = 0;        // of the frames, 0..1; rigid bodies must be equal too
     int frames_with_lone_contacts = 0; // a contact that only one engine made
     int frames_above_limit = 0;        // error above 1e-5
     int unexplained_frames = 0;        // above 1e-5 without such a contact

@@ -81,6 +81,7 @@ public:
     const scene* source = nullptr;
     std::vector<RigidRecord> rigids;
     std::vector<SoftRecord> softs;
+    pli_vec3 gravity{0, -10, 0};
     bool has_camera = false;
     scene_camera camera{};
     pli_bounds rest_bounds{}; // of all soft bodies at the start

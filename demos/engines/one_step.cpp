@@ -87,6 +87,10 @@ public:
         for (int i = 0; i < reference_.soft_count(); ++i) {
             compare_soft(i, outcome);
         }
+        for (int i = 0; i < reference_.rigids().object_count(); ++i) {
+            const RigidState expected = reference_.rigid(i), actual = pliant_.rigid(i);
+            outcome.is_bit_equal = outcome.is_bit_equal && std::memcmp(&expected, &actual, sizeof expected) == 0;
+        }
         return outcome;
     }
 

@@ -10,8 +10,10 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     : description_(description), is_reference_(options.reference),
       rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<btDiscreteDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
-                                                            &rigids_.solver(), &rigids_.configuration()));
+                                                            &rigids_.solver(), &rigids_.configuration()),
+                  description.gravity);
     pliant::BridgeDef def;
+    def.world.gravity = description.gravity;
     def.mode = is_reference_ ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
     bridge_ = std::make_unique<pliant::Bridge>(rigids_.world(), def);
     check(bridge_->status());

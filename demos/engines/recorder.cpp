@@ -277,6 +277,13 @@ void scene_add_anchor(scene_builder* builder, int soft, int node, int rigid, boo
     });
 }
 
+void scene_set_gravity(scene_builder* builder, pli_vec3 gravity) {
+    builder->guard([&] {
+        require(is_finite(gravity), "the gravity is not finite");
+        builder->description.gravity = gravity;
+    });
+}
+
 void scene_set_camera(scene_builder* builder, scene_camera camera) {
     builder->guard([&] {
         require(is_finite(camera.target) && is_positive(camera.distance) && std::isfinite(camera.yaw_degrees) &&

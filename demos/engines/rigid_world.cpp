@@ -38,9 +38,9 @@ RigidWorld::RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration)
 
 RigidWorld::~RigidWorld() = default;
 
-void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made) {
+void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity) {
     world_ = std::move(made);
-    world_->setGravity(btVector3(0, -10, 0));
+    world_->setGravity(to_bullet(gravity));
 }
 
 void RigidWorld::add(const RigidRecord& record) {

@@ -18,7 +18,7 @@ public:
     RigidWorld& operator=(const RigidWorld&) = delete;
 
     // To be set once, before bodies are added.
-    void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made);
+    void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity);
     void add(const RigidRecord& record);
 
     btCollisionDispatcher& dispatcher() { return *dispatcher_; }

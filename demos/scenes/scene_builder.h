@@ -98,6 +98,9 @@ void scene_add_anchor(scene_builder* builder, int soft, int node, int rigid, boo
 
 // ----------------------------------------------------------------------------------------------------- scene
 
+/* Of soft and rigid bodies, m/s^2; default (0, -10, 0). */
+void scene_set_gravity(scene_builder* builder, pli_vec3 gravity);
+
 typedef struct scene_camera {
     pli_vec3 target;
     float distance, yaw_degrees, pitch_degrees; /* pitch < 0 looks down */
