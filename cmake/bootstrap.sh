@@ -75,8 +75,8 @@ install_missing() {
     fi
 }
 
-# Configures and builds a preset; cheap when nothing has changed.
-build_preset() { # PRESET
+# Configures and builds a preset, or one target of it; cheap when nothing has changed.
+build_preset() { # PRESET [TARGET]
     say "building preset $1"
     log=build/$1.log
     mkdir -p build
@@ -85,5 +85,5 @@ build_preset() { # PRESET
         echo "cmake --preset $1 failed" >&2
         exit 1
     fi
-    cmake --build --preset "$1" -j "$(nproc 2>/dev/null || echo 2)"
+    cmake --build --preset "$1" -j "$(nproc 2>/dev/null || echo 2)" ${2:+--target "$2"}
 }

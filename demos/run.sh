@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 . cmake/bootstrap.sh
 
 install_missing
-build_preset release
+build_preset release pliant_program
 say "running the demo"
 mkdir -p out
 build/release/demos/app/pliant demo --out out/demo
