@@ -185,11 +185,13 @@ void Bridge::Impl::sweep_proxies() {
 
 // --------------------------------------------------------------------------------------------------------- step
 
-void Bridge::Impl::predict_inside_step() {
+bool Bridge::Impl::is_inside_step() const {
     // Bullet sets the length of the step right before its collision detection; updateAction takes it back.
-    if (bullet_world_ == nullptr || is_stepping()) { return; }
-    const btScalar dt = bullet_world_->getDispatchInfo().m_timeStep;
-    if (dt > 0) { begin_step(dt); }
+    return bullet_world_ != nullptr && bullet_world_->getDispatchInfo().m_timeStep > 0;
+}
+
+void Bridge::Impl::predict_inside_step() {
+    if (is_inside_step() && !is_stepping()) { begin_step(bullet_world_->getDispatchInfo().m_timeStep); }
 }
 
 void Bridge::Impl::begin_step(btScalar dt) {

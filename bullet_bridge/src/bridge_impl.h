@@ -29,6 +29,8 @@ public:
 
     // ---- SoftShape calls
     void predict_inside_step();
+    /// From right before Bullet's collision detection to the end of the bridge's part.
+    bool is_inside_step() const;
 
     // ---- PairAlgorithm calls, from any thread of Bullet's dispatcher
     RigidProxy* acquire_proxy(const btCollisionObject& object);

@@ -2,9 +2,22 @@
 
 #include "convert.h"
 
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
 namespace pliant {
+
+namespace {
+
+// Bullet's continuous collision sweeps a sphere along the motion of a fast rigid body and stops it at what it hits, as
+// if that were fixed. Soft bodies give way, and take their share of the impulse in their own contacts.
+bool is_motion_clamping(const btTriangleCallback& callback) {
+    const auto* sweep = dynamic_cast<const btTriangleConvexcastCallback*>(&callback);
+    return sweep != nullptr && sweep->m_convexShape->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
+}
+
+} // namespace
 
 SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), unit_scaling_(1, 1, 1) {
     m_shapeType = soft_shape_type;
@@ -27,6 +40,7 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
 
 void SoftShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabb_min,
                                     const btVector3& aabb_max) const {
+    if (bridge_.is_inside_step() && is_motion_clamping(*callback)) { return; }
     const pli_body_view view = pli_body_get_view(body_);
     for (int f = 0; f < view.face_count; ++f) {
         btVector3 corners[3];

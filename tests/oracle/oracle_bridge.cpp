@@ -45,7 +45,7 @@ public:
     btSoftBody& add(const pli_mesh* mesh, float margin, int iterations) {
         soft_bodies.push_back(twin::make_soft_body(*info, mesh));
         btSoftBody& body = *soft_bodies.back();
-        body.getCollisionShape()->setMargin(margin);
+        body.getCollisionShape()->setMargin(btScalar(margin));
         body.m_cfg.piterations = iterations;
         soft_world->addSoftBody(&body);
         return body;

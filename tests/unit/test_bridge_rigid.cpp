@@ -76,6 +76,32 @@ static void test_momentum_is_conserved_when_a_ball_hits_a_free_sheet(void**) {
     check_at_most((after - before).length() / before.length(), 1e-5);
 }
 
+// Bullet's continuous collision would stop the ball at the sheet as at a wall.
+static void test_momentum_is_conserved_with_continuous_collision(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.3)), 1, btVector3(btScalar(0.1), 2, 0));
+    ball.setLinearVelocity(btVector3(0, -9, 0));
+    ball.setCcdMotionThreshold(btScalar(0.01));
+    ball.setCcdSweptSphereRadius(btScalar(0.2));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 0, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* sheet = add_sheet(bridge, 2, 0, 15);
+    const btVector3 before = total_momentum(ball, sheet);
+    stock.step(30);
+    assert_true(pli_body_momentum(sheet).y < -0.5f);
+    check_at_most((total_momentum(ball, sheet) - before).length() / before.length(), 1e-5);
+    // Sweeps of the game see the sheet.
+    btSphereShape probe(btScalar(0.1));
+    const pli_vec3 c = center(sheet);
+    const btVector3 above(c.x, c.y + 5, c.z), below(c.x, c.y - 5, c.z);
+    btCollisionWorld::ClosestConvexResultCallback hit(above, below);
+    hit.m_collisionFilterMask = btBroadphaseProxy::AllFilter;
+    stock.world->convexSweepTest(&probe, btTransform(btQuaternion::getIdentity(), above),
+                                 btTransform(btQuaternion::getIdentity(), below), hit);
+    assert_true(hit.hasHit());
+}
+
 static void test_momentum_is_conserved_with_a_box_on_a_rope(void**) {
     StockWorld stock(btVector3(0, 0, 0));
     btRigidBody& box = stock.add_box(btVector3(btScalar(0.3), btScalar(0.3), btScalar(0.3)), 2, btVector3(0, -2, 0));
@@ -310,6 +336,7 @@ int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pinned_sheet_catches_a_ball),
         cmocka_unit_test(test_momentum_is_conserved_when_a_ball_hits_a_free_sheet),
+        cmocka_unit_test(test_momentum_is_conserved_with_continuous_collision),
         cmocka_unit_test(test_momentum_is_conserved_with_a_box_on_a_rope),
         cmocka_unit_test(test_a_box_hangs_on_a_rope),
         cmocka_unit_test(test_anchors_go_with_their_rigid_body),
