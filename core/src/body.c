@@ -159,6 +159,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     made->context = context;
     made->user_data = used.user_data;
     made->collision_margin = used.collision_margin;
+    made->solver_class = &plii_position_solver;
     made->solver = used.solver;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     pli_status status = body_allocate_arrays(made, (pli_mesh*)(uintptr_t)mesh);

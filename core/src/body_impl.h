@@ -43,6 +43,7 @@ struct pli_body {
     plii_topology* topology;
 
     float collision_margin;
+    const plii_solver_class* solver_class;
     pli_solver_settings solver;
     pli_bounds bounds;    /* of the nodes, grown by the margin */
     plii_step step;       /* of the step in progress */
@@ -81,9 +82,16 @@ void plii_body_refresh(pli_body* body);
 /* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
 float plii_body_volume(const pli_body* body);
 
-/* The two halves of a step of the position-based solver. */
-void plii_solver_predict(pli_body* body, float dt);
-void plii_solver_solve(pli_body* body);
+/* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
+typedef struct plii_solver_class {
+    const char* name;
+    void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
+    void (*solve)(pli_body* body);
+} plii_solver_class;
+
+/* Bullet's: what every body starts with. */
+extern const plii_solver_class plii_position_solver;
+
 /* Puts a body with a node that is NaN or infinite back to the start of the step and freezes it, with an event. */
 bool plii_solver_freeze_if_not_finite(pli_body* body);
 

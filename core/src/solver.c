@@ -67,7 +67,7 @@ static void solver_move(pli_body* body, float dt) {
     }
 }
 
-void plii_solver_predict(pli_body* body, float dt) {
+static void solver_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
@@ -103,7 +103,7 @@ static void solver_add_drift_to_velocities(pli_body* body, float scale) {
     }
 }
 
-void plii_solver_solve(pli_body* body) {
+static void solver_solve(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
     const pli_solver_settings* settings = &body->solver;
@@ -134,3 +134,5 @@ void plii_solver_solve(pli_body* body) {
     }
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
+
+const plii_solver_class plii_position_solver = {"bullet", solver_predict, solver_solve};

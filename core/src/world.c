@@ -196,7 +196,7 @@ pli_status pli_world_predict(pli_world* world, float dt) {
         world->rigids[i]->was_touched = false;
     }
     for (int i = 0; i < world->body_count; ++i) {
-        if (!world->bodies[i]->is_frozen) { plii_solver_predict(world->bodies[i], dt); }
+        if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->predict(world->bodies[i], dt); }
     }
     return PLI_OK;
 }
@@ -273,7 +273,7 @@ pli_status pli_world_solve(pli_world* world) {
     if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
     world_solve_joints(world);
     for (int i = 0; i < world->body_count; ++i) {
-        if (!world->bodies[i]->is_frozen) { plii_solver_solve(world->bodies[i]); }
+        if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->solve(world->bodies[i]); }
     }
     /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
     for (int i = 0; i < world->body_count; ++i) {
