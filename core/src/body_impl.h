@@ -26,6 +26,13 @@ typedef uint16_t plii_link_tag;
 #define PLII_LINK_TAG_BENDING 0x8000
 #define PLII_MAX_MATERIALS 0x8000
 
+/* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
+typedef struct plii_solver_class {
+    const char* name;
+    void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
+    void (*solve)(pli_body* body);
+} plii_solver_class;
+
 struct pli_body {
     uint32_t magic;
     pli_world* world;
@@ -81,13 +88,6 @@ void plii_body_refresh(pli_body* body);
 
 /* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
 float plii_body_volume(const pli_body* body);
-
-/* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
-typedef struct plii_solver_class {
-    const char* name;
-    void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    void (*solve)(pli_body* body);
-} plii_solver_class;
 
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
