@@ -1,0 +1,138 @@
+// pliant compare: how far Pliant is from btSoftBody, per scene.
+
+#include "commands.h"
+#include "output_file.h"
+#include "progress.h"
+#include "scene_choice.h"
+#include "table.h"
+
+#include "../engines/compare.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <iostream>
+
+namespace app {
+
+using demos::Comparison;
+
+// -1 stands for a frame that was not reached.
+static nlohmann::ordered_json error_or_null(double error) {
+    return error < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(error);
+}
+
+// The frame with the largest error, counted from 1; 0 without frames.
+static int worst_frame(const demos::OneStep& one_step) {
+    if (one_step.errors.empty()) { return 0; }
+    const auto worst = std::max_element(one_step.errors.begin(), one_step.errors.end());
+    return static_cast<int>(worst - one_step.errors.begin()) + 1;
+}
+
+static nlohmann::ordered_json to_json(const Comparison& comparison) {
+    const demos::OneStep& one_step = comparison.one_step;
+    const demos::FreeRun& free_run = comparison.free_run;
+    return {{"scene", comparison.scene},
+            {"nodes", comparison.nodes},
+            {"one_step",
+             {{"frames", one_step.frames},
+              {"median", one_step.median},
+              {"p99", one_step.p99},
+              {"maximum", one_step.maximum},
+              {"worst_frame", worst_frame(one_step)},
+              {"bit_equal_share", one_step.bit_equal_share},
+              {"frames_with_lone_contacts", one_step.frames_with_lone_contacts},
+              {"frames_above_limit", one_step.frames_above_limit},
+              {"unexplained_frames", one_step.unexplained_frames}}},
+            {"free_run",
+             {{"error_30", error_or_null(free_run.error_30)},
+              {"error_60", error_or_null(free_run.error_60)},
+              {"error_300", error_or_null(free_run.error_300)}}},
+            {"bullet_ms", comparison.bullet_ms},
+            {"pliant_ms", comparison.pliant_ms},
+            {"time_ratio", comparison.time_ratio}};
+}
+
+static std::string csv_line(const Comparison& comparison) {
+    const demos::OneStep& one_step = comparison.one_step;
+    const demos::FreeRun& free_run = comparison.free_run;
+    const auto error_cell = [](double error) { return error < 0.0 ? std::string() : exact(error); };
+    const std::string cells[] = {comparison.scene,
+                                 std::to_string(comparison.nodes),
+                                 std::to_string(one_step.frames),
+                                 exact(one_step.median),
+                                 exact(one_step.p99),
+                                 exact(one_step.maximum),
+                                 std::to_string(worst_frame(one_step)),
+                                 exact(one_step.bit_equal_share),
+                                 std::to_string(one_step.frames_with_lone_contacts),
+                                 std::to_string(one_step.frames_above_limit),
+                                 std::to_string(one_step.unexplained_frames),
+                                 error_cell(free_run.error_30),
+                                 error_cell(free_run.error_60),
+                                 error_cell(free_run.error_300),
+                                 exact(comparison.bullet_ms),
+                                 exact(comparison.pliant_ms),
+                                 exact(comparison.time_ratio)};
+    std::string line;
+    for (const std::string& cell : cells) {
+        line += (line.empty() ? "" : ",") + cell;
+    }
+    return line + "\n";
+}
+
+static const char* const csv_heading =
+    "scene,nodes,frames,median,p99,maximum,worst_frame,bit_equal_share,frames_with_lone_contacts,frames_above_limit,"
+    "unexplained_frames,error_30,error_60,error_300,bullet_ms,pliant_ms,time_ratio\n";
+
+static void print_text(const std::vector<Comparison>& comparisons) {
+    Table table({"scene", "nodes", "median", "p99", "maximum", "bit-equal", "lone", "above", "unexplained", "free 30",
+                 "free 60", "free 300", "Bullet ms", "Pliant ms", "ratio"});
+    for (const Comparison& comparison : comparisons) {
+        const demos::OneStep& one_step = comparison.one_step;
+        table.add({comparison.scene, std::to_string(comparison.nodes), short_error(one_step.median),
+                   short_error(one_step.p99), short_error(one_step.maximum),
+                   fixed(100.0 * one_step.bit_equal_share, 1) + "%", std::to_string(one_step.frames_with_lone_contacts),
+                   std::to_string(one_step.frames_above_limit), std::to_string(one_step.unexplained_frames),
+                   short_error(comparison.free_run.error_30), short_error(comparison.free_run.error_60),
+                   short_error(comparison.free_run.error_300), fixed(comparison.bullet_ms, 3),
+                   fixed(comparison.pliant_ms, 3), fixed(comparison.time_ratio, 2)});
+    }
+    std::cout
+        << table.text()
+        << "\nmedian, p99, maximum: error of one step from the same state, over the frames; a share of the size of "
+           "the soft bodies.\nlone: frames with a contact that only one engine made; above: frames with an error "
+           "above 1e-5, and how many of these have no such contact.\nfree: error after that many frames from the "
+           "same start. ratio: time of Bullet / time of Pliant.\n";
+}
+
+int run_compare(const CompareOptions& options) {
+    const std::vector<const scene*> scenes = choose_scenes(options.scenes);
+    const OutputFile csv(options.csv_file);
+    std::vector<Comparison> comparisons;
+    {
+        Progress progress(options.json);
+        for (const scene* which : scenes) {
+            const std::unique_ptr<demos::Description> description = demos::Description::build(*which, {});
+            progress.start(std::string(which->name) + " [" + std::to_string(comparisons.size() + 1) + "/" +
+                           std::to_string(scenes.size()) + "]");
+            comparisons.push_back(demos::compare(*description, options.frames,
+                                                 [&](int frame, int frames) { progress.show(frame, frames); }));
+        }
+    }
+    std::string lines = csv_heading;
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const Comparison& comparison : comparisons) {
+        lines += csv_line(comparison);
+        rows.push_back(to_json(comparison));
+    }
+    csv.write(lines);
+    if (options.json) {
+        std::cout << nlohmann::ordered_json{{"scenes", rows}}.dump(2) << '\n';
+    } else {
+        print_text(comparisons);
+    }
+    return 0;
+}
+
+} // namespace app

@@ -1,0 +1,155 @@
+// pliant run: one scene in one engine, its measures, and a picture of its end.
+
+#include "commands.h"
+#include "output_file.h"
+#include "picture/picture.h"
+#include "progress.h"
+#include "scene_choice.h"
+#include "statistics.h"
+#include "table.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstdio>
+#include <iostream>
+
+namespace app {
+
+static constexpr int picture_width = 1280, picture_height = 720;
+
+struct RunResult {
+    int frames = 0; // made; fewer than wanted when the state is no longer finite
+    double ms_per_step = 0;
+    demos::Measures measures;
+    std::string csv;
+};
+
+static std::string csv_line(const demos::Engine& engine, const demos::Measures& measures, int frame) {
+    const pli_vec3 center = center_of_mass(engine);
+    const double values[] = {static_cast<double>(frame) * static_cast<double>(demos::frame_seconds),
+                             engine.step_milliseconds(),
+                             measures.kinetic_energy,
+                             measures.max_stretch,
+                             static_cast<double>(center.x),
+                             static_cast<double>(center.y),
+                             static_cast<double>(center.z)};
+    std::string line = std::to_string(frame);
+    for (const double value : values) {
+        line += "," + exact(value);
+    }
+    return line + "\n";
+}
+
+static RunResult run_frames(demos::Engine& engine, int frames, Progress& progress) {
+    RunResult result;
+    result.csv = "frame,time_s,ms,kinetic_energy_J,max_stretch,center_x,center_y,center_z\n";
+    std::vector<double> milliseconds;
+    do {
+        engine.step();
+        ++result.frames;
+        milliseconds.push_back(engine.step_milliseconds());
+        result.measures = demos::measure(engine);
+        result.csv += csv_line(engine, result.measures, result.frames);
+        progress.show(result.frames, frames);
+    } while (result.frames < frames && result.measures.finite);
+    result.ms_per_step = median(std::move(milliseconds));
+    return result;
+}
+
+static std::string hash_text(uint64_t hash) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+    return text;
+}
+
+static std::string engine_title(const RunOptions& options) {
+    if (options.engine == "bullet") { return "Bullet"; }
+    return options.reference ? "Pliant, reference mode" : "Pliant";
+}
+
+static void print_json(const RunOptions& options, const scene& which, const RunResult& result) {
+    const demos::Measures& measures = result.measures;
+    const nlohmann::ordered_json document = {
+        {"scene", which.name},
+        {"engine", options.engine},
+        {"solver", "bullet"}, // the position-based solver that both engines share
+        {"reference", options.reference},
+        {"frames", result.frames},
+        {"nodes", measures.nodes},
+        {"links", measures.links},
+        {"faces", measures.faces},
+        {"tetras", measures.tetras},
+        {"clusters", measures.clusters},
+        {"ms_per_step", result.ms_per_step},
+        {"finite", measures.finite},
+        {"max_stretch", measures.max_stretch},
+        {"kinetic_energy", measures.kinetic_energy},
+        {"state_hash", hash_text(measures.state_hash)},
+    };
+    std::cout << document.dump(2) << '\n';
+}
+
+static void print_text(const RunOptions& options, const scene& which, const RunResult& result) {
+    const demos::Measures& measures = result.measures;
+    const auto line = [](const char* label, const std::string& value) {
+        std::cout << "  " << label << std::string(16 - std::string(label).size(), ' ') << value << '\n';
+    };
+    std::cout << which.name << " on " << engine_title(options) << ", " << result.frames << " frames\n";
+    line("nodes", std::to_string(measures.nodes));
+    line("links", std::to_string(measures.links));
+    line("faces", std::to_string(measures.faces));
+    if (measures.tetras > 0) { line("tetras", std::to_string(measures.tetras)); }
+    if (measures.clusters > 0) { line("clusters", std::to_string(measures.clusters)); }
+    line("ms per step", fixed(result.ms_per_step, 3) + " (median)");
+    line("max stretch", fixed(measures.max_stretch, 4));
+    line("kinetic energy", fixed(measures.kinetic_energy, 4) + " J");
+    line("state hash", hash_text(measures.state_hash));
+}
+
+int run_scene(const RunOptions& options) {
+    const scene& which = choose_scene(options.scene);
+    const bool is_bullet = options.engine == "bullet";
+    if (options.reference && is_bullet) {
+        throw demos::Error("--reference is a mode of Pliant and does not go with --engine bullet");
+    }
+    const OutputFile png(options.png_file), csv(options.csv_file);
+    if (png.is_wanted() && png.path() == csv.path()) {
+        throw demos::Error("--png and --csv name the same file: " + options.png_file);
+    }
+    const std::unique_ptr<picture::Painter> painter = png.is_wanted() ? std::make_unique<picture::Painter>() : nullptr;
+    const std::unique_ptr<demos::Description> description =
+        demos::Description::build(which, {options.mesh_file, options.tetra_base});
+    const std::unique_ptr<demos::Engine> engine = demos::make_engine(
+        is_bullet ? demos::EngineKind::bullet : demos::EngineKind::pliant, *description, {options.reference});
+
+    const int frames = options.frames > 0 ? options.frames : which.picture_frame > 0 ? which.picture_frame : 300;
+    Progress progress(options.json);
+    progress.start(std::string(which.name) + " on " + engine->name());
+    const RunResult result = run_frames(*engine, frames, progress);
+    progress.clear();
+
+    csv.write(result.csv);
+    if (painter != nullptr && result.measures.finite) {
+        const picture::Snapshot snapshot = picture::take_snapshot(*engine);
+        const std::string title = std::string(which.name) + ": " + engine_title(options);
+        const std::string detail =
+            "frame " + std::to_string(result.frames) + ", " + fixed(result.ms_per_step, 3) + " ms per step";
+        png.write(painter->draw({{&snapshot, title, detail}}, picture_width, picture_height).to_png());
+    }
+    if (options.json) {
+        print_json(options, which, result);
+    } else {
+        print_text(options, which, result);
+        if (png.is_wanted() && result.measures.finite) {
+            std::cout << "  picture         " << png.path().string() << '\n';
+        }
+        if (csv.is_wanted()) { std::cout << "  measures        " << csv.path().string() << '\n'; }
+    }
+    if (!result.measures.finite) {
+        throw demos::Error(std::string(which.name) + " on " + engine->name() + " is no longer finite after frame " +
+                           std::to_string(result.frames));
+    }
+    return 0;
+}
+
+} // namespace app

@@ -1,0 +1,41 @@
+#ifndef PLIANT_APP_COMMANDS_H
+#define PLIANT_APP_COMMANDS_H
+
+// The subcommands. Each returns the exit status; failures are thrown as demos::Error.
+
+#include <string>
+#include <vector>
+
+namespace app {
+
+struct ListOptions {
+    bool json = false;
+};
+
+struct RunOptions {
+    std::string scene, engine = "pliant";
+    bool reference = false;
+    int frames = 0; // 0: the scene's picture frame
+    std::string mesh_file, tetra_base, png_file, csv_file;
+    bool json = false;
+};
+
+struct CompareOptions {
+    std::vector<std::string> scenes;
+    int frames = 300;
+    std::string csv_file;
+    bool json = false;
+};
+
+struct DemoOptions {
+    std::string folder = "pliant-demo";
+    int frames = 300;
+};
+
+int run_list(const ListOptions& options);
+int run_scene(const RunOptions& options);
+int run_compare(const CompareOptions& options);
+int run_demo(const DemoOptions& options);
+
+} // namespace app
+#endif

@@ -1,0 +1,122 @@
+// The program `pliant`: reads the command line, runs one subcommand, and turns every failure into one line on stderr
+// and an exit status (1: the work failed, 2: the command line is wrong).
+
+#include "commands.h"
+
+#include "../engines/engine.h"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <iostream>
+#include <new>
+#include <string>
+#include <vector>
+
+using app::CompareOptions;
+using app::DemoOptions;
+using app::ListOptions;
+using app::RunOptions;
+
+static constexpr int most_frames = 1000000;
+
+static void add_frames(CLI::App* command, int& frames, const std::string& text) {
+    command->add_option("--frames", frames, text)->check(CLI::Range(1, most_frames).description(""))->type_name("N");
+}
+
+static void add_json(CLI::App* command, bool& json) {
+    command->add_flag("--json", json, "Print one JSON document instead of text");
+}
+
+static void add_list(CLI::App& program, ListOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("list", "List the scenes");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_list(options); }; });
+}
+
+static void add_run(CLI::App& program, RunOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("run", "Run a scene and measure it");
+    command->add_option("scene", options.scene, "Name of the scene, as `pliant list` shows it")
+        ->required()
+        ->type_name("SCENE");
+    command->add_option("--engine", options.engine, "Engine to run it with: pliant (default) or bullet")
+        ->check(CLI::IsMember({"pliant", "bullet"}).description(""))
+        ->type_name("NAME");
+    command->add_flag("--reference", options.reference, "Pliant as for comparisons: with Bullet's sampled distances");
+    add_frames(command, options.frames, "Frames of 1/60 s (default: up to the scene's picture)");
+    command->add_option("--mesh", options.mesh_file, "OBJ file in place of the scene's triangle mesh")
+        ->type_name("FILE");
+    command->add_option("--tetra", options.tetra_base, "BASE.node and BASE.ele in place of the scene's tetrahedra")
+        ->type_name("BASE");
+    command->add_option("--png", options.png_file, "Write a picture of the last frame")->type_name("FILE");
+    command->add_option("--csv", options.csv_file, "Write one line of measures per frame")->type_name("FILE");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_scene(options); }; });
+}
+
+static void add_compare(CLI::App& program, CompareOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("compare", "Measure how far Pliant is from Bullet's btSoftBody");
+    command->add_option("scenes", options.scenes, "Names of scenes, or all")->required()->type_name("SCENE");
+    add_frames(command, options.frames, "Frames of 1/60 s (default: 300)");
+    command->add_option("--csv", options.csv_file, "Write one line per scene")->type_name("FILE");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_compare(options); }; });
+}
+
+static void add_demo(CLI::App& program, DemoOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("demo", "Run four scenes on both engines and make a page of pictures");
+    command->add_option("--out", options.folder, "Folder for the page and its pictures (default: pliant-demo)")
+        ->type_name("DIR");
+    add_frames(command, options.frames, "Frames of 1/60 s to measure (default: 300)");
+    command->callback([&] { chosen = [&] { return app::run_demo(options); }; });
+}
+
+static int fail(const std::string& reason, int status) {
+    std::cout.flush();
+    const std::string line = reason.substr(0, reason.find('\n'));
+    std::fprintf(stderr, "pliant: %s\n", line.c_str());
+    return status;
+}
+
+// What is wrong with the command line, and where to read more.
+static std::string usage_problem(CLI::App& program, const CLI::ParseError& error, int argument_count,
+                                 char** arguments) {
+    const std::vector<CLI::App*> named = program.get_subcommands();
+    if (!named.empty()) { return error.what() + (" (see pliant " + named.front()->get_name() + " --help)"); }
+    const std::string first = argument_count > 1 ? arguments[1] : "";
+    const bool is_word = !first.empty() && first[0] != '-';
+    return (is_word ? "there is no subcommand named " + first : error.what()) + " (see pliant --help)";
+}
+
+static int run_program(int argument_count, char** arguments) {
+    ListOptions list;
+    RunOptions run;
+    CompareOptions compare;
+    DemoOptions demo;
+    std::function<int()> chosen;
+    CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
+    program.set_version_flag("--version", "pliant " APP_VERSION);
+    program.require_subcommand(1);
+    add_list(program, list, chosen);
+    add_run(program, run, chosen);
+    add_compare(program, compare, chosen);
+    add_demo(program, demo, chosen);
+    try {
+        program.parse(argument_count, arguments);
+    } catch (const CLI::Success& request) { // --help, --version
+        return program.exit(request);
+    } catch (const CLI::ParseError& error) { return fail(usage_problem(program, error, argument_count, arguments), 2); }
+    const int status = chosen();
+    if (!std::cout.flush()) { throw demos::Error("standard output cannot be written"); }
+    return status;
+}
+
+int main(int argument_count, char** arguments) {
+    try {
+        return run_program(argument_count, arguments);
+    } catch (const std::bad_alloc&) { return fail("out of memory", 1); } catch (const std::exception& error) {
+        return fail(error.what(), 1);
+    }
+}

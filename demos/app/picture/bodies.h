@@ -1,0 +1,33 @@
+#ifndef DEMOS_PICTURE_BODIES_H
+#define DEMOS_PICTURE_BODIES_H
+
+// What the bodies of a snapshot look like.
+
+#include "geometry.h"
+#include "picture.h"
+
+namespace picture {
+
+// Soft nodes, and every rigid body's bounds with whether it is part of the surroundings (ground, walls).
+struct Extent {
+    Box soft;
+    std::vector<pli_vec3> soft_points;
+    struct Rigid {
+        Box bounds;
+        bool is_static;
+    };
+    std::vector<Rigid> rigids;
+};
+
+// Throws demos::Error when a node is not finite.
+Extent measure_extent(const Snapshot& snapshot);
+
+// A static body much larger than the soft bodies, drawn as ground.
+bool is_ground(const Extent::Rigid& rigid, const Box& soft);
+
+// `soft`: bounds of all soft bodies that the picture shows; `pixel`: size of a pixel of the final picture at the
+// middle of the scene, m, below which nothing is drawn thin.
+std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel);
+
+} // namespace picture
+#endif

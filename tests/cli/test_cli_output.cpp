@@ -1,0 +1,153 @@
+// What the subcommands print and write when all goes well.
+
+#include "program_run.h"
+
+#include "check.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <vector>
+
+using cli::scratch;
+using nlohmann::json;
+
+static std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) {
+        lines.push_back(line);
+    }
+    return lines;
+}
+
+static void expect_keys(const json& object, const std::vector<std::string>& keys) {
+    for (const std::string& key : keys) {
+        if (!object.contains(key)) { fail_msg("no key %s in %s", key.c_str(), object.dump().c_str()); }
+    }
+}
+
+static void test_cli_help_of_everything(void**) {
+    for (const char* command : {"", "list ", "run ", "compare ", "demo "}) {
+        const cli::Result result = cli::run(command + std::string("--help"));
+        assert_int_equal(result.status, 0);
+        assert_true(result.output.find("Usage: pliant " + std::string(command)) != std::string::npos);
+        assert_string_equal(result.errors.c_str(), "");
+    }
+    assert_string_equal(cli::run("--version").output.c_str(), "pliant 0.1.0\n");
+}
+
+static void test_cli_list_names_every_scene(void**) {
+    const json document = cli::run_json("list --json");
+    const json& scenes = document.at("scenes");
+    const std::vector<std::string> text = lines_of(cli::run("list").output);
+    assert_int_equal(text.size(), scenes.size());
+    std::set<std::string> names;
+    for (size_t i = 0; i < scenes.size(); ++i) {
+        expect_keys(scenes[i], {"name", "summary", "takes_mesh", "takes_tetra", "picture_frame"});
+        const std::string name = scenes[i].at("name");
+        assert_true(text[i].rfind(name + " ", 0) == 0);
+        names.insert(name);
+    }
+    assert_int_equal(names.size(), scenes.size());
+    for (const char* name :
+         {"Cloth",   "Pressure",         "Volume",     "Ropes",    "RopeAttach", "ClothAttach", "Sticks",
+          "Bending", "CapsuleCollision", "Collide",    "Collide2", "Collide3",   "Impact",      "Aero",
+          "Aero2",   "Friction",         "TorusMatch", "Bunny",    "BunnyMatch", "Torus"}) {
+        assert_true(names.count(name) == 1);
+    }
+}
+
+static void test_cli_run_prints_measures(void**) {
+    for (const char* engine : {"bullet", "pliant"}) {
+        const json run = cli::run_json("run bunny --frames 3 --json --engine " + std::string(engine));
+        expect_keys(run, {"scene", "engine", "solver", "frames", "nodes", "links", "faces", "tetras", "clusters",
+                          "ms_per_step", "finite", "max_stretch", "kinetic_energy", "state_hash"});
+        assert_string_equal(run.at("scene").get<std::string>().c_str(), "Bunny");
+        assert_string_equal(run.at("engine").get<std::string>().c_str(), engine);
+        assert_string_equal(run.at("solver").get<std::string>().c_str(), "bullet");
+        assert_int_equal(run.at("frames").get<int>(), 3);
+        assert_int_equal(run.at("nodes").get<int>(), 453);
+        assert_int_equal(run.at("faces").get<int>(), 902);
+        assert_true(run.at("finite").get<bool>());
+        assert_true(run.at("ms_per_step").get<double>() > 0.0);
+        assert_true(run.at("kinetic_energy").get<double>() > 0.0);
+        const std::string hash = run.at("state_hash");
+        assert_int_equal(hash.size(), 16);
+        assert_true(hash.find_first_not_of("0123456789abcdef") == std::string::npos);
+        const json again = cli::run_json("run Bunny --frames 3 --json --engine " + std::string(engine));
+        assert_string_equal(again.at("state_hash").get<std::string>().c_str(), hash.c_str());
+    }
+}
+
+static void test_cli_run_without_frames_goes_to_the_picture(void**) {
+    const json list = cli::run_json("list --json");
+    for (const json& each : list.at("scenes")) {
+        if (each.at("name") != "Bending") { continue; }
+        assert_int_equal(cli::run_json("run Bending --json").at("frames").get<int>(),
+                         each.at("picture_frame").get<int>());
+    }
+}
+
+static void test_cli_run_takes_a_mesh(void**) {
+    const std::string file = scratch("tetrahedron.obj");
+    cli::write_file(file, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    const json run = cli::run_json("run TorusMatch --frames 2 --json --mesh " + file);
+    assert_int_equal(run.at("nodes").get<int>(), 4);
+    assert_int_equal(run.at("faces").get<int>(), 4);
+    assert_int_equal(run.at("links").get<int>(), 6);
+}
+
+static void test_cli_run_writes_csv(void**) {
+    const std::string file = scratch("run.csv");
+    cli::write_file(file, "replaced");
+    assert_int_equal(cli::run("run Bending --engine bullet --frames 5 --csv " + file).status, 0);
+    const std::vector<std::string> lines = lines_of(cli::read_file(file));
+    assert_int_equal(lines.size(), 6);
+    assert_string_equal(lines[0].c_str(), "frame,time_s,ms,kinetic_energy_J,max_stretch,center_x,center_y,center_z");
+    for (size_t i = 1; i < lines.size(); ++i) {
+        assert_int_equal(std::count(lines[i].begin(), lines[i].end(), ','), 7);
+        assert_true(lines[i].rfind(std::to_string(i) + ",", 0) == 0);
+    }
+}
+
+static void test_cli_compare_prints_measures(void**) {
+    const std::string file = scratch("compare.csv");
+    const json document = cli::run_json("compare Bending aero2 Bending --frames 30 --json --csv " + file);
+    const json& scenes = document.at("scenes");
+    assert_int_equal(scenes.size(), 2);
+    for (const json& row : scenes) {
+        expect_keys(row, {"scene", "nodes", "one_step", "free_run", "time_ratio"});
+        expect_keys(row.at("one_step"), {"frames", "median", "p99", "maximum", "bit_equal_share",
+                                         "frames_with_lone_contacts", "frames_above_limit", "unexplained_frames"});
+        expect_keys(row.at("free_run"), {"error_30", "error_60", "error_300"});
+        assert_int_equal(row.at("one_step").at("frames").get<int>(), 30);
+        assert_true(row.at("free_run").at("error_30").is_number());
+        assert_true(row.at("free_run").at("error_300").is_null());
+    }
+    assert_string_equal(scenes[1].at("scene").get<std::string>().c_str(), "Aero2");
+    const std::vector<std::string> lines = lines_of(cli::read_file(file));
+    assert_int_equal(lines.size(), 3);
+    const auto commas = std::count(lines[0].begin(), lines[0].end(), ',');
+    for (const std::string& line : lines) {
+        assert_int_equal(std::count(line.begin(), line.end(), ','), commas);
+    }
+
+    const cli::Result text = cli::run("compare Bending --frames 2");
+    assert_int_equal(text.status, 0);
+    assert_true(text.output.find("Bending") != std::string::npos && text.output.find("bit-equal") != std::string::npos);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_cli_help_of_everything),
+        cmocka_unit_test(test_cli_list_names_every_scene),
+        cmocka_unit_test(test_cli_run_prints_measures),
+        cmocka_unit_test(test_cli_run_without_frames_goes_to_the_picture),
+        cmocka_unit_test(test_cli_run_takes_a_mesh),
+        cmocka_unit_test(test_cli_run_writes_csv),
+        cmocka_unit_test(test_cli_compare_prints_measures),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
