@@ -22,7 +22,7 @@ static void capsule_collision_build(scene_builder* builder) {
     def.solver.position_iterations = 10;
     def.solver.drift_iterations = 10;
     scene_add_soft(builder, mesh, &def);
-    scene_set_camera(builder, (scene_camera){{0, 2, 0}, 20, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, 3.5f, 0}, 15, 27, -20});
 }
 
 const scene scene_capsule_collision = {

@@ -17,12 +17,12 @@ static void cloth_attach_build(scene_builder* builder) {
     const int box_index = scene_add_rigid(builder, &box);
     scene_add_anchor(builder, cloth, 0, box_index, false, 1);
     scene_add_anchor(builder, cloth, 8, box_index, false, 1);
-    scene_set_camera(builder, (scene_camera){{0, 0, -2}, 32, 50, -14});
+    scene_set_camera(builder, (scene_camera){{0, 2, -3}, 27, 50, -14});
 }
 
 const scene scene_cloth_attach = {
     .name = "ClothAttach",
     .summary = "A box swings on a sheet that is held at the other side.",
-    .picture_frame = 60,
+    .picture_frame = 45,
     .build = cloth_attach_build,
 };

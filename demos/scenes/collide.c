@@ -44,7 +44,7 @@ static void collide_bunnies_build(scene_builder* builder) {
         scene_check(builder, pli_mesh_set_total_mass_from_faces(mesh, 100));
         scene_add_soft(builder, mesh, &def);
     }
-    scene_set_camera(builder, (scene_camera){{0, 8, 0}, 60, 27, -12});
+    scene_set_camera(builder, (scene_camera){{0, -4, 0}, 34, 27, -14});
 }
 
 static void collide_sheets_build(scene_builder* builder) {
@@ -78,7 +78,7 @@ const scene scene_collide2 = {
     .name = "Collide2",
     .summary = "Three bunnies fall on each other.",
     .takes_mesh = true,
-    .picture_frame = 150,
+    .picture_frame = 200,
     .build = collide_bunnies_build,
 };
 

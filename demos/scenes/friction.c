@@ -26,12 +26,12 @@ static void friction_build(scene_builder* builder) {
         const int box = scene_add_soft(builder, mesh, &def);
         scene_set_velocity(builder, box, pli_vec3_make(0, 0, -10));
     }
-    scene_set_camera(builder, (scene_camera){{0, -10, 28}, 52, 20, -24});
+    scene_set_camera(builder, (scene_camera){{0, -10, 14}, 48, 10, -34});
 }
 
 const scene scene_friction = {
     .name = "Friction",
     .summary = "Twenty soft boxes slide; friction grows from one to the next.",
-    .picture_frame = 120,
+    .picture_frame = 300,
     .build = friction_build,
 };

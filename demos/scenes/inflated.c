@@ -16,7 +16,7 @@ static pli_mesh* inflated_skin(scene_builder* builder, float linear_stiffness, f
 static void inflated_surroundings(scene_builder* builder) {
     part_plate(builder);
     part_stair(builder);
-    scene_set_camera(builder, (scene_camera){{20, 8, 0}, 52, 27, -20});
+    scene_set_camera(builder, (scene_camera){{18, 10, 0}, 56, 27, -20});
 }
 
 static void pressure_build(scene_builder* builder) {
@@ -43,7 +43,7 @@ const scene scene_pressure = {
     .name = "Pressure",
     .summary = "A balloon falls on a stair and bounces down.",
     .takes_mesh = true,
-    .picture_frame = 140,
+    .picture_frame = 230,
     .build = pressure_build,
 };
 
@@ -51,6 +51,6 @@ const scene scene_volume = {
     .name = "Volume",
     .summary = "A skin that keeps its volume falls on a stair.",
     .takes_mesh = true,
-    .picture_frame = 140,
+    .picture_frame = 200,
     .build = volume_build,
 };

@@ -40,7 +40,7 @@ static void rope_attach_build(scene_builder* builder) {
     for (int i = 0; i < 2; ++i) {
         scene_add_anchor(builder, ropes[i], 9, box_index, false, 1);
     }
-    scene_set_camera(builder, (scene_camera){{4, 2, 0}, 42, 20, -12});
+    scene_set_camera(builder, (scene_camera){{4, 2, 0}, 34, 20, -12});
 }
 
 static void impact_build(scene_builder* builder) {
@@ -56,7 +56,7 @@ static void impact_build(scene_builder* builder) {
     box.mass = 10;
     box.pose.origin = pli_vec3_make(0, 20, 0);
     scene_add_rigid(builder, &box);
-    scene_set_camera(builder, (scene_camera){{0, 2, 0}, 30, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, 0, 0}, 18, 27, -20});
 }
 
 const scene scene_ropes = {
@@ -69,13 +69,13 @@ const scene scene_ropes = {
 const scene scene_rope_attach = {
     .name = "RopeAttach",
     .summary = "A heavy box swings on two ropes.",
-    .picture_frame = 60,
+    .picture_frame = 90,
     .build = rope_attach_build,
 };
 
 const scene scene_impact = {
     .name = "Impact",
-    .summary = "A box falls on a rope of two nodes, which swings away.",
-    .picture_frame = 100,
+    .summary = "A box falls on the pinned end of a rope of two nodes and comes to rest there.",
+    .picture_frame = 150,
     .build = impact_build,
 };

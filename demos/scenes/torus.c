@@ -9,7 +9,7 @@ static void torus_place(scene_builder* builder, pli_mesh* mesh) {
     scene_check(builder, pli_mesh_transform(mesh, pose));
     scene_check(builder, pli_mesh_scale(mesh, pli_vec3_make(2, 2, 2)));
     scene_check(builder, pli_mesh_set_total_mass_from_faces(mesh, 50));
-    scene_set_camera(builder, (scene_camera){{0, -4, 0}, 28, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, -7, 0}, 22, 27, -20});
 }
 
 static void torus_build(scene_builder* builder) {
@@ -38,7 +38,7 @@ const scene scene_torus = {
     .name = "Torus",
     .summary = "A torus with bending links falls to the ground.",
     .takes_mesh = true,
-    .picture_frame = 130,
+    .picture_frame = 110,
     .build = torus_build,
 };
 
@@ -46,6 +46,6 @@ const scene scene_torus_match = {
     .name = "TorusMatch",
     .summary = "A torus that is pulled back to its shape falls to the ground.",
     .takes_mesh = true,
-    .picture_frame = 130,
+    .picture_frame = 110,
     .build = torus_match_build,
 };
