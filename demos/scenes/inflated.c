@@ -41,7 +41,7 @@ static void volume_build(scene_builder* builder) {
 
 const scene scene_pressure = {
     .name = "Pressure",
-    .summary = "A balloon falls on a stair and bounces down.",
+    .summary = "A balloon full of gas falls on a stair.",
     .takes_mesh = true,
     .picture_frame = 230,
     .build = pressure_build,

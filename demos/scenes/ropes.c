@@ -56,7 +56,7 @@ static void impact_build(scene_builder* builder) {
     box.mass = 10;
     box.pose.origin = pli_vec3_make(0, 20, 0);
     scene_add_rigid(builder, &box);
-    scene_set_camera(builder, (scene_camera){{0, 0, 0}, 18, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, 0.5f, 0}, 19, 27, -20});
 }
 
 const scene scene_ropes = {
