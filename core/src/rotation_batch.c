@@ -13,11 +13,11 @@
 #define ROTATION_FLAT 1e-7       /* least slope: at a double root there is only rounding left */
 #define ROTATION_SMALL_STEP 1e-4 /* the next one, of a cubic iteration, is below 1e-8 */
 #define ROTATION_TINY 1e-100
+#define ROTATION_HUGE 1e100
 
-/* Of a matrix of norm 1, in the order of rows, and a unit start; all zero matrices keep the start. */
 typedef struct rotation_block {
-    double matrix[9][LANES];
-    double start[4][LANES]; /* w, x, y, z */
+    double matrix[9][LANES]; /* in the order of rows; normed in place, zero when useless */
+    double start[4][LANES];  /* w, x, y, z; normed in place, identity when useless */
     double result[4][LANES];
     double c1[LANES], c0[LANES]; /* of the characteristic polynomial */
     double root[LANES], step[LANES];
@@ -33,6 +33,41 @@ static inline double rotation_laguerre(double x, double c1, double c0) {
     const double slope = p1 + sqrt(squared > 0.0 ? squared : 0.0);
     const double step = 4.0 * p / (slope > ROTATION_FLAT ? slope : ROTATION_FLAT);
     return p > 0.0 ? x - step : x;
+}
+
+/* 1 / sqrt(squared), 0 where that is not a positive number. */
+static inline double rotation_inverse_length(double squared) {
+    const double inverse = 1.0 / sqrt(squared > 0.0 ? squared : 1.0);
+    const double bounded = squared < ROTATION_HUGE ? inverse : 0.0;
+    return squared > 0.0 ? bounded : 0.0;
+}
+
+/* Squares of floats neither overflow nor vanish in double. Zero matrices lead to the start. */
+static void rotation_norm(rotation_block* restrict block) {
+    double squared[LANES] = {0.0}, scale[LANES];
+    for (int k = 0; k < 9; ++k) {
+        for (int i = 0; i < LANES; ++i) {
+            squared[i] += block->matrix[k][i] * block->matrix[k][i];
+        }
+    }
+    for (int i = 0; i < LANES; ++i) {
+        scale[i] = rotation_inverse_length(squared[i]);
+    }
+    for (int k = 0; k < 9; ++k) {
+        for (int i = 0; i < LANES; ++i) {
+            const double scaled = block->matrix[k][i] * scale[i];
+            block->matrix[k][i] = scale[i] > 0.0 ? scaled : 0.0;
+        }
+    }
+    for (int i = 0; i < LANES; ++i) {
+        const double w = block->start[0][i], x = block->start[1][i], y = block->start[2][i], z = block->start[3][i];
+        const double start_scale = rotation_inverse_length(w * w + x * x + y * y + z * z);
+        const double sw = w * start_scale, sx = x * start_scale, sy = y * start_scale, sz = z * start_scale;
+        block->start[0][i] = start_scale > 0.0 ? sw : 1.0;
+        block->start[1][i] = start_scale > 0.0 ? sx : 0.0;
+        block->start[2][i] = start_scale > 0.0 ? sy : 0.0;
+        block->start[3][i] = start_scale > 0.0 ? sz : 0.0;
+    }
 }
 
 /* The largest eigenvalue by a few steps, which is enough for most. */
@@ -51,7 +86,6 @@ static void rotation_find_root(rotation_block* restrict block) {
 
         /* The sum of the singular values, squared, is 1 plus twice the sum of their products. */
         double x = sqrt(1.0 + 3.4641016151377544 * sqrt(cofactors));
-        x = rotation_laguerre(x, c1, c0);
         x = rotation_laguerre(x, c1, c0);
         x = rotation_laguerre(x, c1, c0);
         const double next = rotation_laguerre(x, c1, c0);
@@ -73,6 +107,7 @@ static void rotation_refine_root(rotation_block* restrict block) {
     for (int i = 0; i < LANES; ++i) {
         const double c1 = block->c1[i], c0 = block->c0[i];
         double x = block->root[i];
+        x = rotation_laguerre(x, c1, c0);
         x = rotation_laguerre(x, c1, c0);
         x = rotation_laguerre(x, c1, c0);
         x = rotation_laguerre(x, c1, c0);
@@ -154,32 +189,16 @@ static void rotation_find_quaternion(rotation_block* restrict block) {
     }
 }
 
-/* Scaled to norm 1. False, and zero, for a matrix without a direction. */
-static bool rotation_load_matrix(rotation_block* block, int lane, pli_mat3 m) {
-    const double value[9] = {(double)m.rows[0].x, (double)m.rows[0].y, (double)m.rows[0].z,
-                             (double)m.rows[1].x, (double)m.rows[1].y, (double)m.rows[1].z,
-                             (double)m.rows[2].x, (double)m.rows[2].y, (double)m.rows[2].z};
-    double squared = 0.0;
-    for (int k = 0; k < 9; ++k) {
-        squared += value[k] * value[k]; /* floats: neither overflows nor vanishes */
+static void rotation_load(rotation_block* block, int lane, pli_mat3 m, pli_quat q) {
+    for (int k = 0; k < 3; ++k) {
+        block->matrix[3 * k][lane] = (double)m.rows[k].x;
+        block->matrix[3 * k + 1][lane] = (double)m.rows[k].y;
+        block->matrix[3 * k + 2][lane] = (double)m.rows[k].z;
     }
-    const bool is_usable = squared > 0.0 && isfinite(squared);
-    const double scale = is_usable ? 1.0 / sqrt(squared) : 0.0;
-    for (int k = 0; k < 9; ++k) {
-        block->matrix[k][lane] = is_usable ? value[k] * scale : 0.0;
-    }
-    return is_usable;
-}
-
-static void rotation_load_start(rotation_block* block, int lane, pli_quat q) {
-    const double w = (double)q.w, x = (double)q.x, y = (double)q.y, z = (double)q.z;
-    const double squared = w * w + x * x + y * y + z * z;
-    const bool is_usable = squared > 0.0 && isfinite(squared);
-    const double scale = is_usable ? 1.0 / sqrt(squared) : 0.0;
-    block->start[0][lane] = is_usable ? w * scale : 1.0;
-    block->start[1][lane] = is_usable ? x * scale : 0.0;
-    block->start[2][lane] = is_usable ? y * scale : 0.0;
-    block->start[3][lane] = is_usable ? z * scale : 0.0;
+    block->start[0][lane] = (double)q.w;
+    block->start[1][lane] = (double)q.x;
+    block->start[2][lane] = (double)q.y;
+    block->start[3][lane] = (double)q.z;
 }
 
 static pli_mat3 rotation_matrix(double w, double x, double y, double z) {
@@ -197,18 +216,17 @@ void plii_rotation_batch(int count, const pli_mat3* matrices, pli_quat* quaterni
     for (int begin = 0; begin < count; begin += LANES) {
         const int lane_count = count - begin < LANES ? count - begin : LANES;
         rotation_block block;
-        bool is_usable[LANES];
         for (int i = 0; i < LANES; ++i) {
             const int source = begin + (i < lane_count ? i : 0); /* surplus lanes repeat the first */
-            is_usable[i] = rotation_load_matrix(&block, i, matrices[source]);
-            rotation_load_start(&block, i, quaternions[source]);
+            rotation_load(&block, i, matrices[source], quaternions[source]);
         }
+        rotation_norm(&block);
         rotation_find_root(&block);
         rotation_refine_root(&block);
         rotation_find_quaternion(&block);
         for (int i = 0; i < lane_count; ++i) {
-            double(*const q)[LANES] = is_usable[i] ? block.result : block.start;
-            const double w = q[0][i], x = q[1][i], y = q[2][i], z = q[3][i];
+            const double w = block.result[0][i], x = block.result[1][i];
+            const double y = block.result[2][i], z = block.result[3][i];
             quaternions[begin + i] = (pli_quat){.x = (float)x, .y = (float)y, .z = (float)z, .w = (float)w};
             if (rotations != NULL) { rotations[begin + i] = rotation_matrix(w, x, y, z); }
         }
