@@ -11,6 +11,7 @@
 #include "body_impl.h"
 #include "box_tree.h"
 #include "closest_point.h"
+#include "fat_box.h"
 #include "permutation.h"
 #include "pliant/contact.h"
 #include "world_impl.h"
@@ -85,16 +86,6 @@ static void soft_contacts_start_boxes(const pli_body* body, soft_contacts_state*
     state->has_boxes = true;
 }
 
-/* btDbvt::update: a stored box is replaced only when it does not hold the new one, and then by a larger one. */
-static void soft_contacts_update_box(pli_bounds* stored, pli_bounds box, pli_vec3 motion, float margin) {
-    if (plii_bounds_contain(*stored, box)) { return; }
-    box = plii_bounds_grow(box, margin);
-    *(motion.x > 0.0f ? &box.max.x : &box.min.x) += motion.x;
-    *(motion.y > 0.0f ? &box.max.y : &box.min.y) += motion.y;
-    *(motion.z > 0.0f ? &box.max.z : &box.min.z) += motion.z;
-    *stored = box;
-}
-
 static void soft_contacts_update_boxes(const pli_body* body, soft_contacts_state* state, const plii_step* step) {
     const float margin = body->collision_margin;
     const float slack = margin * 0.25f;
@@ -102,17 +93,17 @@ static void soft_contacts_update_boxes(const pli_body* body, soft_contacts_state
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = soft_contacts_position(body, i);
         const pli_bounds box = {x, x};
-        soft_contacts_update_box(&state->node_boxes[i], plii_bounds_grow(box, margin),
-                                 pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
+        plii_fat_box_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
+                            pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
         const int* face = body->topology->faces[i];
         const pli_vec3 sum =
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
                          plii_xyz(body->velocities[face[2]]));
-        soft_contacts_update_box(&state->face_boxes[i],
-                                 plii_bounds_grow(soft_contacts_face_bounds(body->positions, face), margin),
-                                 pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
+        plii_fat_box_update(&state->face_boxes[i],
+                            plii_bounds_grow(soft_contacts_face_bounds(body->positions, face), margin),
+                            pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
     }
 }
 

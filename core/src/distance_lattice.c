@@ -201,6 +201,12 @@ static void lattice_distances(const void* user, int count, const pli_vec3* point
     }
 }
 
+/* The core is that of the source; only distances are sampled. */
+static pli_vec3 lattice_support(const void* user, pli_vec3 direction) {
+    const pli_shape* source = ((const lattice_data*)user)->source;
+    return source->def.support(source->def.user, direction);
+}
+
 /* The surface of the interpolant may lie outside that of the source by less than a voxel. */
 static pli_bounds lattice_bounds(const void* user) {
     const lattice_data* lattice = user;
@@ -229,6 +235,8 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
     pli_shape_def def = pli_shape_def_default();
     def.distances = lattice_distances;
     def.bounds = lattice_bounds;
+    if (source->def.support != NULL) { def.support = lattice_support; }
+    def.radius = source->def.radius;
     def.destroy = lattice_destroy;
     const pli_status status = plii_shape_create_owning(context, &def, &lattice, sizeof lattice, __func__, shape);
     if (status != PLI_OK) {

@@ -16,5 +16,6 @@ bool plii_edge_set_create(pli_context* context, size_t max_edges, plii_edge_set*
 void plii_edge_set_destroy(plii_edge_set* set);
 /* True when the edge was not there before. At most `max_edges` different edges, node indices >= 0. */
 bool plii_edge_set_insert(plii_edge_set* set, int a, int b);
+bool plii_edge_set_contains(const plii_edge_set* set, int a, int b);
 
 #endif

@@ -105,6 +105,7 @@ typedef struct plii_feature_class {
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
     void (*forget_body)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
+    void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
     void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
     size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
 

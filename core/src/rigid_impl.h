@@ -46,6 +46,13 @@ static inline void plii_rigid_apply_impulse(pli_rigid* rigid, pli_vec3 impulse, 
         pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
 }
 
+/* btRigidBody::applyTorqueImpulse. */
+static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 impulse) {
+    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, impulse);
+    rigid->state.angular_velocity =
+        pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
+}
+
 /* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
    (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
 pli_mat3 plii_impulse_matrix(float dt, float point_inverse_mass, float rigid_inverse_mass,

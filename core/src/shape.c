@@ -58,6 +58,10 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
     }
     if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
     if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }
+    if (!(def->radius >= 0.0f) || !plii_is_finite(def->radius)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "def->radius is %g, negative or not finite",
+                         (double)def->radius);
+    }
     return shape_allocate(context, def, __func__, shape);
 }
 

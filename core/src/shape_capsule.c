@@ -39,9 +39,8 @@ static pli_bounds capsule_bounds(const void* user) {
 
 static pli_vec3 capsule_support(const void* user, pli_vec3 direction) {
     const capsule_data* capsule = user;
-    const pli_vec3 end = pli_vec3_dot(direction, capsule->half_segment) < 0.0f ? pli_vec3_neg(capsule->half_segment)
-                                                                               : capsule->half_segment;
-    return pli_vec3_add(end, pli_vec3_scale(plii_vec3_safe_normalize(direction), capsule->radius));
+    return pli_vec3_dot(direction, capsule->half_segment) < 0.0f ? pli_vec3_neg(capsule->half_segment)
+                                                                 : capsule->half_segment;
 }
 
 pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment, float radius, pli_shape** shape) {
@@ -61,5 +60,6 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
     def.distances = capsule_distances;
     def.bounds = capsule_bounds;
     def.support = capsule_support;
+    def.radius = radius;
     return plii_shape_create_owning(context, &def, &capsule, sizeof capsule, __func__, shape);
 }

@@ -83,7 +83,7 @@ static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
             farthest = i;
         }
     }
-    return pli_vec3_add(hull->points[farthest], pli_vec3_scale(plii_vec3_safe_normalize(direction), hull->radius));
+    return hull->points[farthest];
 }
 
 // ------------------------------------------------------------------------------------------------------ building
@@ -216,6 +216,7 @@ static pli_status hull_create(pli_context* context, const plii_convex_hull* sour
         def.distances = hull_distances;
         def.bounds = hull_bounds;
         def.support = hull_support;
+        def.radius = radius;
         def.destroy = hull_destroy;
         status = plii_shape_create_owning(context, &def, &made, sizeof made, function, shape);
     }

@@ -29,7 +29,9 @@ static pli_bounds sphere_bounds(const void* user) {
 }
 
 static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
-    return pli_vec3_scale(plii_vec3_safe_normalize(direction), ((const sphere_data*)user)->radius);
+    (void)user;
+    (void)direction;
+    return pli_vec3_make(0, 0, 0);
 }
 
 pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape) {
@@ -41,5 +43,6 @@ pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape
     def.distances = sphere_distances;
     def.bounds = sphere_bounds;
     def.support = sphere_support;
+    def.radius = radius;
     return plii_shape_create_owning(context, &def, &sphere, sizeof sphere, __func__, shape);
 }

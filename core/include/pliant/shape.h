@@ -22,8 +22,10 @@ typedef struct pli_shape_def {
                       pli_vec3* normals);
     /// The local bounds; infinite components are allowed. Required.
     pli_bounds (*bounds)(const void* user);
-    /// The farthest point along a direction; NULL for shapes that are not convex.
+    /// The farthest point of the core along a unit direction; NULL for shapes that are not convex. The shape is all
+    /// that lies within `radius` of the core.
     pli_vec3 (*support)(const void* user, pli_vec3 direction);
+    float radius; ///< m, >= 0, default 0
     /// Called when the last reference goes; may be NULL.
     void (*destroy)(void* user);
     uint32_t cookie; ///< set by the default function

@@ -1,0 +1,60 @@
+#ifndef PLII_CLUSTER_IMPL_H
+#define PLII_CLUSTER_IMPL_H
+
+/* Clusters as joints and contacts see them. */
+
+#include "body_impl.h"
+#include "pliant/cluster.h"
+
+typedef struct plii_cluster_member {
+    int node;
+    float mass;    /* kg; that of a pinned node is large, not infinite */
+    pli_vec3 rest; /* from the centre of mass of the rest shape, m */
+} plii_cluster_member;
+
+typedef struct plii_cluster {
+    pli_cluster_settings settings;
+    int first_member, member_count;
+    bool contains_pinned_node;
+    float inverse_mass;
+    pli_mat3 inverse_inertia_local; /* of the rest shape */
+    pli_transform frame;            /* this and what follows is of the step in progress */
+    pli_mat3 inverse_inertia;
+    pli_vec3 linear_velocity, angular_velocity;
+    /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
+    pli_vec3 velocity_impulse, angular_velocity_impulse;
+    pli_vec3 drift_impulse, angular_drift_impulse;
+    int velocity_impulse_count, drift_impulse_count;
+    pli_bounds bounds; /* of the nodes; with as_bullet the box that is kept from step to step */
+    bool has_bounds;
+} plii_cluster;
+
+typedef struct plii_clusters {
+    pli_clusters_def def;
+    plii_cluster* items;
+    int count, capacity;
+    plii_cluster_member* members; /* of all clusters, one after the other */
+    int member_count, member_capacity;
+    pli_vec4* node_sums; /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
+} plii_clusters;
+
+extern const plii_feature_class plii_clusters_class;
+
+/* NULL when clusters are not enabled. */
+plii_clusters* plii_body_clusters(const pli_body* body);
+/* PLI_OK, or the error of a cluster that is not there. */
+pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function);
+
+/* One more cluster with default settings, its rest shape to be taken by plii_clusters_settle. Nodes must be valid. */
+pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count);
+/* Gives the arrays back; settings stay. */
+void plii_clusters_release(pli_body* body, plii_clusters* clusters);
+/* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
+void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
+
+static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
+                                         const plii_cluster* cluster, int member) {
+    return plii_xyz(body->positions[clusters->members[cluster->first_member + member].node]);
+}
+
+#endif

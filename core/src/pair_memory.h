@@ -1,0 +1,36 @@
+#ifndef PLII_PAIR_MEMORY_H
+#define PLII_PAIR_MEMORY_H
+
+/* What pairs of convex sets remember from one step to the next, found by key. Only pairs that were asked for in the
+   last step are kept. */
+
+#include "context.h"
+#include "gjk.h"
+
+typedef struct plii_pair_key {
+    int first, second;
+    const void* other; /* identity of what `second` counts in */
+} plii_pair_key;
+
+typedef struct plii_pair_record {
+    plii_pair_key key;
+    plii_convex_cache cache;
+} plii_pair_record;
+
+typedef struct plii_pair_memory {
+    plii_pair_record* present; /* of this step, in the order of asking */
+    int present_count, present_capacity;
+    plii_pair_record* before; /* of the last step */
+    int before_count, before_capacity;
+    int* table; /* [table_size] index in `before` + 1, 0 = free; open addressing */
+    int table_size, table_capacity;
+} plii_pair_memory;
+
+/* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
+bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
+/* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. */
+plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key);
+void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory);
+size_t plii_pair_memory_bytes(const plii_pair_memory* memory);
+
+#endif
