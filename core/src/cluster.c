@@ -7,22 +7,8 @@
 #include "fat_box.h"
 #include "polar.h"
 #include "rotation_batch.h"
-#include "world_impl.h"
 
-/* Mass of a pinned node: as_bullet an absolute one, else this many times all other masses of the cluster. */
-#define CLUSTER_BULLET_PINNED_MASS 1e18f
-#define CLUSTER_PINNED_MASS_RATIO 1e6
-
-// ------------------------------------------------------------------------------------------------------- the feature
-
-static pli_vec3 cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 sum = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < cluster->member_count; ++i) {
-        sum = pli_vec3_add(sum, pli_vec3_scale(plii_xyz(body->positions[members[i].node]), members[i].mass));
-    }
-    return pli_vec3_scale(sum, cluster->inverse_mass);
-}
+#include <string.h>
 
 static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
                                    pli_vec3 centre) {
@@ -93,27 +79,27 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
 }
 
 /* As Bullet does: one cluster after the other, so that the matching of one is seen by the next. */
-static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first) {
+static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool matches) {
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
-        cluster->frame.origin = cluster_centre(body, clusters, cluster);
+        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
         const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
         cluster->frame.rotation = plii_polar_factor(covariance, cluster->frame.rotation);
         cluster_update_from_frame(body, clusters, cluster);
-        if (cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
+        if (matches && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
         if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
     }
 }
 
 /* Frames of all clusters first, a batch at a time; then matching. */
-static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first) {
+static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first, bool matches) {
     for (int begin = first; begin < clusters->count; begin += PLII_ROTATION_LANES) {
         const int end = begin + PLII_ROTATION_LANES < clusters->count ? begin + PLII_ROTATION_LANES : clusters->count;
         pli_mat3 covariances[PLII_ROTATION_LANES];
         pli_mat3 rotations[PLII_ROTATION_LANES];
         for (int i = begin; i < end; ++i) {
             plii_cluster* cluster = &clusters->items[i];
-            cluster->frame.origin = cluster_centre(body, clusters, cluster);
+            cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
             covariances[i - begin] = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
             rotations[i - begin] = cluster->frame.rotation;
         }
@@ -123,7 +109,7 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
             cluster_update_from_frame(body, clusters, &clusters->items[i]);
         }
     }
-    for (int i = first; i < clusters->count; ++i) {
+    for (int i = first; matches && i < clusters->count; ++i) {
         if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
     }
     for (int i = first; i < clusters->count; ++i) {
@@ -131,17 +117,24 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
     }
 }
 
-static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first) {
+static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool matches) {
     if (clusters->def.as_bullet) {
-        clusters_update_in_order(body, clusters, first);
+        clusters_update_in_order(body, clusters, first, matches);
     } else {
-        clusters_update_in_batches(body, clusters, first);
+        clusters_update_in_batches(body, clusters, first, matches);
     }
+}
+
+void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster_take_rest_shape(body, clusters, &clusters->items[i]);
+    }
+    clusters_update_from(body, clusters, first, false);
 }
 
 static void clusters_update(pli_body* body, void* state, const plii_step* step) {
     (void)step;
-    clusters_update_from(body, state, 0);
+    clusters_update_from(body, state, 0, true);
 }
 
 /* Adds the rigid motion of a cluster to its members' sums. */
@@ -246,6 +239,95 @@ static size_t clusters_bytes(const pli_body* body, const void* state) {
            (clusters->node_sums != NULL ? clusters_node_sums_bytes(body) : 0);
 }
 
+/* The old node that a node of a change of topology goes back to first. */
+static int clusters_root(const plii_topology_change* change, int node) {
+    while (node >= change->old_node_count) {
+        node = change->node_origins[node - change->old_node_count].a;
+    }
+    return node;
+}
+
+/* A new node joins a cluster only where its root is a member: how many members that is at most. */
+static size_t clusters_count_joining(const plii_clusters* clusters, const plii_topology_change* change) {
+    pli_vec4* counts = clusters->node_sums;
+    for (int i = 0; i < clusters->member_count; ++i) {
+        counts[clusters->members[i].node].w += 1.0f;
+    }
+    size_t joining = 0;
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        joining += (size_t)counts[clusters_root(change, i)].w;
+    }
+    for (int i = 0; i < clusters->member_count; ++i) {
+        counts[clusters->members[i].node].w = 0.0f;
+    }
+    return joining;
+}
+
+static int clusters_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                    size_t* sizes) {
+    (void)body;
+    const plii_clusters* clusters = state;
+    if (clusters->node_sums == NULL) { return 0; }
+    const size_t new_nodes = (size_t)(change->node_count - change->old_node_count);
+    sizes[0] = (size_t)change->node_count * sizeof *clusters->node_sums;
+    sizes[1] = new_nodes > 0 ? ((size_t)clusters->member_count + clusters_count_joining(clusters, change)) *
+                                   sizeof *clusters->members
+                             : 0;
+    sizes[2] = (size_t)change->node_count * sizeof(int);
+    return 3;
+}
+
+/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `places`
+   holds for each node its index in the cluster + 1, or 0. Returns the number of members. */
+static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* places) {
+    for (int i = 0; i < count; ++i) {
+        places[members[i].node] = i + 1;
+    }
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
+        const int a = places[origin->a], b = places[origin->b];
+        if (a == 0 || b == 0) { continue; }
+        const pli_vec3 rest = pli_vec3_lerp(members[a - 1].rest, members[b - 1].rest, origin->share);
+        members[count++] = (plii_cluster_member){.node = i, .rest = rest};
+        places[i] = count;
+    }
+    for (int i = 0; i < count; ++i) {
+        places[members[i].node] = 0;
+    }
+    return count;
+}
+
+/* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
+static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    plii_clusters* clusters = state;
+    pli_context* context = body->context;
+    if (clusters->node_sums == NULL) { return; }
+    plii_release(context, clusters->node_sums, (size_t)change->old_node_count * sizeof *clusters->node_sums);
+    clusters->node_sums = blocks[0];
+    if (blocks[1] != NULL) {
+        const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
+        plii_cluster_member* members = blocks[1];
+        int member_count = 0;
+        for (int i = 0; i < clusters->count; ++i) {
+            plii_cluster* cluster = &clusters->items[i];
+            memcpy(&members[member_count], &clusters->members[cluster->first_member],
+                   (size_t)cluster->member_count * sizeof *members);
+            cluster->first_member = member_count;
+            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, blocks[2]);
+            member_count += cluster->member_count;
+        }
+        plii_release(context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
+        clusters->members = members;
+        clusters->member_count = member_count;
+        clusters->member_capacity = (int)capacity;
+    }
+    plii_release(context, blocks[2], (size_t)change->node_count * sizeof(int));
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster_take_masses(body, clusters, &clusters->items[i]);
+    }
+    clusters_update_from(body, clusters, 0, false);
+}
+
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
@@ -254,324 +336,6 @@ const plii_feature_class plii_clusters_class = {
                [PLII_STAGE_FINISH] = {clusters_finish, PLII_ORDER_APPLY_CLUSTERS}},
     .disable = clusters_disable,
     .bytes = clusters_bytes,
+    .topology_blocks = clusters_topology_blocks,
+    .topology_commit = clusters_topology_commit,
 };
-
-// --------------------------------------------------------------------------------------------- masses and rest shape
-
-static void cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
-    double free_mass = 0.0;
-    cluster->contains_pinned_node = false;
-    for (int i = 0; i < cluster->member_count; ++i) {
-        const float inverse_mass = body->positions[members[i].node].w;
-        if (inverse_mass > 0.0f) {
-            free_mass += 1.0 / (double)inverse_mass;
-        } else {
-            cluster->contains_pinned_node = true;
-        }
-    }
-    float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
-    if (!clusters->def.as_bullet) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
-    float total = 0.0f;
-    for (int i = 0; i < cluster->member_count; ++i) {
-        const float inverse_mass = body->positions[members[i].node].w;
-        members[i].mass = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
-        total += members[i].mass;
-    }
-    cluster->inverse_mass = 1.0f / total;
-}
-
-/* Symmetric 3x3 matrix to eigenvalues and orthonormal columns, by Jacobi rotations. */
-static void cluster_eigen(double a[3][3], double vectors[3][3]) {
-    for (int i = 0; i < 3; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            vectors[i][k] = i == k ? 1.0 : 0.0;
-        }
-    }
-    for (int sweep = 0; sweep < 16; ++sweep) {
-        for (int p = 0; p < 2; ++p) {
-            for (int q = p + 1; q < 3; ++q) {
-                if (a[p][q] == 0.0) { continue; }
-                const double theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
-                const double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
-                const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
-                for (int k = 0; k < 3; ++k) {
-                    const double kp = a[k][p], kq = a[k][q];
-                    a[k][p] = c * kp - s * kq;
-                    a[k][q] = s * kp + c * kq;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double pk = a[p][k], qk = a[q][k];
-                    a[p][k] = c * pk - s * qk;
-                    a[q][k] = s * pk + c * qk;
-                }
-                for (int k = 0; k < 3; ++k) {
-                    const double kp = vectors[k][p], kq = vectors[k][q];
-                    vectors[k][p] = c * kp - s * kq;
-                    vectors[k][q] = s * kp + c * kq;
-                }
-            }
-        }
-    }
-}
-
-/* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
-   they have no inertia (Bullet divides by zero there). */
-static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia) {
-    double a[3][3], vectors[3][3];
-    for (int i = 0; i < 3; ++i) {
-        a[i][0] = (double)inertia.rows[i].x;
-        a[i][1] = (double)inertia.rows[i].y;
-        a[i][2] = (double)inertia.rows[i].z;
-    }
-    cluster_eigen(a, vectors);
-    const double largest = fmax(a[0][0], fmax(a[1][1], a[2][2]));
-    double inverse[3][3] = {{0}};
-    for (int k = 0; k < 3; ++k) {
-        if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > 1e-30)) { continue; }
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                inverse[i][j] += vectors[i][k] * vectors[j][k] / a[k][k];
-            }
-        }
-    }
-    pli_mat3 result;
-    for (int i = 0; i < 3; ++i) {
-        result.rows[i] = pli_vec3_make((float)inverse[i][0], (float)inverse[i][1], (float)inverse[i][2]);
-    }
-    return plii_mat3_is_finite(result) ? result : plii_mat3_diagonal(0, 0, 0);
-}
-
-static void cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const pli_vec3 centre = cluster_centre(body, clusters, cluster);
-    pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
-    for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 k = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
-        const float mass = members[i].mass;
-        members[i].rest = k;
-        inertia.rows[0].x += mass * (k.y * k.y + k.z * k.z);
-        inertia.rows[1].y += mass * (k.x * k.x + k.z * k.z);
-        inertia.rows[2].z += mass * (k.x * k.x + k.y * k.y);
-        inertia.rows[0].y -= mass * k.x * k.y;
-        inertia.rows[0].z -= mass * k.x * k.z;
-        inertia.rows[1].z -= mass * k.y * k.z;
-    }
-    inertia.rows[1].x = inertia.rows[0].y;
-    inertia.rows[2].x = inertia.rows[0].z;
-    inertia.rows[2].y = inertia.rows[1].z;
-    const pli_mat3 inverse = plii_mat3_inverse(inertia);
-    const bool is_regular = clusters->def.as_bullet && plii_mat3_is_finite(inverse);
-    cluster->inverse_inertia_local = is_regular ? inverse : cluster_pseudo_inverse(inertia);
-    cluster->frame = (pli_transform){pli_mat3_identity(), centre};
-    cluster->linear_velocity = cluster->angular_velocity = pli_vec3_make(0, 0, 0);
-    cluster->has_bounds = false;
-}
-
-void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
-    for (int i = first; i < clusters->count; ++i) {
-        cluster_take_masses(body, clusters, &clusters->items[i]);
-        cluster_take_rest_shape(body, clusters, &clusters->items[i]);
-    }
-    clusters_update_from(body, clusters, first);
-}
-
-// ----------------------------------------------------------------------------------------------------------- editing
-
-plii_clusters* plii_body_clusters(const pli_body* body) {
-    return plii_feature_state(body, &plii_clusters_class);
-}
-
-pli_clusters_def pli_clusters_def_default(void) {
-    return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
-}
-
-static pli_cluster_settings cluster_default_settings(void) {
-    return (pli_cluster_settings){.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f};
-}
-
-static pli_status clusters_check_idle(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-}
-
-pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
-    PLII_TRY(clusters_check_idle(body, __func__));
-    const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_clusters_def_default()");
-    }
-    if (used.iterations < 1) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "iterations is %d, at least 1 is allowed",
-                         used.iterations);
-    }
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, &state));
-    plii_clusters* clusters = state;
-    const bool has_other_masses = used.as_bullet != clusters->def.as_bullet;
-    clusters->def = used;
-    body->joint_iterations = used.iterations;
-    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
-    return PLI_OK;
-}
-
-/* Everything that holds to clusters of this body goes with them. */
-static void clusters_forget(pli_body* body) {
-    for (int i = 0; i < body->world->body_count; ++i) {
-        pli_body* other = body->world->bodies[i];
-        for (int k = 0; k < other->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &other->pipeline.features[k];
-            if (feature->klass->forget_clusters != NULL) {
-                feature->klass->forget_clusters(other, feature->state, body);
-            }
-        }
-    }
-}
-
-void pli_body_disable_clusters(pli_body* body) {
-    if (clusters_check_idle(body, __func__) != PLI_OK || plii_body_clusters(body) == NULL) { return; }
-    clusters_forget(body);
-    plii_clusters_release(body, plii_body_clusters(body));
-    plii_feature_disable(body, &plii_clusters_class);
-}
-
-pli_status pli_body_remove_clusters(pli_body* body) {
-    PLII_TRY(clusters_check_idle(body, __func__));
-    plii_clusters* clusters = plii_body_clusters(body);
-    if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
-    clusters_forget(body);
-    plii_clusters_release(body, clusters);
-    return PLI_OK;
-}
-
-pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count) {
-    pli_context* context = body->context;
-    if (node_count > INT32_MAX - clusters->member_count ||
-        !PLII_RESERVE(context, &clusters->items, &clusters->capacity, clusters->count + 1) ||
-        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    if (clusters->node_sums == NULL) {
-        clusters->node_sums = plii_allocate(context, clusters_node_sums_bytes(body));
-        if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    }
-    clusters->items[clusters->count++] = (plii_cluster){
-        .settings = cluster_default_settings(), .first_member = clusters->member_count, .member_count = node_count};
-    for (int i = 0; i < node_count; ++i) {
-        clusters->members[clusters->member_count++] = (plii_cluster_member){.node = nodes[i]};
-    }
-    return PLI_OK;
-}
-
-static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node_count, const char* function) {
-    pli_context* context = body->context;
-    if (nodes == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null"); }
-    if (node_count < 1 || node_count > body->node_count) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d nodes, the body has %d", node_count,
-                         body->node_count);
-    }
-    uint8_t* is_taken = plii_allocate(context, (size_t)body->node_count);
-    if (is_taken == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the check"); }
-    pli_status status = PLI_OK;
-    for (int i = 0; i < node_count && status == PLI_OK; ++i) {
-        status = plii_check_node(body, nodes[i], function);
-        if (status == PLI_OK && is_taken[nodes[i]] != 0) {
-            status = plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
-        }
-        if (status == PLI_OK) { is_taken[nodes[i]] = 1; }
-    }
-    plii_release(context, is_taken, (size_t)body->node_count);
-    return status;
-}
-
-pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster) {
-    PLII_TRY(clusters_check_idle(body, __func__));
-    PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
-    const bool was_enabled = plii_body_clusters(body) != NULL;
-    if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
-    plii_clusters* clusters = plii_body_clusters(body);
-    if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
-        if (!was_enabled) { pli_body_disable_clusters(body); }
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
-    }
-    plii_clusters_settle(body, clusters, clusters->count - 1);
-    if (cluster != NULL) { *cluster = clusters->count - 1; }
-    return PLI_OK;
-}
-
-pli_status pli_body_reset_clusters(pli_body* body) {
-    PLII_TRY(clusters_check_idle(body, __func__));
-    plii_clusters* clusters = plii_body_clusters(body);
-    if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
-    plii_clusters_settle(body, clusters, 0);
-    return PLI_OK;
-}
-
-// ------------------------------------------------------------------------------------------------------------ access
-
-pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    const plii_clusters* clusters = plii_body_clusters(body);
-    const int count = clusters != NULL ? clusters->count : 0;
-    if (cluster >= 0 && cluster < count) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                     "cluster %d is out of range, the body has %d clusters", cluster, count);
-}
-
-int pli_body_cluster_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_clusters* clusters = plii_body_clusters(body);
-    return clusters != NULL ? clusters->count : 0;
-}
-
-pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings) {
-    PLII_TRY(plii_check_cluster(body, cluster, __func__));
-    if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    *settings = plii_body_clusters(body)->items[cluster].settings;
-    return PLI_OK;
-}
-
-static bool cluster_is_share(float value) {
-    return value >= 0.0f && value <= 1.0f;
-}
-
-pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings) {
-    PLII_TRY(plii_check_cluster(body, cluster, __func__));
-    if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    if (!cluster_is_share(settings->matching) || !cluster_is_share(settings->node_damping) ||
-        !cluster_is_share(settings->linear_damping) || !cluster_is_share(settings->angular_damping) ||
-        !cluster_is_share(settings->self_impulse_factor)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                         "matching %g, node, linear and angular damping %g, %g, %g, self_impulse_factor %g: all must "
-                         "be in [0, 1]",
-                         (double)settings->matching, (double)settings->node_damping, (double)settings->linear_damping,
-                         (double)settings->angular_damping, (double)settings->self_impulse_factor);
-    }
-    if (!(settings->max_self_impulse >= 0.0f)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "max_self_impulse is %g, it must not be negative",
-                         (double)settings->max_self_impulse);
-    }
-    plii_body_clusters(body)->items[cluster].settings = *settings;
-    return PLI_OK;
-}
-
-/* Members are records; the public view wants plain indices, which stand first in them. */
-pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view) {
-    PLII_TRY(plii_check_cluster(body, cluster, __func__));
-    if (view == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "view is null"); }
-    const plii_clusters* clusters = plii_body_clusters(body);
-    const plii_cluster* item = &clusters->items[cluster];
-    *view = (pli_cluster_view){
-        .node_count = item->member_count,
-        .nodes = &clusters->members[item->first_member].node,
-        .node_stride = (int)(sizeof(plii_cluster_member) / sizeof(int)),
-        .frame = item->frame,
-        .inverse_mass = item->inverse_mass,
-        .inverse_inertia_world = item->inverse_inertia,
-        .linear_velocity = item->linear_velocity,
-        .angular_velocity = item->angular_velocity,
-        .contains_pinned_node = item->contains_pinned_node,
-    };
-    return PLI_OK;
-}

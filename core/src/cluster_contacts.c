@@ -99,6 +99,9 @@ static void cluster_contacts_drop_groups(pli_body* body, cluster_contacts_state*
     state->groups = NULL;
     state->group_count = 0;
     state->has_groups = state->has_tree = false;
+}
+
+static void cluster_contacts_drop_neighbours(cluster_contacts_state* state) {
     if (state->has_neighbours) { plii_edge_set_destroy(&state->neighbours); }
     state->has_neighbours = false;
 }
@@ -106,7 +109,9 @@ static void cluster_contacts_drop_groups(pli_body* body, cluster_contacts_state*
 static bool cluster_contacts_update_groups(pli_body* body, cluster_contacts_state* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
     if (state->has_groups && state->group_count == clusters->count) { return true; }
-    cluster_contacts_drop_groups(body, state); /* clusters were added, or memory ran out half way */
+    /* Clusters were added, or memory ran out half way. */
+    if (state->group_count != clusters->count) { cluster_contacts_drop_neighbours(state); }
+    cluster_contacts_drop_groups(body, state);
     state->groups = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->groups);
     if (state->groups == NULL && clusters->count > 0) { return false; }
     state->group_count = clusters->count;
@@ -584,7 +589,9 @@ static void cluster_contacts_forget_body(pli_body* body, void* data, const pli_b
 static void cluster_contacts_forget_clusters(pli_body* body, void* data, const pli_body* other) {
     cluster_contacts_state* state = data;
     state->count = 0;
-    if (other == body) { cluster_contacts_drop_groups(body, state); }
+    if (other != body) { return; }
+    cluster_contacts_drop_groups(body, state);
+    cluster_contacts_drop_neighbours(state);
 }
 
 static void cluster_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -593,10 +600,20 @@ static void cluster_contacts_forget_rigid(pli_body* body, void* data, const pli_
     ((cluster_contacts_state*)data)->count = 0;
 }
 
+/* New members join clusters, which keep their places. */
+static void cluster_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                             void** blocks) {
+    (void)change;
+    (void)blocks;
+    ((cluster_contacts_state*)data)->count = 0;
+    cluster_contacts_drop_groups(body, data);
+}
+
 static void cluster_contacts_disable(pli_body* body, void* data) {
     cluster_contacts_state* state = data;
     pli_context* context = body->context;
     cluster_contacts_drop_groups(body, state);
+    cluster_contacts_drop_neighbours(state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
     plii_release(context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
     plii_release(context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
@@ -638,7 +655,9 @@ static const plii_feature_class cluster_contacts_class = {
     .forget_rigid = cluster_contacts_forget_rigid,
     .forget_body = cluster_contacts_forget_body,
     .forget_clusters = cluster_contacts_forget_clusters,
+    .forget_topology = cluster_contacts_forget_body,
     .bytes = cluster_contacts_bytes,
+    .topology_commit = cluster_contacts_topology_commit,
 };
 
 pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {

@@ -18,7 +18,10 @@ typedef struct plii_cluster {
     bool contains_pinned_node;
     float inverse_mass;
     pli_mat3 inverse_inertia_local; /* of the rest shape */
-    pli_transform frame;            /* this and what follows is of the step in progress */
+    /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster
+       counts from that first centre. */
+    pli_vec3 rest_centre;
+    pli_transform frame; /* this and what follows is of the step in progress */
     pli_mat3 inverse_inertia;
     pli_vec3 linear_velocity, angular_velocity;
     /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
@@ -49,6 +52,12 @@ pli_status plii_check_cluster(const pli_body* body, int cluster, const char* fun
 pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count);
 /* Gives the arrays back; settings stay. */
 void plii_clusters_release(pli_body* body, plii_clusters* clusters);
+/* Of the nodes as they are now. */
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster);
+/* The present masses; the rest shape stays. */
+void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+/* The present masses, and the present shape as rest shape. */
+void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 

@@ -159,10 +159,11 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
 
 /* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.
  */
-static pli_vec3 joint_localize(pli_transform frame, pli_vec3 value, bool is_axis) {
-    const pli_vec3 turned = pli_mat3_transpose_mul_vec3(frame.rotation, value);
+static pli_vec3 joint_localize(const plii_joint_side* side, pli_vec3 value, bool is_axis) {
+    const pli_vec3 turned = pli_mat3_transpose_mul_vec3(side->frame.rotation, value);
     if (is_axis) { return turned; }
-    return pli_vec3_add(turned, pli_mat3_transpose_mul_vec3(frame.rotation, pli_vec3_neg(frame.origin)));
+    const pli_vec3 origin = pli_mat3_transpose_mul_vec3(side->frame.rotation, pli_vec3_neg(side->frame.origin));
+    return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
 }
 
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
@@ -175,8 +176,9 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
-    joint->local[0] = joint_localize(plii_joint_side_of_cluster(body, joint->cluster).frame, world_value, is_axis);
-    joint->local[1] = joint_localize(joint_side_of(&joint->other).frame, world_value, is_axis);
+    const plii_joint_side sides[2] = {plii_joint_side_of_cluster(body, joint->cluster), joint_side_of(&joint->other)};
+    joint->local[0] = joint_localize(&sides[0], world_value, is_axis);
+    joint->local[1] = joint_localize(&sides[1], world_value, is_axis);
     joint->slot = plii_id_pool_take(&joints->ids, joints->count);
     joints->items[joints->count++] = *joint;
     if (id != NULL) { *id = (pli_joint_id){joint->slot + 1, joints->ids.slots[joint->slot].generation}; }

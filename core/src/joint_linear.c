@@ -12,12 +12,15 @@ static pli_vec3 linear_joint_clamp(pli_vec3 v) {
 }
 
 static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
-    const pli_vec3 point_0 = pli_transform_point(joint->sides[0].frame, joint->local[0]);
-    const pli_vec3 point_1 = pli_transform_point(joint->sides[1].frame, joint->local[1]);
-    const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(point_0, point_1));
+    pli_vec3 points[2];
+    for (int i = 0; i < 2; ++i) {
+        const plii_joint_side* side = &joint->sides[i];
+        points[i] = pli_transform_point(side->frame, pli_vec3_sub(joint->local[i], side->rest_centre));
+    }
+    const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(points[0], points[1]));
     joint->drift = plii_vec3_divide(pli_vec3_scale(error, joint->softness.error_reduction), step->dt);
-    joint->world[0] = pli_vec3_sub(point_0, joint->sides[0].frame.origin);
-    joint->world[1] = pli_vec3_sub(point_1, joint->sides[1].frame.origin);
+    joint->world[0] = pli_vec3_sub(points[0], joint->sides[0].frame.origin);
+    joint->world[1] = pli_vec3_sub(points[1], joint->sides[1].frame.origin);
     joint->impulse_matrix =
         plii_joint_impulse_matrix(&joint->sides[0], joint->world[0], &joint->sides[1], joint->world[1]);
     plii_joint_split_drift(joint, iterations);

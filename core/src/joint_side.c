@@ -8,12 +8,14 @@ static plii_joint_side joint_side_fixed(pli_transform frame) {
 
 plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
     plii_cluster* item = &plii_body_clusters(body)->items[cluster];
+    plii_joint_side side = joint_side_fixed(item->frame);
+    side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */
-    if (body->is_frozen) { return joint_side_fixed(item->frame); }
-    return (plii_joint_side){.cluster = item,
-                             .frame = item->frame,
-                             .inverse_mass = item->inverse_mass,
-                             .inverse_inertia = item->inverse_inertia};
+    if (body->is_frozen) { return side; }
+    side.cluster = item;
+    side.inverse_mass = item->inverse_mass;
+    side.inverse_inertia = item->inverse_inertia;
+    return side;
 }
 
 plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid) {

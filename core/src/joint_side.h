@@ -11,6 +11,7 @@ typedef struct plii_joint_side {
     plii_cluster* cluster; /* or NULL */
     pli_rigid* rigid;      /* or NULL */
     pli_transform frame;   /* at the time of plii_joint_side_of_ */
+    pli_vec3 rest_centre;  /* of the cluster; zero else */
     float inverse_mass;
     pli_mat3 inverse_inertia;
 } plii_joint_side;

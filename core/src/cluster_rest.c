@@ -1,0 +1,151 @@
+/* Masses, rest shape and inertia of clusters. Bullet: initializeClusters, in its order of operations. */
+
+#include "cluster_impl.h"
+
+/* Mass of a pinned node: as_bullet an absolute one, else this many times all other masses of the cluster. */
+#define CLUSTER_BULLET_PINNED_MASS 1e18f
+#define CLUSTER_PINNED_MASS_RATIO 1e6
+
+static void cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    double free_mass = 0.0;
+    cluster->contains_pinned_node = false;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const float inverse_mass = body->positions[members[i].node].w;
+        if (inverse_mass > 0.0f) {
+            free_mass += 1.0 / (double)inverse_mass;
+        } else {
+            cluster->contains_pinned_node = true;
+        }
+    }
+    float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
+    if (!clusters->def.as_bullet) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
+    float total = 0.0f;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const float inverse_mass = body->positions[members[i].node].w;
+        members[i].mass = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
+        total += members[i].mass;
+    }
+    cluster->inverse_mass = 1.0f / total;
+}
+
+/* Symmetric 3x3 matrix to eigenvalues and orthonormal columns, by Jacobi rotations. */
+static void cluster_eigen(double a[3][3], double vectors[3][3]) {
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            vectors[i][k] = i == k ? 1.0 : 0.0;
+        }
+    }
+    for (int sweep = 0; sweep < 16; ++sweep) {
+        for (int p = 0; p < 2; ++p) {
+            for (int q = p + 1; q < 3; ++q) {
+                if (a[p][q] == 0.0) { continue; }
+                const double theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
+                const double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
+                const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double kp = a[k][p], kq = a[k][q];
+                    a[k][p] = c * kp - s * kq;
+                    a[k][q] = s * kp + c * kq;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double pk = a[p][k], qk = a[q][k];
+                    a[p][k] = c * pk - s * qk;
+                    a[q][k] = s * pk + c * qk;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double kp = vectors[k][p], kq = vectors[k][q];
+                    vectors[k][p] = c * kp - s * kq;
+                    vectors[k][q] = s * kp + c * kq;
+                }
+            }
+        }
+    }
+}
+
+/* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
+   they have no inertia (Bullet divides by zero there). */
+static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia) {
+    double a[3][3], vectors[3][3];
+    for (int i = 0; i < 3; ++i) {
+        a[i][0] = (double)inertia.rows[i].x;
+        a[i][1] = (double)inertia.rows[i].y;
+        a[i][2] = (double)inertia.rows[i].z;
+    }
+    cluster_eigen(a, vectors);
+    const double largest = fmax(a[0][0], fmax(a[1][1], a[2][2]));
+    double inverse[3][3] = {{0}};
+    for (int k = 0; k < 3; ++k) {
+        if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > 1e-30)) { continue; }
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                inverse[i][j] += vectors[i][k] * vectors[j][k] / a[k][k];
+            }
+        }
+    }
+    pli_mat3 result;
+    for (int i = 0; i < 3; ++i) {
+        result.rows[i] = pli_vec3_make((float)inverse[i][0], (float)inverse[i][1], (float)inverse[i][2]);
+    }
+    return plii_mat3_is_finite(result) ? result : plii_mat3_diagonal(0, 0, 0);
+}
+
+/* From masses and rest shape. */
+static void cluster_take_inertia(const plii_clusters* clusters, plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const pli_vec3 k = members[i].rest;
+        const float mass = members[i].mass;
+        inertia.rows[0].x += mass * (k.y * k.y + k.z * k.z);
+        inertia.rows[1].y += mass * (k.x * k.x + k.z * k.z);
+        inertia.rows[2].z += mass * (k.x * k.x + k.y * k.y);
+        inertia.rows[0].y -= mass * k.x * k.y;
+        inertia.rows[0].z -= mass * k.x * k.z;
+        inertia.rows[1].z -= mass * k.y * k.z;
+    }
+    inertia.rows[1].x = inertia.rows[0].y;
+    inertia.rows[2].x = inertia.rows[0].z;
+    inertia.rows[2].y = inertia.rows[1].z;
+    const pli_mat3 inverse = plii_mat3_inverse(inertia);
+    const bool is_regular = clusters->def.as_bullet && plii_mat3_is_finite(inverse);
+    cluster->inverse_inertia_local = is_regular ? inverse : cluster_pseudo_inverse(inertia);
+}
+
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        sum = pli_vec3_add(sum, pli_vec3_scale(plii_xyz(body->positions[members[i].node]), members[i].mass));
+    }
+    return pli_vec3_scale(sum, cluster->inverse_mass);
+}
+
+void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_masses(body, clusters, cluster);
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        members[i].rest = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
+    }
+    cluster_take_inertia(clusters, cluster);
+    cluster->rest_centre = pli_vec3_make(0, 0, 0);
+    cluster->frame = (pli_transform){pli_mat3_identity(), centre};
+    cluster->linear_velocity = cluster->angular_velocity = pli_vec3_make(0, 0, 0);
+    cluster->has_bounds = false;
+}
+
+void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_masses(body, clusters, cluster);
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_vec3 shift = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        shift = pli_vec3_add(shift, pli_vec3_scale(members[i].rest, members[i].mass * cluster->inverse_mass));
+    }
+    for (int i = 0; i < cluster->member_count; ++i) {
+        members[i].rest = pli_vec3_sub(members[i].rest, shift);
+    }
+    cluster_take_inertia(clusters, cluster);
+    cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
+    cluster->has_bounds = false;
+}
