@@ -96,16 +96,17 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
     for (int begin = first; begin < clusters->count; begin += PLII_ROTATION_LANES) {
         const int end = begin + PLII_ROTATION_LANES < clusters->count ? begin + PLII_ROTATION_LANES : clusters->count;
         pli_mat3 covariances[PLII_ROTATION_LANES];
-        pli_mat3 rotations[PLII_ROTATION_LANES];
+        pli_quat turns[PLII_ROTATION_LANES];
         for (int i = begin; i < end; ++i) {
             plii_cluster* cluster = &clusters->items[i];
             cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
             covariances[i - begin] = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
-            rotations[i - begin] = cluster->frame.rotation;
+            turns[i - begin] = cluster->turn;
         }
-        plii_rotation_batch(covariances, rotations, end - begin);
+        plii_rotation_batch(end - begin, covariances, turns, covariances);
         for (int i = begin; i < end; ++i) {
-            clusters->items[i].frame.rotation = rotations[i - begin];
+            clusters->items[i].turn = turns[i - begin];
+            clusters->items[i].frame.rotation = covariances[i - begin];
             cluster_update_from_frame(body, clusters, &clusters->items[i]);
         }
     }

@@ -22,6 +22,7 @@ typedef struct plii_cluster {
        counts from that first centre. */
     pli_vec3 rest_centre;
     pli_transform frame; /* this and what follows is of the step in progress */
+    pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not with as_bullet */
     pli_mat3 inverse_inertia;
     pli_vec3 linear_velocity, angular_velocity;
     /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
