@@ -8,6 +8,7 @@
 #define CONVEX_GAP 0.05          /* of the depth: how far beyond it the cores are moved */
 #define CONVEX_SMALLEST_GAP 1e-4 /* of the size */
 #define CONVEX_PROGRESS 1e-5     /* of the depth */
+#define CONVEX_TURN 1e-6f        /* radians: the same direction */
 #define CONVEX_MAX_STEPS 8       /* of a descent */
 #define CONVEX_MAX_DESCENTS 3    /* from the best directions of the start */
 #define CONVEX_HOPELESS 2        /* times the best depth: starts deeper than this are left out */
@@ -128,18 +129,17 @@ static void convex_descend(convex_search* search, convex_way way) {
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;
         pli_vec3 normal;
-        convex_way next;
-        if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal) ||
-            !convex_measure(search, normal, &next)) {
-            break;
-        }
-        const bool is_progress = next.depth < way.depth * (1.0 - CONVEX_PROGRESS);
+        if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal)) { break; }
+        convex_way next = way;
+        const pli_vec3 turn = pli_vec3_sub(normal, way.normal);
+        const bool is_turned = pli_vec3_length_squared(turn) > CONVEX_TURN * CONVEX_TURN;
+        if (is_turned && !convex_measure(search, normal, &next)) { break; }
         if (next.depth <= search->best.depth * (1.0 + CONVEX_PROGRESS)) {
             search->point_a = plii_dvec3_to_float(plii_dvec3_sub(gjk.point_a, query.offset));
             search->point_b = plii_dvec3_to_float(gjk.point_b);
             search->has_points = true;
         }
-        if (!is_progress) { break; }
+        if (!(next.depth < way.depth * (1.0 - CONVEX_PROGRESS))) { break; }
         way = next;
     }
 }
@@ -169,8 +169,12 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
 static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
                            plii_convex_cache* cache, plii_convex_result* result) {
     convex_find_starts(search, cache, gjk);
+    const bool had_normal = cache != NULL && cache->has_normal;
     if (search->is_finite && search->best.depth > 0.0) {
-        int descent_count = CONVEX_MAX_DESCENTS;
+        /* A direction that still is the best of the starts is followed, which also keeps contacts steady. */
+        const bool is_known =
+            had_normal && pli_vec3_length_squared(pli_vec3_sub(search->best.normal, cache->normal)) == 0.0f;
+        int descent_count = is_known ? 1 : CONVEX_MAX_DESCENTS;
         if (options->penetration != NULL) {
             plii_penetration_result found = {.normal = {0, 0, 0}};
             if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
