@@ -1,7 +1,7 @@
 #ifndef BENCH_CONVEX_PAIRS_HPP
 #define BENCH_CONVEX_PAIRS_HPP
 
-// Random pairs of convex hulls and three opinions on their signed distance: Pliant's, Bullet's, and an exact one. For
+// Random pairs of convex hulls and opinions on their signed distance: Pliant's, Bullet's, and an exact one. For
 // the benchmark and the comparison in tests/.
 
 extern "C" {
@@ -143,7 +143,7 @@ inline Opinion bullet_opinion(const btConvexHullShape& a, const btConvexHullShap
     return {true, results.distance, {n.x(), n.y(), n.z()}};
 }
 
-// The depth of an overlap from all faces of the hull of a - b. A depth below the support planes' one of any direction.
+// The depth of an overlap, the least over all faces of the hull of a - b.
 inline Opinion exact_overlap(pli_context* context, const Pair& pair) {
     std::vector<pli_vec3> points;
     for (const pli_vec3& p : pair.a.points) {

@@ -76,8 +76,6 @@ static void test_hulls_apart(void**) {
 
 // Overlaps of all depths up to half the size.
 static void test_overlapping_hulls(void**) {
-    pli_context* context = nullptr;
-    assert_int_equal(pli_context_create(nullptr, &context), PLI_OK);
     struct Method {
         const char* name;
         plii_penetration_fn* penetration;
@@ -119,7 +117,6 @@ static void test_overlapping_hulls(void**) {
             static_cast<double>(method.calls) / pair_count);
         check_at_most(method.needed * pair_count, method.good);
     }
-    pli_context_destroy(context);
     check_at_most(0.99 * pair_count, compared);
 }
 
