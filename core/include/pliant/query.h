@@ -21,9 +21,11 @@ typedef enum pli_feature_kind {
 } pli_feature_kind;
 
 typedef struct pli_ray_def {
-    pli_vec3 from, to;
-    int targets;  ///< PLI_RAY_ bits, default PLI_RAY_FACES | PLI_RAY_TETRAS as btSoftBody::rayTest
-    float radius; ///< m, >= 0, default 0: thickness of nodes and links, which need it to be hit
+    pli_vec3 from, to; ///< m
+    int targets;       ///< PLI_RAY_ bits, default PLI_RAY_FACES | PLI_RAY_TETRAS as btSoftBody::rayTest
+    /// m, >= 0, default 0: nodes are spheres and links are capsules of that radius. With 0 they cannot be hit, nor
+    /// can those that the ray starts in.
+    float radius;
     uint32_t cookie;
 } pli_ray_def;
 
@@ -37,7 +39,10 @@ typedef struct pli_ray_hit {
 } pli_ray_hit;
 
 PLI_API pli_ray_def pli_ray_def_default(void);
-/// The nearest hit. `hit->kind` is PLI_FEATURE_NONE when there is none. Linear in what is asked for.
+/// The nearest hit. `hit->kind` is PLI_FEATURE_NONE, and the fraction 1, when there is none. Faces and tetrahedra are
+/// hit from both sides; of features that are hit at the same place faces come first, then tetrahedra, links, nodes.
+/// Linear in what is asked for. Bullet name: rayTest
+/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE (a ray without length, a negative radius, no known target)
 PLI_API pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_ray_hit* hit);
 
 #ifdef __cplusplus
