@@ -24,11 +24,14 @@ void plii_edit_close(plii_edit* edit) {
     plii_release(edit->context, edit->faces, (size_t)edit->face_capacity * sizeof *edit->faces);
 }
 
+pli_status plii_edit_check_idle(const pli_body* body, const char* function) {
+    if (!body->world->is_stepping) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
+}
+
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit) {
     const plii_topology* topology = body->topology;
-    if (body->world->is_stepping) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-    }
+    PLII_TRY(plii_edit_check_idle(body, function));
     *edit = (plii_edit){
         .body = body,
         .context = body->context,

@@ -36,6 +36,8 @@ typedef struct plii_edit {
     bool takes_rest_shape; /* rest lengths and areas become the present ones */
 } plii_edit;
 
+/* PLI_ERROR_WRONG_STATE while the world steps. */
+pli_status plii_edit_check_idle(const pli_body* body, const char* function);
 /* Fails while the world steps and when out of memory; messages name `function`. To be closed after success. */
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit);
 void plii_edit_close(plii_edit* edit);

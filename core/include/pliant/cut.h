@@ -3,6 +3,11 @@
 
 /// Cutting and refining a body. Nodes are only added, so indices that the user holds stay valid; links and faces are
 /// renumbered. Not while stepping. Views of the body are invalid afterwards.
+///
+/// A cut happens wholly or not at all, and all that is enabled on the body follows it. Total mass is kept: new nodes
+/// take theirs from the nodes beside them. Anchors stay with their node, and a copy of a pinned node is pinned.
+/// Tetrahedra cannot be cut: a cut that meets one is refused with PLI_ERROR_INVALID_MESH. The faces of other bodies of
+/// the same mesh stay as they are. Time is linear in the size of the body.
 
 #include "body.h"
 
@@ -11,22 +16,28 @@ extern "C" {
 #endif
 
 typedef struct pli_refine_def {
-    /// The surface: negative inside, positive outside, m or any other unit.
+    /// The surface: negative inside, positive outside, m or any other unit. Called once per node and a few times per
+    /// link that crosses it; the same point must give the same value. Must not touch the body.
     float (*surface)(pli_vec3 point, void* user);
     void* user;
     float accuracy; ///< > 0, default 1e-4: how near to zero `surface` is at the new nodes, in its unit
     bool cut;       ///< default true: part the body along the surface; false: only refine
-    /// Take the present lengths as rest lengths of all links, and the present areas, as btSoftBody does; default
-    /// false: links that are not cut keep their rest length, the parts of a link share its rest length.
+    /// Take the present lengths as rest lengths of all links, and the present areas, as btSoftBody does, and keep to
+    /// its rules for what lies on the surface: all nodes there are doubled, which may leave nodes behind that hang on
+    /// nothing; link 0 is not detached; links with a loose end go, even of a rope. Default false: links that are not
+    /// cut keep their rest length, the parts of a link share its rest length, new links get the length they have in the
+    /// rest shape of their face, and only what lies between two sides is doubled.
     bool reset_rest_lengths;
-    uint32_t cookie;
+    uint32_t cookie; ///< set by the default function
 } pli_refine_def;
 
 PLI_API pli_refine_def pli_refine_def_default(void);
 
 /// New nodes where links and faces cross the surface, which is then cut along them. Bending links that cross it go.
+/// Nodes with a value nearer to zero than the accuracy are on the surface, and are cut without a new node.
 /// Bullet name: refine
-/// @return PLI_ERROR_NOT_FINITE when the surface gives NaN somewhere; the body is unchanged then
+/// @return PLI_ERROR_NOT_FINITE when the surface gives NaN or infinity somewhere, PLI_ERROR_WRONG_STATE when `surface`
+///         changed the body, PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
 /// Cut one link (and the faces along it) in two at `position` of its length from node a. Bullet name: cutLink
@@ -36,11 +47,18 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 
 /// Cut along the triangle-strip swept by a ray from (from_start, from_end) to (to_start, to_end): what a mouse does
 /// between two frames. Faces and links that the swept surface crosses are parted along it.
-/// @param parted receives the number of links that were parted; may be NULL
+///
+/// An edge that is crossed nearer to its end than 5 % of its length is cut at that end instead. A face in which the
+/// sweep ends is refined but not opened; a sweep that goes on from there (its first ray is the last one of the call
+/// before) opens it, so that short sweeps make one cut, and a cut that comes back to where it began closes. Between two
+/// such calls the body may move, but not be cut otherwise. Sweeps inside of one face cut nothing. Bending links, and
+/// links that are no edge of a face but join two nodes with faces, go when they are crossed.
+/// @param parted receives the number of links that were parted or, along nodes, doubled; may be NULL
 PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                                       pli_vec3 to_end, int* parted);
 
-/// Number of parts that hang together by links or faces; a node without either is a part of its own and not counted.
+/// Number of parts that hang together by links, faces or tetrahedra; a node without any is a part of its own and not
+/// counted. PLI_NULL_INDEX when there is no memory to count.
 PLI_API int pli_body_part_count(const pli_body* body);
 
 #ifdef __cplusplus
