@@ -198,8 +198,22 @@ static int separate_end_by_side(const separate_work* work, int node, int other, 
     return is_parted[node] != 0 && height != 0.0 ? work->sides[node][height > 0.0 ? 1 : 0] : node;
 }
 
+/* Bending links of parted nodes go: the side that they belong to is not known. */
+static void separate_remove_bending_links(plii_edit* edit, const uint8_t* is_parted) {
+    for (int i = 0; i < edit->link_count;) {
+        const plii_edit_link* link = &edit->links[i];
+        const bool is_at_cut = is_parted[link->nodes[0]] != 0 || is_parted[link->nodes[1]] != 0;
+        if (plii_edit_link_is_bending(link) && is_at_cut) {
+            plii_edit_remove_link(edit, i);
+        } else {
+            ++i;
+        }
+    }
+}
+
 static bool separate_rewrite_links(separate_work* work, const uint8_t* is_parted, int* doubled) {
     plii_edit* edit = work->edit;
+    separate_remove_bending_links(edit, is_parted);
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
         const plii_edit_link link = edit->links[i];

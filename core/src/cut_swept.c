@@ -3,8 +3,9 @@
    The surface is one triangle or two, each a plane blade with an outline. Edges that a blade crosses get a node there,
    or, near one of their ends, use that end. Faces that a blade crosses from edge to edge are parted along it, and the
    surface is opened along these new edges. A face in which a blade ends is only refined: its node stays closed, as the
-   tip of the cut. Tips are kept with the body. A sweep that goes on where the last one ended opens its first face up to
-   the tip inside of it, so many short sweeps make one cut, and a cut that returns to its start closes. */
+   tip of the cut. A single edge between two tips stays closed too. Both are kept with the body. A sweep that goes on
+   where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
+   returns to its start closes. */
 
 #include "cut_separate.h"
 #include "pliant/cut.h"
@@ -21,31 +22,64 @@ enum { SWEPT_OF_FACE = 1, SWEPT_CROSSED = 2, SWEPT_FACE_BELOW = 4, SWEPT_FACE_AB
 
 // ------------------------------------------------------------------------------------ what lasts between sweeps
 
+/* What a cut has not opened yet. */
+typedef struct trace_ends {
+    int* tips; /* nodes of the cut that are not parted */
+    int tip_count, tip_capacity;
+    int (*edges)[2]; /* of the cut, between tips */
+    int edge_count, edge_capacity;
+} trace_ends;
+
 typedef struct trace_state {
     bool has_ray;
     pli_vec3 ray[2]; /* the last ray of the last sweep */
-    int* tips;
-    int tip_count, tip_capacity;
+    trace_ends ends;
 } trace_state;
 
+static void trace_release_ends(pli_context* context, trace_ends* ends) {
+    plii_release(context, ends->tips, (size_t)ends->tip_capacity * sizeof *ends->tips);
+    plii_release(context, ends->edges, (size_t)ends->edge_capacity * sizeof *ends->edges);
+}
+
+static bool trace_copy_ends(pli_context* context, const trace_ends* from, trace_ends* to) {
+    if (!PLII_RESERVE(context, &to->tips, &to->tip_capacity, from->tip_count) ||
+        !PLII_RESERVE(context, &to->edges, &to->edge_capacity, from->edge_count)) {
+        return false;
+    }
+    for (int i = 0; i < from->tip_count; ++i) {
+        to->tips[i] = from->tips[i];
+    }
+    for (int i = 0; i < from->edge_count; ++i) {
+        to->edges[i][0] = from->edges[i][0];
+        to->edges[i][1] = from->edges[i][1];
+    }
+    to->tip_count = from->tip_count;
+    to->edge_count = from->edge_count;
+    return true;
+}
+
 static void trace_disable(pli_body* body, void* state) {
-    trace_state* trace = state;
-    plii_release(body->context, trace->tips, (size_t)trace->tip_capacity * sizeof *trace->tips);
+    trace_release_ends(body->context, &((trace_state*)state)->ends);
 }
 
 static size_t trace_bytes(const pli_body* body, const void* state) {
-    const trace_state* trace = state;
+    const trace_ends* ends = &((const trace_state*)state)->ends;
     (void)body;
-    return (size_t)trace->tip_capacity * sizeof *trace->tips;
+    return (size_t)ends->tip_capacity * sizeof *ends->tips + (size_t)ends->edge_capacity * sizeof *ends->edges;
 }
 
-/* A cut of another kind ends the sweep; a swept cut sets its tips after this. */
+static void trace_forget(trace_state* trace) {
+    trace->has_ray = false;
+    trace->ends.tip_count = 0;
+    trace->ends.edge_count = 0;
+}
+
+/* A cut of another kind ends the sweep; a swept cut sets its ends after this. */
 static void trace_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
     (void)body;
     (void)change;
     (void)blocks;
-    ((trace_state*)state)->has_ray = false;
-    ((trace_state*)state)->tip_count = 0;
+    trace_forget(state);
 }
 
 static const plii_feature_class trace_class = {
@@ -131,8 +165,7 @@ static bool swept_is_inside(const swept_blade* blade, swept_vector point) {
 typedef struct swept_work {
     plii_edit edit;
     const char* function;
-    int* tips; /* of the sweep so far */
-    int tip_count, tip_capacity;
+    trace_ends ends; /* of the sweep so far */
     int parted;      /* links */
     bool is_changed; /* something was cut */
 } swept_work;
@@ -378,6 +411,20 @@ static bool swept_note_border(swept_pass* pass, int a, int b, double height) {
     return true;
 }
 
+/* Edges that stayed closed, which may be crossed by now. */
+static bool swept_open_closed_edges(swept_pass* pass) {
+    const trace_ends* ends = &pass->work->ends;
+    for (int i = 0; i < ends->edge_count; ++i) {
+        const int a = ends->edges[i][0], b = ends->edges[i][1];
+        const int place = plii_edge_map_find(&pass->edges, a, b);
+        const int node = place != PLI_NULL_INDEX ? pass->edges.edges[place].node : PLI_NULL_INDEX;
+        const bool ok =
+            node != PLI_NULL_INDEX ? swept_open(pass, a, node) && swept_open(pass, node, b) : swept_open(pass, a, b);
+        if (!ok) { return false; }
+    }
+    return true;
+}
+
 /* Which edges of one face will be opened. */
 static bool swept_judge_face(swept_pass* pass, const int* nodes) {
     int crossings[3], crossing_count = 0, crossed = 0; /* `crossed`: an edge, from the corner to the next */
@@ -434,24 +481,41 @@ static bool swept_judge_faces(swept_pass* pass) {
 // ---------------------------------------------------------------------------------------------------------- tips
 
 static bool swept_push_tip(swept_work* work, int node) {
-    if (!PLII_RESERVE(work->edit.context, &work->tips, &work->tip_capacity, work->tip_count + 1)) { return false; }
-    work->tips[work->tip_count++] = node;
+    trace_ends* ends = &work->ends;
+    if (!PLII_RESERVE(work->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
+    ends->tips[ends->tip_count++] = node;
     return true;
 }
 
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(swept_pass* pass, const uint8_t* is_parted, int node_count) {
-    swept_work* work = pass->work;
+    trace_ends* ends = &pass->work->ends;
     int kept = 0;
-    for (int i = 0; i < work->tip_count; ++i) {
-        if (is_parted[work->tips[i]] == 0) { work->tips[kept++] = work->tips[i]; }
+    for (int i = 0; i < ends->tip_count; ++i) {
+        if (is_parted[ends->tips[i]] == 0) { ends->tips[kept++] = ends->tips[i]; }
     }
-    work->tip_count = kept;
+    ends->tip_count = kept;
     for (int i = 0; i < node_count; ++i) {
         const unsigned marks = i < pass->node_count ? pass->marks[i] : SWEPT_ON_BLADE | SWEPT_HAS_FACE;
         const bool is_on_surface = (marks & (SWEPT_ON_BLADE | SWEPT_HAS_FACE)) == (SWEPT_ON_BLADE | SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & SWEPT_IS_TIP) != 0) { continue; }
-        if (!swept_push_tip(work, i)) { return false; }
+        if (!swept_push_tip(pass->work, i)) { return false; }
+    }
+    return true;
+}
+
+/* An edge is open when one of its ends is parted. */
+static bool swept_find_closed_edges(swept_pass* pass, const uint8_t* is_parted) {
+    trace_ends* ends = &pass->work->ends;
+    ends->edge_count = 0;
+    for (int i = 0; i < pass->cuts.count; ++i) {
+        const plii_edge* edge = &pass->cuts.edges[i];
+        if (is_parted[edge->a] != 0 || is_parted[edge->b] != 0) { continue; }
+        if (!PLII_RESERVE(pass->edit->context, &ends->edges, &ends->edge_capacity, ends->edge_count + 1)) {
+            return false;
+        }
+        ends->edges[ends->edge_count][0] = edge->a;
+        ends->edges[ends->edge_count++][1] = edge->b;
     }
     return true;
 }
@@ -462,7 +526,7 @@ static bool swept_separate(swept_pass* pass) {
     const bool ok =
         is_parted != NULL &&
         plii_cut_separate(pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted, &pass->work->parted) &&
-        swept_find_tips(pass, is_parted, node_count);
+        swept_find_tips(pass, is_parted, node_count) && swept_find_closed_edges(pass, is_parted);
     pass->work->is_changed = pass->work->is_changed || pass->edit->node_count > node_count;
     plii_release(pass->edit->context, is_parted, (size_t)node_count);
     return ok;
@@ -485,15 +549,15 @@ static pli_status swept_run_pass(swept_pass* pass) {
     for (int i = 0; i < pass->node_count; ++i) {
         pass->heights[i] = swept_height_over(pass->blade, swept_point(pass, i));
     }
-    for (int i = 0; i < pass->work->tip_count; ++i) {
-        swept_mark(pass, pass->work->tips[i], SWEPT_IS_TIP);
+    for (int i = 0; i < pass->work->ends.tip_count; ++i) {
+        swept_mark(pass, pass->work->ends.tips[i], SWEPT_IS_TIP);
     }
     if (!swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    if (!swept_meets_something(pass)) { return PLI_OK; }
     PLII_TRY(swept_check_tetras(pass));
-    swept_remove_links(pass);
-    bool ok =
-        swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) && swept_judge_faces(pass);
+    swept_remove_links(pass); /* also those over the inside of a face */
+    if (!swept_meets_something(pass)) { return PLI_OK; }
+    bool ok = swept_part_rope_links(pass) && swept_part_rope_nodes(pass) && swept_add_nodes(pass) &&
+              swept_judge_faces(pass) && swept_open_closed_edges(pass);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
     pass->work->parted += swept_crossed_links(pass);
     ok = plii_edit_add_crossed_faces(edit, &pass->edges);
@@ -539,16 +603,13 @@ static pli_status swept_cut_all(swept_work* work, const pli_vec3 (*corners)[3]) 
     return PLI_OK;
 }
 
-/* Cuts and leaves the tips in `trace`. */
+/* Cuts and leaves the ends of the cut in `trace`. */
 static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (*corners)[3], bool goes_on,
                             const char* function, int* parted) {
     swept_work work = {.function = function};
     PLII_TRY(plii_edit_open(body, function, &work.edit));
-    pli_status status = PLI_OK;
-    for (int i = 0; goes_on && status == PLI_OK && i < trace->tip_count; ++i) {
-        if (!swept_push_tip(&work, trace->tips[i])) { status = PLI_ERROR_OUT_OF_MEMORY; }
-    }
-    if (status == PLI_OK) { status = swept_cut_all(&work, corners); }
+    const bool is_ready = !goes_on || trace_copy_ends(body->context, &trace->ends, &work.ends);
+    pli_status status = is_ready ? swept_cut_all(&work, corners) : PLI_ERROR_OUT_OF_MEMORY;
     if (status == PLI_ERROR_OUT_OF_MEMORY) {
         plii_fail(body->context, status, function, "no memory to cut %d nodes, %d links and %d faces", body->node_count,
                   body->link_count, body->topology->face_count);
@@ -556,15 +617,11 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
     if (status == PLI_OK && work.is_changed) { status = plii_edit_commit(&work.edit, function); }
     if (status == PLI_OK) {
         *parted = work.parted;
-        int* tips = trace->tips;
-        const int capacity = trace->tip_capacity;
-        trace->tips = work.tips;
-        trace->tip_count = work.tip_count;
-        trace->tip_capacity = work.tip_capacity;
-        work.tips = tips;
-        work.tip_capacity = capacity;
+        const trace_ends old = trace->ends;
+        trace->ends = work.ends;
+        work.ends = old;
     }
-    plii_release(body->context, work.tips, (size_t)work.tip_capacity * sizeof *work.tips);
+    trace_release_ends(body->context, &work.ends);
     plii_edit_close(&work.edit);
     return status;
 }
@@ -591,7 +648,7 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
             return status;
         }
     } else if (!goes_on) {
-        trace->tip_count = 0;
+        trace_forget(trace);
     }
     trace->has_ray = true;
     trace->ray[0] = to_start;

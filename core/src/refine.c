@@ -20,6 +20,9 @@ typedef struct refine_work {
     pli_status status;   /* of the callback */
 } refine_work;
 
+/* How near to the end of a link a jump of the surface may part it. */
+#define REFINE_MIN_SHARE 1e-4f
+
 /* What lies at a node that is on the surface. */
 enum { REFINE_INSIDE = 1, REFINE_OUTSIDE = 2 };
 
@@ -69,16 +72,16 @@ static void refine_narrow(refine_bracket* bracket, float t, float value) {
 
 /* Halves the bracket until a value is good enough or floats end, as at a jump of the surface. */
 static float refine_bisect(refine_work* work, pli_vec3 a, pli_vec3 b, refine_bracket bracket) {
-    float t = 0.5f;
+    float t = bracket.span[1];
     for (int i = 0; i < 64; ++i) {
         const float middle = refine_lerp(bracket.span[0], bracket.span[1], 0.5f);
-        if (middle == bracket.span[0] || middle == bracket.span[1] || !(middle > 0.0f && middle < 1.0f)) { break; }
+        if (middle == bracket.span[0] || middle == bracket.span[1]) { break; }
         t = middle;
         const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
         if (work->status != PLI_OK || fabsf(value) < work->def.accuracy) { break; }
         refine_narrow(&bracket, t, value);
     }
-    return t;
+    return plii_clamp(t, REFINE_MIN_SHARE, 1.0f - REFINE_MIN_SHARE);
 }
 
 /* Where the surface crosses an edge, as a share of it; -1 when that is not found. Regula falsi. */

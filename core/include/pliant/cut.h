@@ -51,8 +51,9 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 /// An edge that is crossed nearer to its end than 5 % of its length is cut at that end instead. A face in which the
 /// sweep ends is refined but not opened; a sweep that goes on from there (its first ray is the last one of the call
 /// before) opens it, so that short sweeps make one cut, and a cut that comes back to where it began closes. Between two
-/// such calls the body may move, but not be cut otherwise. Sweeps inside of one face cut nothing. Bending links, and
-/// links that are no edge of a face but join two nodes with faces, go when they are crossed.
+/// such calls the body may move, but not be cut otherwise. Sweeps inside of one face cut no face. Bending links, and
+/// links that are no edge of a face but join two nodes with faces, go when they are crossed, and bending links also
+/// when one of their nodes is parted.
 /// @param parted receives the number of links that were parted or, along nodes, doubled; may be NULL
 PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                                       pli_vec3 to_end, int* parted);
