@@ -32,10 +32,11 @@ static bool same_bits(const std::vector<pli_vec3>& a, const std::vector<pli_vec3
     return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(pli_vec3)) == 0;
 }
 
-// Only the order of contacts is taken over, no state: nothing else tells the two runs apart.
+// Only the order of contacts is taken over, no state. In these scenes free runs part because of it; all but RopeAttach
+// do so within the frames of this test.
 static void whole_runs_are_bit_equal_in_bullets_order(void**) {
-    for (int i = 0; i < scene_count; ++i) {
-        const DescriptionPointer description = Description::build(*scene_list[i], {});
+    for (const char* name : {"Cloth", "RopeAttach", "Sticks", "Collide", "Collide2", "Collide3"}) {
+        const DescriptionPointer description = describe(name);
         BulletEngine reference(*description);
         PliantEngine pliant(*description, EngineOptions{true});
         ContactMatcher matcher(reference, pliant);
@@ -48,7 +49,7 @@ static void whole_runs_are_bit_equal_in_bullets_order(void**) {
                 const SoftState expected = reference.soft(k), actual = pliant.soft(k);
                 if (!same_bits(expected.positions, actual.positions) ||
                     !same_bits(expected.velocities, actual.velocities)) {
-                    fail_msg("%s: soft body %d differs at frame %d", scene_list[i]->name, k, frame);
+                    fail_msg("%s: soft body %d differs at frame %d", name, k, frame);
                 }
             }
         }
