@@ -8,6 +8,7 @@ namespace picture {
 static constexpr float radians_per_degree = 0.01745329252f;
 static constexpr float default_yaw = 215.0f, default_pitch = -20.0f; // degrees
 static constexpr float tangent_vertical = 0.364f;                    // of 20 degrees
+static constexpr float frame_top = 0.76f; // share of the upper half that is below the caption
 
 Matrix4 Camera::view_projection(float near, float far) const {
     return multiply(perspective(tangent_x, tangent_y, near, far), look_along(eye, right, up, forward));
@@ -85,7 +86,7 @@ struct FrameFit {
 static Camera fitted_camera(const View& view, float yaw_degrees, float pitch_degrees, float aspect) {
     Camera camera = turned_camera(yaw_degrees, pitch_degrees, aspect);
     FrameFit across{0.84f * camera.tangent_x, 0.84f * camera.tangent_x};
-    FrameFit along{0.84f * camera.tangent_y, 0.72f * camera.tangent_y}; // the caption is at the top
+    FrameFit along{0.84f * camera.tangent_y, 0.9f * frame_top * camera.tangent_y};
     for (const pli_vec3 point : view.points) {
         const float depth = pli_vec3_dot(point, camera.forward);
         across.add(pli_vec3_dot(point, camera.right), depth);
@@ -97,12 +98,14 @@ static Camera fitted_camera(const View& view, float yaw_degrees, float pitch_deg
     return camera;
 }
 
+// Whether all points are in the frame, and not behind the caption at its top.
 static bool sees_all(const Camera& camera, const std::vector<pli_vec3>& points) {
     return std::all_of(points.begin(), points.end(), [&](pli_vec3 point) {
         const pli_vec3 offset = point - camera.eye;
         const float depth = pli_vec3_dot(offset, camera.forward);
-        return std::fabs(pli_vec3_dot(offset, camera.right)) < camera.tangent_x * depth &&
-               std::fabs(pli_vec3_dot(offset, camera.up)) < camera.tangent_y * depth;
+        const float across = pli_vec3_dot(offset, camera.right), along = pli_vec3_dot(offset, camera.up);
+        return std::fabs(across) < 0.95f * camera.tangent_x * depth && along < frame_top * camera.tangent_y * depth &&
+               along > -0.95f * camera.tangent_y * depth;
     });
 }
 
