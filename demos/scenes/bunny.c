@@ -10,7 +10,7 @@ static void bunny_add(scene_builder* builder, pli_mesh* mesh, scene_soft_def def
     def.name = "bunny";
     def.rigid_contacts.friction = 0.5f;
     scene_add_soft(builder, mesh, &def);
-    scene_set_camera(builder, (scene_camera){{0, -7, 0}, 19, 27, -16});
+    scene_set_camera(builder, (scene_camera){{0, -7, 0}, 19, 155, -16});
 }
 
 static void bunny_build(scene_builder* builder) {
@@ -34,7 +34,7 @@ const scene scene_bunny = {
     .name = "Bunny",
     .summary = "A bunny with bending links falls to the ground.",
     .takes_mesh = true,
-    .picture_frame = 90,
+    .picture_frame = 80,
     .build = bunny_build,
 };
 
