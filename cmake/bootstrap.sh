@@ -11,7 +11,6 @@ pkg-config      command pkg-config
 libbullet-dev   module  bullet
 libbullet-dev   module  bullet-float64
 libccd-dev      module  ccd
-libccd-dev      module  ccd
 libcmocka-dev   module  cmocka
 libepoxy-dev    module  epoxy
 libegl-dev      module  egl

@@ -4,11 +4,11 @@
    operations, given the same witness points. */
 
 #include "box_tree.h"
+#include "contact_order.h"
 #include "convex_penetration.h"
 #include "edge_set.h"
 #include "joint_side.h"
 #include "pair_memory.h"
-#include "permutation.h"
 #include "shape_impl.h"
 #include "support_groups.h"
 #include "world_impl.h"
@@ -33,10 +33,6 @@ typedef struct cluster_contacts_state {
     pli_cluster_contacts_def def;
     cluster_contact* contacts;
     int count, capacity;
-    cluster_contact* spare; /* for reordering */
-    int spare_capacity;
-    uint8_t* marks;
-    int marks_capacity;
     plii_pair_memory memory;
     bool has_groups;
     plii_support_groups* groups; /* [group_count] per cluster */
@@ -615,8 +611,6 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     cluster_contacts_drop_groups(body, state);
     cluster_contacts_drop_neighbours(state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
-    plii_release(context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_pair_memory_release(context, &state->memory);
@@ -626,12 +620,11 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const cluster_contacts_state* state = data;
-    size_t bytes =
-        (size_t)state->capacity * sizeof *state->contacts + (size_t)state->spare_capacity * sizeof *state->spare +
-        (size_t)state->marks_capacity * sizeof *state->marks + (size_t)state->box_capacity * sizeof *state->boxes +
-        (size_t)state->candidate_capacity * sizeof *state->candidates +
-        (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
-        plii_box_tree_bytes(&state->tree);
+    size_t bytes = (size_t)state->capacity * sizeof *state->contacts +
+                   (size_t)state->box_capacity * sizeof *state->boxes +
+                   (size_t)state->candidate_capacity * sizeof *state->candidates +
+                   (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
+                   plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < state->group_count; ++i) {
         bytes += plii_support_groups_bytes(&state->groups[i]);
     }
@@ -734,27 +727,7 @@ int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluste
 
 pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
     PLII_TRY(plii_check_body(body, __func__));
-    pli_context* context = body->context;
     cluster_contacts_state* state = plii_feature_state(body, &cluster_contacts_class);
-    if (state == NULL) { return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
-    if (!body->world->is_stepping) {
-        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "only allowed between collide and solve");
-    }
-    if (count != state->count) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "count is %d, there are %d contacts", count, state->count);
-    }
-    if (count == 0) { return PLI_OK; }
-    if (order == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "order is null"); }
-    if (!PLII_RESERVE(context, &state->marks, &state->marks_capacity, count) ||
-        !PLII_RESERVE(context, &state->spare, &state->spare_capacity, count)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to reorder %d contacts", count);
-    }
-    PLII_TRY(plii_check_permutation(context, order, count, state->marks, __func__));
-    for (int i = 0; i < count; ++i) {
-        state->spare[i] = state->contacts[order[i]];
-    }
-    for (int i = 0; i < count; ++i) {
-        state->contacts[i] = state->spare[i];
-    }
-    return PLI_OK;
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }

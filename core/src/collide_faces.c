@@ -11,8 +11,8 @@
 #include "body_impl.h"
 #include "box_tree.h"
 #include "closest_point.h"
+#include "contact_order.h"
 #include "fat_box.h"
-#include "permutation.h"
 #include "pliant/contact.h"
 #include "world_impl.h"
 
@@ -32,11 +32,6 @@ typedef struct soft_contacts_state {
     pli_soft_contacts_def def;
     soft_contact* contacts;
     int count, capacity;
-    /* For reordering. */
-    soft_contact* spare;
-    int spare_capacity;
-    uint8_t* marks;
-    int marks_capacity;
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
     pli_bounds* face_boxes; /* [face_count] */
@@ -402,8 +397,6 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     pli_context* context = body->context;
     soft_contacts_release_boxes(body, state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
-    plii_release(context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
     plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
@@ -413,8 +406,7 @@ static void soft_contacts_disable(pli_body* body, void* data) {
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const soft_contacts_state* state = data;
     size_t bytes = plii_box_tree_bytes(&state->tree);
-    bytes += (size_t)state->capacity * sizeof *state->contacts + (size_t)state->spare_capacity * sizeof *state->spare;
-    bytes += (size_t)state->marks_capacity * sizeof *state->marks;
+    bytes += (size_t)state->capacity * sizeof *state->contacts;
     bytes += (size_t)state->face_capacity * sizeof *state->faces + (size_t)state->box_capacity * sizeof *state->boxes;
     bytes += (size_t)state->hit_capacity * sizeof *state->hits;
     if (state->node_boxes != NULL) {
@@ -528,32 +520,9 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
 
 pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
     PLII_TRY(plii_check_body(body, __func__));
-    pli_context* context = body->context;
     soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
-    if (state == NULL) { return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
-    if (!body->world->is_stepping) {
-        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "only allowed between collide and solve");
-    }
-    if (count != state->count) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "count is %d, there are %d contacts", count, state->count);
-    }
-    if (count == 0) { return PLI_OK; }
-    if (order == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "order is null"); }
-    if (!PLII_RESERVE(context, &state->marks, &state->marks_capacity, count) ||
-        !PLII_RESERVE(context, &state->spare, &state->spare_capacity, state->capacity)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to reorder %d contacts", count);
-    }
-    PLII_TRY(plii_check_permutation(context, order, count, state->marks, __func__));
-    for (int i = 0; i < count; ++i) {
-        state->spare[i] = state->contacts[order[i]];
-    }
-    soft_contact* contacts = state->contacts;
-    const int capacity = state->capacity;
-    state->contacts = state->spare;
-    state->capacity = state->spare_capacity;
-    state->spare = contacts;
-    state->spare_capacity = capacity;
-    return PLI_OK;
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }
 
 static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,

@@ -3,7 +3,7 @@
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
 #include "body_impl.h"
-#include "permutation.h"
+#include "contact_order.h"
 #include "pliant/contact.h"
 #include "rigid_impl.h"
 #include "shape_impl.h"
@@ -29,11 +29,6 @@ typedef struct rigid_contacts_state {
     pli_rigid_contacts_def def;
     rigid_contact* contacts;
     int count, capacity;
-    /* For reordering. */
-    rigid_contact* spare;
-    int spare_capacity;
-    uint8_t* marks;
-    int marks_capacity;
 } rigid_contacts_state;
 
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
@@ -190,15 +185,12 @@ static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_ri
 static void rigid_contacts_disable(pli_body* body, void* data) {
     rigid_contacts_state* state = data;
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(body->context, state->spare, (size_t)state->spare_capacity * sizeof *state->spare);
-    plii_release(body->context, state->marks, (size_t)state->marks_capacity * sizeof *state->marks);
 }
 
 static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
     const rigid_contacts_state* state = data;
     (void)body;
-    return (size_t)state->capacity * sizeof *state->contacts + (size_t)state->spare_capacity * sizeof *state->spare +
-           (size_t)state->marks_capacity * sizeof *state->marks;
+    return (size_t)state->capacity * sizeof *state->contacts;
 }
 
 static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
@@ -277,30 +269,7 @@ int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_co
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
     PLII_TRY(plii_check_body(body, __func__));
-    pli_context* context = body->context;
     rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
-    if (state == NULL) { return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
-    if (!body->world->is_stepping) {
-        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "only allowed between collide and solve");
-    }
-    if (count != state->count) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "count is %d, there are %d contacts", count, state->count);
-    }
-    if (count == 0) { return PLI_OK; }
-    if (order == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "order is null"); }
-    if (!PLII_RESERVE(context, &state->marks, &state->marks_capacity, count) ||
-        !PLII_RESERVE(context, &state->spare, &state->spare_capacity, state->capacity)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to reorder %d contacts", count);
-    }
-    PLII_TRY(plii_check_permutation(context, order, count, state->marks, __func__));
-    for (int i = 0; i < count; ++i) {
-        state->spare[i] = state->contacts[order[i]];
-    }
-    rigid_contact* contacts = state->contacts;
-    const int capacity = state->capacity;
-    state->contacts = state->spare;
-    state->capacity = state->spare_capacity;
-    state->spare = contacts;
-    state->spare_capacity = capacity;
-    return PLI_OK;
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }
