@@ -92,6 +92,9 @@ float plii_body_volume(const pli_body* body);
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
 
+/* PLI_OK when the body may take up or leave `solver_class`; not while stepping, nor from a third solver. */
+pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
+
 /* Puts a body with a node that is NaN or infinite back to the start of the step and freezes it, with an event. */
 bool plii_solver_freeze_if_not_finite(pli_body* body);
 

@@ -12,6 +12,10 @@ static int feature_find(const pli_body* body, const plii_feature_class* klass) {
     return PLI_NULL_INDEX;
 }
 
+bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass) {
+    return feature_find(body, klass) != PLI_NULL_INDEX;
+}
+
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) {
     const int index = feature_find(body, klass);
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;

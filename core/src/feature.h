@@ -143,7 +143,8 @@ typedef struct plii_pipeline {
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
-/* NULL when not enabled. */
+bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
+/* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);

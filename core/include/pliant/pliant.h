@@ -11,6 +11,7 @@
 #include "cut.h"
 #include "forces.h"
 #include "generate.h"
+#include "implicit.h"
 #include "io.h"
 #include "joint.h"
 #include "math.h"

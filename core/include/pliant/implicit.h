@@ -1,0 +1,62 @@
+#ifndef PLIANT_IMPLICIT_H
+#define PLIANT_IMPLICIT_H
+
+/// Implicit mass-spring solver: links are springs with a stiffness in N/m, integrated by backward Euler. The linear
+/// system of a step is solved by Jacobi sweeps (Kang, "Efficient Methods for Cloth Animation and Collision Handling"),
+/// which are stable for every stiffness, mass and step, or to a tolerance by conjugate gradients. docs/solvers.md has
+/// the equations.
+
+#include "body.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum pli_implicit_method {
+    PLI_IMPLICIT_JACOBI = 0,
+    PLI_IMPLICIT_CHEBYSHEV = 1,         ///< Jacobi sweeps under Chebyshev weights: fewer sweeps to the same error
+    PLI_IMPLICIT_CONJUGATE_GRADIENT = 2 ///< until `tolerance` is met or `sweeps` are done
+} pli_implicit_method;
+
+/// What the sweeps start from. They need many sweeps to carry a change through a stiff mesh.
+typedef enum pli_implicit_start {
+    PLI_IMPLICIT_FREE_FLIGHT = 0, ///< the velocities of nodes without springs: a free body falls with exactly g
+    PLI_IMPLICIT_LITERAL = 1      ///< at rest, as in the paper: a stiff body falls too slowly
+} pli_implicit_start;
+
+typedef struct pli_implicit_def {
+    float stiffness; ///< N/m, >= 0, default 1000, of links whose material has linear_stiffness 1, else times that
+    float damping;   ///< N s/m along each link, >= 0, default 0
+    /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes comes out up
+    /// to twice too large.
+    int sweeps;
+    pli_implicit_method method;
+    pli_implicit_start start;
+    float tolerance; ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
+    uint32_t cookie; ///< set by the default function
+} pli_implicit_def;
+
+PLI_API pli_implicit_def pli_implicit_def_default(void);
+
+/// Steps the body with this solver, or changes its settings. Forces, anchors, contacts and pose matching stay in use;
+/// of pli_solver_settings so do position_iterations (for anchors, contacts and pose), velocity_damping and time_scale.
+/// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already, PLI_ERROR_NOT_FINITE,
+///         PLI_ERROR_INVALID_VALUE, PLI_ERROR_OUT_OF_MEMORY
+PLI_API pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def);
+/// Returns to the position-based solver and to links on positions. Nothing when not enabled.
+PLI_API pli_status pli_body_disable_implicit(pli_body* body);
+
+/// How the last step went.
+typedef struct pli_implicit_report {
+    int iterations;        ///< sweeps, or iterations of the conjugate gradient
+    float residual;        ///< relative to the first one; conjugate gradients only, else 0
+    float spectral_radius; ///< estimate of the Jacobi iteration's; Chebyshev weights only, else 0
+    int collapsed_links;   ///< springs without length, hence without direction, that were left out
+} pli_implicit_report;
+
+PLI_API pli_implicit_report pli_body_get_implicit_report(const pli_body* body);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
