@@ -200,7 +200,7 @@ static void test_sweeps_converge_to_the_dense_solution(void** unused) {
     for (int pinned = 0; pinned <= 4; pinned += 4) {
         for (int start = 0; start < 2; ++start) {
             def.start = start == 0 ? PLI_IMPLICIT_FREE_FLIGHT : PLI_IMPLICIT_LITERAL;
-            double error_before = INFINITY;
+            double error_before = (double)INFINITY;
             for (def.sweeps = 1; def.sweeps <= 33; def.sweeps += 2) {
                 const double error = lattice_error(def, pinned);
                 if (!(error < error_before)) {
@@ -547,7 +547,7 @@ static void test_sheet_drapes_over_a_ball(void** unused) {
         assert_int_equal(pli_world_step(d.world, 1.0f / 60.0f), PLI_OK);
     }
     const pli_body_view view = pli_body_get_view(d.body);
-    double nearest = INFINITY;
+    double nearest = (double)INFINITY;
     for (int i = 0; i < view.node_count; ++i) {
         const pli_vec4 x = view.positions[i];
         nearest = fmin(nearest, sqrt((double)(x.x * x.x + x.y * x.y + x.z * x.z)));
