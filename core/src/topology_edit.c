@@ -22,6 +22,7 @@ void plii_edit_close(plii_edit* edit) {
     plii_release(edit->context, edit->nodes, (size_t)edit->node_capacity * sizeof *edit->nodes);
     plii_release(edit->context, edit->links, (size_t)edit->link_capacity * sizeof *edit->links);
     plii_release(edit->context, edit->faces, (size_t)edit->face_capacity * sizeof *edit->faces);
+    plii_topology_release(edit->context, edit->old_topology);
 }
 
 pli_status plii_edit_check_idle(const pli_body* body, const char* function) {
@@ -30,7 +31,7 @@ pli_status plii_edit_check_idle(const pli_body* body, const char* function) {
 }
 
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit) {
-    const plii_topology* topology = body->topology;
+    plii_topology* topology = body->topology;
     PLII_TRY(plii_edit_check_idle(body, function));
     *edit = (plii_edit){
         .body = body,
@@ -42,6 +43,7 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
         .link_count = body->link_count,
         .face_count = topology->face_count,
     };
+    ++topology->reference_count;
     if (!edit_reserve(edit, edit->node_count, edit->link_count, edit->face_count)) {
         plii_edit_close(edit);
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function,
@@ -396,6 +398,15 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
     return true;
 }
 
+/* What keeps memory by the size of the body has to say how it follows. */
+static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature_class* klass = body->pipeline.features[i].klass;
+        if (klass->bytes != NULL && klass->topology_commit == NULL) { return klass; }
+    }
+    return NULL;
+}
+
 static void edit_replace(const plii_edit* edit, const edit_product* product) {
     pli_body* body = edit->body;
     pli_context* context = edit->context;
@@ -437,6 +448,10 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     if (body->topology != edit->old_topology || body->node_count != edit->old_node_count ||
         body->link_count != edit->old_link_count || body->world->is_stepping) {
         return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "the body was changed while it was being cut");
+    }
+    const plii_feature_class* stiff = edit_find_stiff_feature(body);
+    if (stiff != NULL) {
+        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s cannot follow a cut of the body", stiff->name);
     }
     edit_product product = {0};
     plii_topology_change change = {

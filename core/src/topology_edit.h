@@ -26,7 +26,7 @@ typedef struct plii_edit_face {
 typedef struct plii_edit {
     pli_body* body;
     pli_context* context;
-    const plii_topology* old_topology;
+    plii_topology* old_topology; /* held, since a callback may cut the body */
     int old_node_count, old_link_count;
     int node_count, link_count, face_count;
     int node_capacity, link_capacity, face_capacity;

@@ -4,7 +4,8 @@
 /// Cutting and refining a body. Nodes are only added, so indices that the user holds stay valid; links and faces are
 /// renumbered. Not while stepping. Views of the body are invalid afterwards.
 ///
-/// A cut happens wholly or not at all, and all that is enabled on the body follows it. Total mass is kept: new nodes
+/// A cut happens wholly or not at all, and all that is enabled on the body follows it; it is refused with
+/// PLI_ERROR_WRONG_STATE where a feature cannot. Total mass is kept: new nodes
 /// take theirs from the nodes beside them. Anchors stay with their node, and a copy of a pinned node is pinned.
 /// Tetrahedra cannot be cut: a cut that meets one is refused with PLI_ERROR_INVALID_MESH. The faces of other bodies of
 /// the same mesh stay as they are. Time is linear in the size of the body.
