@@ -102,6 +102,14 @@ static size_t joints_bytes(const pli_body* body, const void* state) {
     return (size_t)joints->capacity * sizeof *joints->items + plii_id_pool_bytes(&joints->ids);
 }
 
+/* Joints hold to clusters, which follow a cut and keep their index. */
+static void joints_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)body;
+    (void)state;
+    (void)change;
+    (void)blocks;
+}
+
 static const plii_feature_class joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
@@ -113,6 +121,7 @@ static const plii_feature_class joints_class = {
     .forget_body = joints_forget_body,
     .forget_clusters = joints_forget_body,
     .bytes = joints_bytes,
+    .topology_commit = joints_topology_commit,
 };
 
 // ----------------------------------------------------------------------------------------------------------- editing

@@ -816,6 +816,46 @@ static void enable_everything(pli_body* body, pli_rigid* floor_rigid) {
     assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
 }
 
+static void enable_clusters(pli_body* body, pli_rigid* rigid) {
+    const pli_clusters_def def = pli_clusters_def_default();
+    assert_int_equal(pli_body_enable_clusters(body, &def), PLI_OK);
+    assert_int_equal(pli_body_generate_clusters(body, 4, 100, NULL), PLI_OK);
+    const pli_cluster_contacts_def contacts = pli_cluster_contacts_def_default();
+    assert_int_equal(pli_body_enable_cluster_contacts(body, &contacts), PLI_OK);
+    pli_linear_joint_def joint = pli_linear_joint_def_default();
+    joint.other.rigid = rigid;
+    joint.position = xyz(pli_body_get_view(body).positions[0]);
+    assert_int_equal(pli_body_add_linear_joint(body, &joint, NULL), PLI_OK);
+}
+
+static int count_cluster_members(const pli_body* body) {
+    int members = 0;
+    for (int i = 0; i < pli_body_cluster_count(body); ++i) {
+        pli_cluster_view view;
+        assert_int_equal(pli_body_get_cluster(body, i, &view), PLI_OK);
+        members += view.node_count;
+    }
+    return members;
+}
+
+/* New nodes join the clusters of their parents. */
+static void test_clusters_and_joints_follow(void** state) {
+    const fixture* f = *state;
+    pli_rigid* floor_rigid = make_floor(f, -1.0f);
+    pli_body* body = make_sheet(f, 9, 0, false);
+    enable_clusters(body, floor_rigid);
+    const int members = count_cluster_members(body);
+    run(f, 5);
+    float x = 0.2f;
+    assert_int_equal(refine(body, wall_surface, &x), PLI_OK);
+    sweep(body, -3, 0.3f, 3, 0.31f);
+    assert_int_equal(pli_body_cluster_count(body), 4);
+    assert_int_equal(pli_body_joint_count(body), 1);
+    assert_true(count_cluster_members(body) > members);
+    run(f, 60);
+    check_finite(body);
+}
+
 static void test_seven_cuts_and_a_disc_with_contacts(void** state) {
     const fixture* f = *state;
     pli_rigid* floor_rigid = make_floor(f, -2.0f);
@@ -960,6 +1000,7 @@ static void test_lack_of_memory_changes_nothing(void** state) {
         assert_int_equal(pli_mesh_append_bending_links(mesh, 2, 0, NULL), PLI_OK);
         pli_body* body = take_mesh(&f, mesh);
         enable_everything(body, floor_rigid);
+        enable_clusters(body, floor_rigid);
         assert_int_equal(pli_body_enable_pressure(body, 0.1f), PLI_OK);
         assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK);
         assert_int_equal(pli_body_use_velocity_links(body, true), PLI_OK);
@@ -1021,6 +1062,7 @@ int main(void) {
         CUT_TEST(test_twisted_strip_is_cut),
         CUT_TEST(test_swept_cut_of_ropes),
         CUT_TEST(test_links_without_faces),
+        CUT_TEST(test_clusters_and_joints_follow),
         CUT_TEST(test_seven_cuts_and_a_disc_with_contacts),
         CUT_TEST(test_pressure_pose_and_velocity_links_follow),
         CUT_TEST(test_other_bodies_of_the_mesh_stay),
