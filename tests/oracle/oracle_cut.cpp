@@ -215,6 +215,24 @@ void test_cut_of_a_closed_surface_is_exact(void**) {
     p.check_exact();
 }
 
+// Masses differ: Bullet's new nodes weigh 1 kg each.
+void test_cut_links_have_the_same_topology(void**) {
+    pli_context* context = make_context();
+    pli_mesh* mesh = make_cloth(context);
+    add_bending_links(mesh);
+    pair p(context, mesh);
+    p.step(10);
+    // Both directions of a link, at the border, a diagonal, next to a cut, a bending link.
+    const int links[6][2] = {{100, 101}, {85, 69}, {3, 4}, {17, 34}, {101, 102}, {200, 202}};
+    for (const auto& link : links) {
+        const bool is_cut = p.soft->cutLink(link[0], link[1], 0.3f);
+        assert_int_equal(pli_body_cut_link(p.body, link[0], link[1], 0.3f), is_cut ? PLI_OK : PLI_ERROR_INVALID_VALUE);
+        p.check_topology();
+        assert_true(twin::compare(*p.soft, p.body).is_exact());
+    }
+    assert_true(pli_body_get_view(p.body).node_count >= 256 + 2 * 5);
+}
+
 } // namespace
 
 int main() {
@@ -225,6 +243,7 @@ int main() {
         cmocka_unit_test(test_cut_through_nodes_is_exact),
         cmocka_unit_test(test_cut_of_a_rope_is_exact),
         cmocka_unit_test(test_cut_of_a_closed_surface_is_exact),
+        cmocka_unit_test(test_cut_links_have_the_same_topology),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }
