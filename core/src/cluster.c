@@ -100,7 +100,9 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
         for (int i = begin; i < end; ++i) {
             plii_cluster* cluster = &clusters->items[i];
             cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-            covariances[i - begin] = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+            covariances[i - begin] = cluster->is_point
+                                         ? plii_mat3_diagonal(0, 0, 0)
+                                         : cluster_covariance(body, clusters, cluster, cluster->frame.origin);
             turns[i - begin] = cluster->turn;
         }
         plii_rotation_batch(end - begin, covariances, turns, covariances);

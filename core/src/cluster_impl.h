@@ -16,6 +16,7 @@ typedef struct plii_cluster {
     pli_cluster_settings settings;
     int first_member, member_count;
     bool contains_pinned_node;
+    bool is_point; /* does not turn: all nodes are at one place, but for rounding */
     float inverse_mass;
     pli_mat3 inverse_inertia_local; /* of the rest shape */
     /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster

@@ -64,8 +64,8 @@ static void cluster_eigen(double a[3][3], double vectors[3][3]) {
 }
 
 /* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
-   they have no inertia (Bullet divides by zero there). */
-static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia) {
+   they have no inertia, or less than `smallest` (Bullet divides by zero there). */
+static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia, double smallest) {
     double a[3][3], vectors[3][3];
     for (int i = 0; i < 3; ++i) {
         a[i][0] = (double)inertia.rows[i].x;
@@ -76,7 +76,7 @@ static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia) {
     const double largest = fmax(a[0][0], fmax(a[1][1], a[2][2]));
     double inverse[3][3] = {{0}};
     for (int k = 0; k < 3; ++k) {
-        if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > 1e-30)) { continue; }
+        if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > smallest)) { continue; }
         for (int i = 0; i < 3; ++i) {
             for (int j = 0; j < 3; ++j) {
                 inverse[i][j] += vectors[i][k] * vectors[j][k] / a[k][k];
@@ -90,8 +90,17 @@ static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia) {
     return plii_mat3_is_finite(result) ? result : plii_mat3_diagonal(0, 0, 0);
 }
 
+/* The inertia that the rounding of coordinates alone would give, and some more. */
+static double cluster_smallest_inertia(const pli_body* body, const plii_cluster* cluster) {
+    const pli_vec3 min = body->bounds.min, max = body->bounds.max;
+    const float x = plii_max(fabsf(min.x), fabsf(max.x)), y = plii_max(fabsf(min.y), fabsf(max.y));
+    const float size = plii_max(plii_max(x, y), fmaxf(fabsf(min.z), fabsf(max.z)));
+    const double blur = 16.0 * (double)PLII_EPSILON * (double)size;
+    return blur * blur / (double)cluster->inverse_mass + 1e-30;
+}
+
 /* From masses and rest shape. */
-static void cluster_take_inertia(const plii_clusters* clusters, plii_cluster* cluster) {
+static void cluster_take_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -109,7 +118,10 @@ static void cluster_take_inertia(const plii_clusters* clusters, plii_cluster* cl
     inertia.rows[2].y = inertia.rows[1].z;
     const pli_mat3 inverse = plii_mat3_inverse(inertia);
     const bool is_regular = clusters->def.as_bullet && plii_mat3_is_finite(inverse);
-    cluster->inverse_inertia_local = is_regular ? inverse : cluster_pseudo_inverse(inertia);
+    cluster->inverse_inertia_local =
+        is_regular ? inverse : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
+    const pli_mat3* turns = &cluster->inverse_inertia_local;
+    cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -128,7 +140,7 @@ void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clu
     for (int i = 0; i < cluster->member_count; ++i) {
         members[i].rest = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
     }
-    cluster_take_inertia(clusters, cluster);
+    cluster_take_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
     cluster->turn = pli_quat_identity();
@@ -146,7 +158,7 @@ void plii_cluster_take_masses(const pli_body* body, const plii_clusters* cluster
     for (int i = 0; i < cluster->member_count; ++i) {
         members[i].rest = pli_vec3_sub(members[i].rest, shift);
     }
-    cluster_take_inertia(clusters, cluster);
+    cluster_take_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;
 }

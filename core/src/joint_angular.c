@@ -11,10 +11,19 @@ static pli_vec3 angular_joint_normalize(pli_vec3 v) {
     return length > PLII_EPSILON ? plii_vec3_divide(v, length) : pli_vec3_make(0, 0, 0);
 }
 
+/* False for an axis without a direction. One that is a unit vector but for rounding stays as it is, bit for bit. */
+static bool angular_joint_make_unit(pli_vec3* axis) {
+    const float length_squared = pli_vec3_length_squared(*axis);
+    if (fabsf(length_squared - 1.0f) <= 1e-5f) { return true; }
+    if (!(length_squared > FLT_MIN) || !plii_is_finite(length_squared)) { return false; }
+    *axis = plii_vec3_divide(*axis, sqrtf(length_squared));
+    return true;
+}
+
 static void angular_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
     if (joint->controller.steer != NULL) {
-        const pli_vec3 axis = joint->controller.steer(joint->local[0], joint->controller.user);
-        if (plii_vec3_is_finite(axis)) { joint->local[0] = axis; }
+        pli_vec3 axis = joint->controller.steer(joint->local[0], joint->controller.user);
+        if (angular_joint_make_unit(&axis)) { joint->local[0] = axis; }
     }
     joint->world[0] = pli_mat3_mul_vec3(joint->sides[0].frame.rotation, joint->local[0]);
     joint->world[1] = pli_mat3_mul_vec3(joint->sides[1].frame.rotation, joint->local[1]);
@@ -60,12 +69,15 @@ pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_de
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_angular_joint_def_default()");
     }
-    const float length = pli_vec3_length(def->axis);
-    if (!(length > 0.0f)) { return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the axis is zero or NaN"); }
+    pli_vec3 axis = def->axis;
+    if (!angular_joint_make_unit(&axis)) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the axis (%g, %g, %g) has no direction",
+                         (double)axis.x, (double)axis.y, (double)axis.z);
+    }
     plii_joint made = {.klass = &angular_joint_class,
                        .cluster = def->cluster,
                        .other = def->other,
                        .softness = def->softness,
                        .controller = def->controller};
-    return plii_joint_add(body, &made, def->axis, true, joint, __func__);
+    return plii_joint_add(body, &made, axis, true, joint, __func__);
 }

@@ -90,15 +90,16 @@ typedef struct pli_cluster_contact {
 typedef bool pli_cluster_distance_fn(const pli_body* body, pli_cluster_contact* contact, void* user);
 
 typedef struct pli_cluster_contacts_def {
-    bool with_rigids;          ///< default true. Bullet name: CL_RS
-    bool with_bodies;          ///< default true; the other body needs it too. Bullet name: CL_SS
-    bool with_self;            ///< default false: clusters of one body that share no node. Bullet name: CL_SELF
-    float friction;            ///< >= 0, default 0.2; the smaller of the two sides counts. Bullet name: kDF
-    float dynamic_hardness;    ///< [0, 1], default 0.1. Bullet name: kSRHR_CL
-    float static_hardness;     ///< [0, 1], default 1. Bullet name: kSKHR_CL
-    float soft_hardness;       ///< [0, 1], default 0.5; the larger of the two sides counts. Bullet name: kSSHR_CL
-    float dynamic_split;       ///< [0, 1], default 0.5: share of the correction that is a displacement, not a velocity.
-                               ///< Bullet name: kSR_SPLT_CL
+    bool with_rigids;       ///< default true. Bullet name: CL_RS
+    bool with_bodies;       ///< default true; the other body needs it too. Bullet name: CL_SS
+    bool with_self;         ///< default false: clusters of one body that share no node. Bullet name: CL_SELF
+    float friction;         ///< >= 0, default 0.2; the smaller of the two sides counts. Bullet name: kDF
+    float dynamic_hardness; ///< [0, 1], default 0.1. Bullet name: kSRHR_CL
+    float static_hardness;  ///< [0, 1], default 1. Bullet name: kSKHR_CL
+    float soft_hardness;    ///< [0, 1], default 0.5; the larger of the two sides counts. Bullet name: kSSHR_CL
+    /// [0, 1], default 0.5: share of the correction that is a displacement, not a velocity. The rigid body takes it as
+    /// a velocity all the same. Bullet name: kSR_SPLT_CL
+    float dynamic_split;
     float static_split;        ///< [0, 1], default 0.5. Bullet name: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false

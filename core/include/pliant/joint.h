@@ -25,7 +25,9 @@ typedef struct pli_joint_end {
 typedef struct pli_joint_softness {
     float error_reduction; ///< [0, 1], default 1: share of the error corrected per step. Bullet name: erp
     float velocity_factor; ///< [0, 1], default 1: share of the relative velocity removed. Bullet name: cfm
-    float split;           ///< [0, 1], default 1: share of the correction that is a displacement, not a velocity
+    /// [0, 1], default 1: share of the correction that is a displacement, not a velocity. A rigid body takes this share
+    /// as a velocity too, so momentum is in balance only without it.
+    float split;
 } pli_joint_softness;
 
 typedef struct pli_linear_joint_def {
@@ -40,7 +42,8 @@ PLI_API pli_linear_joint_def pli_linear_joint_def_default(void);
 /// A ball and socket. Bullet name: appendLinearJoint
 PLI_API pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint);
 
-/// Drives and steers an angular joint. Both callbacks may be NULL; results that are not finite are not used.
+/// Drives and steers an angular joint. Both callbacks may be NULL; a speed that is not finite and an axis without a
+/// direction are not used.
 typedef struct pli_joint_controller {
     /// Before each step: the axis in the frame of this body's cluster, given the present one.
     pli_vec3 (*steer)(pli_vec3 local_axis, void* user);
@@ -52,7 +55,7 @@ typedef struct pli_joint_controller {
 typedef struct pli_angular_joint_def {
     int cluster;
     pli_joint_end other;
-    pli_vec3 axis; ///< world, not zero; both ends turn about it
+    pli_vec3 axis; ///< world, of any length but zero; both ends turn about it
     pli_joint_softness softness;
     pli_joint_controller controller;
     uint32_t cookie;
