@@ -155,18 +155,33 @@ static bool cluster_contacts_measure(pli_body* body, cluster_contacts_state* sta
 // -------------------------------------------------------------------------------------------------- making contacts
 
 typedef struct contact_terms {
-    float margin, friction, hardness, split;
+    float margin; /* of both sides, `radius` included */
+    float radius; /* of the other side's shape round its core */
+    float friction, hardness, split;
 } contact_terms;
+
+/* Distances may come from the user. */
+static bool cluster_contact_is_usable(const pli_cluster_contact* info) {
+    return plii_is_finite(info->distance) && plii_vec3_is_finite(info->witness) &&
+           plii_vec3_is_finite(info->other_witness) && plii_vec3_is_finite(info->normal) &&
+           pli_vec3_length_squared(info->normal) > FLT_MIN;
+}
 
 static pli_status cluster_contacts_add(pli_body* body, cluster_contacts_state* state, const pli_cluster_contact* info,
                                        plii_joint_side a, plii_joint_side b, const contact_terms* terms) {
-    if (!(info->distance < terms->margin) || !plii_vec3_is_finite(info->normal)) { return PLI_OK; }
+    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return PLI_OK; }
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
-    const pli_vec3 arm_a = pli_vec3_sub(info->witness, a.frame.origin);
-    const pli_vec3 arm_b = pli_vec3_sub(info->other_witness, b.frame.origin);
+    pli_vec3 point_a = info->witness, point_b = info->other_witness;
+    if (!plii_body_clusters(body)->def.as_bullet) {
+        /* Bullet acts on the cores, at two points: friction between them would make angular momentum. */
+        point_b = pli_vec3_add(point_b, pli_vec3_scale(normal, terms->radius));
+        point_a = point_b = pli_vec3_lerp(point_a, point_b, 0.5f);
+    }
+    const pli_vec3 arm_a = pli_vec3_sub(point_a, a.frame.origin);
+    const pli_vec3 arm_b = pli_vec3_sub(point_b, b.frame.origin);
     const pli_vec3 velocity =
         pli_vec3_sub(plii_joint_side_velocity_at(&a, arm_a), plii_joint_side_velocity_at(&b, arm_b));
     const float approach = pli_vec3_dot(velocity, normal);
@@ -190,7 +205,7 @@ static pli_status cluster_contacts_add(pli_body* body, cluster_contacts_state* s
 static contact_terms cluster_contacts_rigid_terms(const pli_body* body, const cluster_contacts_state* state,
                                                   const pli_rigid* rigid, float radius) {
     const bool is_dynamic = rigid->kind == PLI_RIGID_DYNAMIC;
-    return (contact_terms){radius + body->collision_margin, plii_min(state->def.friction, rigid->friction),
+    return (contact_terms){radius + body->collision_margin, radius, plii_min(state->def.friction, rigid->friction),
                            is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
                            is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
@@ -479,7 +494,7 @@ static pli_status cluster_contacts_collide_self(pli_body* body, cluster_contacts
         return cluster_contacts_fail_memory(body);
     }
     const plii_clusters* clusters = plii_body_clusters(body);
-    const contact_terms terms = {2.0f * body->collision_margin, state->def.friction, state->def.soft_hardness,
+    const contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction, state->def.soft_hardness,
                                  state->def.soft_split};
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }

@@ -1,0 +1,460 @@
+/* Joints: balance of momentum, what they hold, motors and steering, ids, life, what they cost, bad input. */
+
+#include "test_cluster_world.h"
+
+static const float dt = 1.0f / 60.0f;
+
+static void check_error(pli_status status, pli_status expected, const char* part) {
+    assert_int_equal(status, expected);
+    if (strstr(pli_last_error(context), part) == NULL) {
+        fail_msg("the message \"%s\" does not say \"%s\"", pli_last_error(context), part);
+    }
+}
+
+/* A ball that keeps its shape, of one cluster and 86 kg. */
+static pli_body* make_solid(pli_vec3 centre) {
+    pli_body* body = make_ball(pli_vec3_make(1, 1, 1), centre, 0.1f);
+    assert_int_equal(pli_body_generate_clusters(body, 1, 100, NULL), PLI_OK);
+    match_clusters(body, 0.2f);
+    return body;
+}
+
+static pli_joint_id add_linear(pli_body* body, pli_joint_end other, pli_vec3 position, float split) {
+    pli_linear_joint_def def = pli_linear_joint_def_default();
+    def.other = other;
+    def.position = position;
+    def.softness.split = split;
+    pli_joint_id id = {0, 0};
+    assert_int_equal(pli_body_add_linear_joint(body, &def, &id), PLI_OK);
+    return id;
+}
+
+static pli_joint_id add_angular(pli_body* body, pli_joint_end other, pli_vec3 axis, float split,
+                                pli_joint_controller controller) {
+    pli_angular_joint_def def = pli_angular_joint_def_default();
+    def.other = other;
+    def.axis = axis;
+    def.softness.split = split;
+    def.controller = controller;
+    pli_joint_id id = {0, 0};
+    assert_int_equal(pli_body_add_angular_joint(body, &def, &id), PLI_OK);
+    return id;
+}
+
+static const pli_joint_controller free_joint = {NULL, NULL, NULL};
+
+static pli_joint_end end_of_body(pli_body* body) {
+    return (pli_joint_end){.body = body};
+}
+static pli_joint_end end_of_rigid(pli_rigid* rigid) {
+    return (pli_joint_end){.rigid = rigid};
+}
+
+static void spin(pli_body* body, pli_vec3 about, pli_vec3 angular_velocity, pli_vec3 velocity) {
+    const int count = pli_body_get_view(body).node_count;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 arm = pli_vec3_sub(position_of(body, i), about);
+        const pli_vec3 v = pli_vec3_add(velocity, pli_vec3_cross(angular_velocity, arm));
+        assert_int_equal(pli_body_set_node_velocity(body, i, v), PLI_OK);
+    }
+}
+
+// --------------------------------------------------------------------------------------------------------- mechanics
+
+/* Positions are integrated, so angular momentum is kept but for terms with the length of the step; velocities are
+   differences of positions, so momentum is kept but for the rounding of positions divided by the step. */
+static void test_cluster_and_rigid_keep_their_momenta(void** unused) {
+    (void)unused;
+    const float small = 1.0f / 120.0f;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 40, 25, pli_vec3_make(2, 0.5f, 0), NULL);
+    add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0.2f, 0.1f), 0);
+    add_angular(body, end_of_rigid(rigid), pli_vec3_make(0, 1, 0), 0, free_joint);
+    spin(body, pli_vec3_make(0, 0, 0), pli_vec3_make(0.3f, 0.5f, 1), pli_vec3_make(0, 1, 0.5f));
+    momenta before = {{0}, {0}};
+    momenta_add_body(&before, body);
+    momenta_add_rigid(&before, rigid);
+    double linear = 0, angular = 0;
+    for (int i = 0; i < 500; ++i) {
+        assert_int_equal(pli_world_step(world, small), PLI_OK);
+        assert_true(pli_rigid_was_touched(rigid));
+        momenta after = {{0}, {0}};
+        momenta_add_body(&after, body);
+        momenta_add_rigid(&after, rigid);
+        linear = fmax(linear, largest_difference(after.linear, before.linear));
+        angular = fmax(angular, largest_difference(after.angular, before.angular));
+        assert_int_equal(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), small), PLI_OK);
+    }
+    print_message("           of 96 kg m/s, 61 kg m^2/s lost: %.3g, %.3g\n", linear, angular);
+    check_at_most(linear, 0.06);
+    check_at_most(angular, 0.5);
+    /* A good part of it went over. */
+    assert_true(pli_vec3_length(pli_rigid_get_state(rigid).linear_velocity) > 0.3f);
+}
+
+static void test_two_bodies_keep_their_momenta(void** unused) {
+    (void)unused;
+    const float small = 1.0f / 120.0f;
+    pli_body* a = make_solid(pli_vec3_make(0, 0, 0));
+    pli_body* b = make_solid(pli_vec3_make(2.2f, 0.3f, 0));
+    add_linear(a, end_of_body(b), pli_vec3_make(1.1f, 0.2f, 0.1f), 0);
+    add_angular(b, end_of_body(a), pli_vec3_make(0, 0, 1), 0, free_joint);
+    spin(a, pli_vec3_make(0, 0, 0), pli_vec3_make(0.3f, 0.5f, 1), pli_vec3_make(0, 1, 0.5f));
+    momenta before = {{0}, {0}};
+    momenta_add_body(&before, a);
+    momenta_add_body(&before, b);
+    double linear = 0, angular = 0;
+    for (int i = 0; i < 500; ++i) {
+        assert_int_equal(pli_world_step(world, small), PLI_OK);
+        momenta after = {{0}, {0}};
+        momenta_add_body(&after, a);
+        momenta_add_body(&after, b);
+        linear = fmax(linear, largest_difference(after.linear, before.linear));
+        angular = fmax(angular, largest_difference(after.angular, before.angular));
+    }
+    print_message("           of 96 kg m/s, 61 kg m^2/s lost: %.3g, %.3g\n", linear, angular);
+    check_at_most(linear, 0.4);
+    check_at_most(angular, 1.0);
+    assert_true(pli_vec3_length(cluster_of(b, 0).linear_velocity) > 0.3f);
+}
+
+static void test_linear_joint_holds_a_pendulum(void** unused) {
+    (void)unused;
+    const float splits[] = {0.0f, 0.5f, 1.0f};
+    for (int k = 0; k < 3; ++k) {
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+        pli_body* body = make_solid(pli_vec3_make(2, 0, 0));
+        const pli_joint_end fixed = {NULL, 0, NULL};
+        add_linear(body, fixed, pli_vec3_make(0, 0, 0), splits[k]);
+        double farthest = 0, lowest = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            const pli_vec3 centre = cluster_of(body, 0).frame.origin;
+            farthest = fmax(farthest, fabs((double)pli_vec3_length(centre) - 2.0));
+            lowest = fmin(lowest, (double)centre.y);
+        }
+        print_message("           split %g: off by at most %.3g m\n", (double)splits[k], farthest);
+        check_at_most(farthest, 0.01);
+        assert_true(lowest < -1.8);
+        pli_body_destroy(body);
+    }
+}
+
+/* The axes of two bodies that turn differently come together and stay. */
+static void test_angular_joint_aligns_axes(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 40, 25, pli_vec3_make(5, 0, 0), NULL);
+    /* Not of unit length. */
+    add_angular(body, end_of_rigid(rigid), pli_vec3_make(0, 3, 0), 0.5f, free_joint);
+    spin(body, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 2, 0.5f), pli_vec3_make(0, 0, 0));
+    for (int i = 0; i < 120; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_int_equal(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt), PLI_OK);
+    }
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const pli_cluster_view view = cluster_of(body, 0);
+    const pli_rigid_state state = pli_rigid_get_state(rigid);
+    const pli_vec3 axis = pli_mat3_mul_vec3(view.frame.rotation, pli_vec3_make(0, 1, 0));
+    const pli_vec3 other = pli_mat3_mul_vec3(state.pose.rotation, pli_vec3_make(0, 1, 0));
+    print_message("           axes apart by %.3g rad\n", acos(fmin(1.0, (double)pli_vec3_dot(axis, other))));
+    assert_true(pli_vec3_dot(axis, other) > 0.998f);
+    /* Free about the axis, which now points elsewhere. */
+    const float difference = pli_vec3_dot(pli_vec3_sub(view.angular_velocity, state.angular_velocity), axis);
+    assert_true(fabsf(difference) > 1.0f);
+}
+
+typedef struct motor {
+    float goal, largest_change;
+    int calls;
+} motor;
+
+static float motor_speed(float present, void* user) {
+    motor* self = user;
+    self->calls += 1;
+    const float change = self->goal - present;
+    const float limit = self->largest_change;
+    return present + (change > limit ? limit : change < -limit ? -limit : change);
+}
+
+static void test_motor_reaches_its_speed(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    pli_rigid* axle = make_rigid(PLI_RIGID_STATIC, 1, 1, pli_vec3_make(0, 0, 0), NULL);
+    motor drive = {4, 0.05f, 0};
+    const pli_joint_controller controller = {NULL, motor_speed, &drive};
+    add_linear(body, end_of_rigid(axle), pli_vec3_make(0, 0, 0), 1);
+    add_angular(body, end_of_rigid(axle), pli_vec3_make(0, 0, 1), 1, controller);
+    float speeds[2] = {0, 0};
+    for (int i = 0; i < 120; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        if (i == 9) { speeds[0] = cluster_of(body, 0).angular_velocity.z; }
+    }
+    speeds[1] = cluster_of(body, 0).angular_velocity.z;
+    /* Four iterations a step, 0.05 rad/s each. */
+    print_message("           %.3f rad/s after 10 steps, %.3f after 120\n", (double)speeds[0], (double)speeds[1]);
+    check_near(speeds[0], 2, 0.3);
+    check_near(speeds[1], 4, 0.2);
+    assert_int_equal(drive.calls, 120 * 4);
+}
+
+static float speed_nan(float present, void* user) {
+    (void)present;
+    (void)user;
+    return NAN;
+}
+static pli_vec3 steer_nan(pli_vec3 axis, void* user) {
+    (void)axis;
+    ++*(int*)user;
+    return pli_vec3_make(NAN, 0, 0);
+}
+static pli_vec3 steer_zero(pli_vec3 axis, void* user) {
+    (void)axis;
+    ++*(int*)user;
+    return pli_vec3_make(0, 0, 0);
+}
+
+static void test_useless_controllers_are_harmless(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    const pli_joint_end fixed = {NULL, 0, NULL};
+    int calls = 0;
+    const pli_joint_controller bad[2] = {{steer_nan, speed_nan, &calls}, {steer_zero, NULL, &calls}};
+    add_angular(body, fixed, pli_vec3_make(1, 0, 0), 1, bad[0]);
+    add_angular(body, fixed, pli_vec3_make(1, 0, 0), 1, bad[1]);
+    spin(body, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0.5f, 0), pli_vec3_make(0, 0, 0));
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_true(is_finite_body(body));
+    }
+    assert_int_equal(calls, 120);
+    /* The old axis stayed, and the joints are free about it. */
+    assert_true(cluster_of(body, 0).angular_velocity.x > 1.5f);
+}
+
+static void test_frozen_body_takes_no_impulses(void** unused) {
+    (void)unused;
+    assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    pli_body* frozen = make_solid(pli_vec3_make(0, 3, 0));
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    add_linear(body, end_of_body(frozen), pli_vec3_make(0, 2, 0), 1);
+    add_linear(frozen, end_of_body(body), pli_vec3_make(0.5f, 2, 0), 1);
+    pli_body_set_frozen(frozen, true);
+    const uint64_t hash = pli_body_state_hash(frozen);
+    for (int i = 0; i < 200; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_true(pli_body_state_hash(frozen) == hash);
+    /* Its own joints rest, that of the other body holds. */
+    const pli_vec3 arm = pli_vec3_sub(cluster_of(body, 0).frame.origin, pli_vec3_make(0, 2, 0));
+    check_near(pli_vec3_length(arm), 2, 0.35);
+    pli_body_set_frozen(frozen, false);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(pli_body_state_hash(frozen) != hash);
+}
+
+// -------------------------------------------------------------------------------------------------------------- life
+
+static void test_ids_become_stale(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    const pli_joint_end fixed = {NULL, 0, NULL};
+    const pli_joint_id a = add_linear(body, fixed, pli_vec3_make(1, 0, 0), 1);
+    const pli_joint_id b = add_linear(body, fixed, pli_vec3_make(0, 1, 0), 1);
+    const pli_joint_id c = add_angular(body, fixed, pli_vec3_make(0, 1, 0), 1, free_joint);
+    assert_int_equal(pli_body_joint_count(body), 3);
+    assert_int_equal(pli_body_remove_joint(body, a), PLI_OK);
+    check_error(pli_body_remove_joint(body, a), PLI_ERROR_STALE_ID, "joint 1 of generation 1 is gone");
+    const pli_joint_id d = add_linear(body, fixed, pli_vec3_make(0, 0, 1), 1);
+    assert_int_equal(d.index1, a.index1);
+    assert_int_not_equal(d.generation, a.generation);
+    check_error(pli_body_remove_joint(body, a), PLI_ERROR_STALE_ID, "is gone");
+    assert_int_equal(pli_body_remove_joint(body, c), PLI_OK);
+    assert_int_equal(pli_body_remove_joint(body, b), PLI_OK);
+    assert_int_equal(pli_body_remove_joint(body, d), PLI_OK);
+    assert_int_equal(pli_body_joint_count(body), 0);
+    const pli_joint_id none = {0, 0}, negative = {-1, 1}, outside = {9, 1};
+    check_error(pli_body_remove_joint(body, none), PLI_ERROR_STALE_ID, "is gone");
+    check_error(pli_body_remove_joint(body, negative), PLI_ERROR_STALE_ID, "is gone");
+    check_error(pli_body_remove_joint(body, outside), PLI_ERROR_STALE_ID, "is gone");
+}
+
+static void test_joints_go_with_what_they_hold(void** unused) {
+    (void)unused;
+    pli_body* a = make_solid(pli_vec3_make(0, 0, 0));
+    pli_body* b = make_solid(pli_vec3_make(3, 0, 0));
+    pli_body* c = make_solid(pli_vec3_make(6, 0, 0));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 4, 2, pli_vec3_make(0, 3, 0), NULL);
+    const pli_joint_end fixed = {NULL, 0, NULL};
+    const pli_joint_id held = add_linear(a, fixed, pli_vec3_make(0, -1, 0), 1);
+    const pli_joint_id to_rigid = add_linear(a, end_of_rigid(rigid), pli_vec3_make(0, 1, 0), 1);
+    add_linear(a, end_of_body(b), pli_vec3_make(1, 0, 0), 1);
+    add_linear(b, end_of_body(a), pli_vec3_make(1, 1, 0), 1);
+    add_linear(c, end_of_body(b), pli_vec3_make(5, 0, 0), 1);
+    add_linear(c, end_of_body(a), pli_vec3_make(5, 1, 0), 1);
+    assert_int_equal(pli_body_joint_count(a), 3);
+    pli_rigid_destroy(rigid);
+    assert_int_equal(pli_body_joint_count(a), 2);
+    check_error(pli_body_remove_joint(a, to_rigid), PLI_ERROR_STALE_ID, "is gone");
+    pli_body_destroy(b);
+    assert_int_equal(pli_body_joint_count(a), 1);
+    assert_int_equal(pli_body_joint_count(c), 1);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_int_equal(pli_body_generate_clusters(a, 3, 100, NULL), PLI_OK);
+    assert_int_equal(pli_body_joint_count(a), 0);
+    assert_int_equal(pli_body_joint_count(c), 0);
+    check_error(pli_body_remove_joint(a, held), PLI_ERROR_STALE_ID, "is gone");
+    add_linear(a, fixed, pli_vec3_make(0, -1, 0), 1);
+    add_linear(c, end_of_body(a), pli_vec3_make(5, 1, 0), 1);
+    pli_body_disable_clusters(a);
+    assert_int_equal(pli_body_joint_count(a), 0);
+    assert_int_equal(pli_body_joint_count(c), 0);
+    add_linear(c, fixed, pli_vec3_make(5, 1, 0), 1);
+    assert_int_equal(pli_body_remove_clusters(c), PLI_OK);
+    assert_int_equal(pli_body_joint_count(c), 0);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(is_finite_body(a) && is_finite_body(c));
+}
+
+/* A cluster that is added leaves the joints of the others alone. */
+static void test_added_clusters_keep_joints(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    const pli_joint_end fixed = {NULL, 0, NULL};
+    add_linear(body, fixed, pli_vec3_make(1, 0, 0), 1);
+    const int nodes[] = {0, 1, 2, 3, 4};
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_body_add_cluster(body, nodes, 5, NULL), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_body_joint_count(body), 1);
+    assert_true(is_finite_body(body));
+}
+
+// ---------------------------------------------------------------------------------------------------- memory, errors
+
+static void test_steady_steps_allocate_nothing(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    const pli_joint_end fixed = {NULL, 0, NULL};
+    add_linear(body, fixed, pli_vec3_make(1, 0, 0), 1);
+    add_angular(body, fixed, pli_vec3_make(0, 1, 0), 1, free_joint);
+    const uint64_t count = pli_context_allocation_count(context);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocation_count(context), count);
+}
+
+static pli_status make_joints(pli_context* c, void* user) {
+    (void)user;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    pli_status status = pli_world_create(c, NULL, &w);
+    if (status == PLI_OK) { status = sample_create_ellipsoid(c, pli_vec3_make(1, 1, 1), &mesh); }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &body); }
+    if (status == PLI_OK) { status = pli_body_generate_clusters(body, 1, 100, NULL); }
+    for (int i = 0; i < 12 && status == PLI_OK; ++i) {
+        pli_linear_joint_def linear = pli_linear_joint_def_default();
+        pli_angular_joint_def angular = pli_angular_joint_def_default();
+        angular.axis = pli_vec3_make(0, 1, 0);
+        const bool is_linear = i % 2 == 0;
+        status = is_linear ? pli_body_add_linear_joint(body, &linear, NULL)
+                           : pli_body_add_angular_joint(body, &angular, NULL);
+        assert_int_equal(pli_body_joint_count(body), status == PLI_OK ? i + 1 : i);
+    }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_out_of_memory_leaves_joints_as_they_were(void** unused) {
+    (void)unused;
+    const int failures = check_survives_failing_allocator(make_joints, NULL);
+    print_message("           %d failures\n", failures);
+    assert_true(failures > 20);
+}
+
+static void test_bad_input(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    pli_body* bare = make_ball(pli_vec3_make(1, 1, 1), pli_vec3_make(0, 0, 0), 0.1f);
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 4, 2, pli_vec3_make(0, 3, 0), NULL);
+    pli_linear_joint_def linear = pli_linear_joint_def_default();
+    pli_angular_joint_def angular = pli_angular_joint_def_default();
+    assert_int_equal(pli_body_add_linear_joint(NULL, &linear, NULL), PLI_ERROR_NULL_ARGUMENT);
+    check_error(pli_body_add_linear_joint(body, NULL, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_error(pli_body_add_angular_joint(body, NULL, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    linear.cookie = angular.cookie = 7;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_DEF, "pli_linear_joint_def_default");
+    check_error(pli_body_add_angular_joint(body, &angular, NULL), PLI_ERROR_INVALID_DEF,
+                "pli_angular_joint_def_default");
+    angular = pli_angular_joint_def_default();
+    check_error(pli_body_add_angular_joint(body, &angular, NULL), PLI_ERROR_INVALID_VALUE, "no direction");
+    angular.axis = pli_vec3_make(NAN, 0, 1);
+    check_error(pli_body_add_angular_joint(body, &angular, NULL), PLI_ERROR_INVALID_VALUE, "no direction");
+    angular.axis = pli_vec3_make(1e30f, 0, 1);
+    check_error(pli_body_add_angular_joint(body, &angular, NULL), PLI_ERROR_INVALID_VALUE, "no direction");
+
+    linear = pli_linear_joint_def_default();
+    check_error(pli_body_add_linear_joint(bare, &linear, NULL), PLI_ERROR_INDEX_OUT_OF_RANGE, "has 0 clusters");
+    linear.cluster = 1;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INDEX_OUT_OF_RANGE, "cluster 1");
+    linear.cluster = 0;
+    linear.other.body = bare;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INDEX_OUT_OF_RANGE, "has 0 clusters");
+    linear.other.body = body;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "both ends are cluster 0");
+    linear.other.rigid = rigid;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "both a body and a rigid");
+    linear.other.body = NULL;
+    linear.position.y = INFINITY;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_NOT_FINITE, "inf");
+    linear.position.y = 0;
+    linear.softness.error_reduction = 1.5f;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "error_reduction 1.5");
+    linear.softness.error_reduction = 1;
+    linear.softness.velocity_factor = NAN;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "velocity_factor");
+    linear.softness.velocity_factor = 1;
+    linear.softness.split = -0.5f;
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "split -0.5");
+
+    pli_world* elsewhere = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &elsewhere), PLI_OK);
+    pli_rigid_def rigid_def = pli_rigid_def_default();
+    linear = pli_linear_joint_def_default();
+    assert_int_equal(pli_rigid_create(elsewhere, &rigid_def, &linear.other.rigid), PLI_OK);
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "not in the body's world");
+    pli_world_destroy(elsewhere);
+
+    linear.other.rigid = rigid;
+    assert_int_equal(pli_body_joint_count(body), 0);
+    pli_joint_id id = {0, 0};
+    assert_int_equal(pli_body_add_linear_joint(body, &linear, &id), PLI_OK);
+    assert_int_equal(pli_world_predict(world, dt), PLI_OK);
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_error(pli_body_remove_joint(body, id), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    assert_int_equal(pli_world_solve(world), PLI_OK);
+    assert_int_equal(pli_body_joint_count(NULL), 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_motor_reaches_its_speed, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_useless_controllers_are_harmless, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_frozen_body_takes_no_impulses, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_ids_become_stale, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_joints_go_with_what_they_hold, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_added_clusters_keep_joints, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_joints_as_they_were, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bad_input, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
