@@ -117,6 +117,25 @@ std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& info, const pli_mesh_
     return body;
 }
 
+void configure_clusters(btSoftBody& body, const scene_soft_def& def) {
+    if (def.has_cluster_contacts) {
+        btSoftBody::Config& config = body.m_cfg;
+        const pli_cluster_contacts_def& contacts = def.cluster_contacts;
+        config.collisions = btSoftBody::fCollision::CL_RS + btSoftBody::fCollision::CL_SS;
+        config.kDF = contacts.friction;
+        config.kSRHR_CL = contacts.dynamic_hardness;
+        config.kSKHR_CL = contacts.static_hardness;
+        config.kSSHR_CL = contacts.soft_hardness;
+        config.kSR_SPLT_CL = contacts.dynamic_split;
+        config.kSK_SPLT_CL = contacts.static_split;
+        config.kSS_SPLT_CL = contacts.soft_split;
+    }
+    body.generateClusters(def.cluster_count);
+    if (body.m_clusters.size() == 0) { throw Error("btSoftBody has made no clusters"); }
+    body.m_clusters[0]->m_matching = def.cluster_matching;
+    body.m_clusters[0]->m_ndamping = def.cluster_node_damping;
+}
+
 void configure(btSoftBody& body, const scene_soft_def& def) {
     btSoftBody::Config& config = body.m_cfg;
     body.getCollisionShape()->setMargin(def.collision_margin);
@@ -143,7 +162,15 @@ void configure(btSoftBody& body, const scene_soft_def& def) {
     config.kMT = def.pose_matching;
     const bool keeps_volume = def.volume_conservation > 0.0f, keeps_pose = def.pose_matching > 0.0f;
     if (keeps_volume || keeps_pose) { body.setPose(keeps_volume, keeps_pose); }
+    if (def.has_clusters) { configure_clusters(body, def); }
 }
+
+// Cuts along a sphere: negative inside.
+struct Sphere final : btSoftBody::ImplicitFn {
+    btVector3 center;
+    btScalar radius = 0;
+    btScalar Eval(const btVector3& point) override { return (point - center).length2() - radius * radius; }
+};
 
 } // namespace
 
@@ -164,7 +191,8 @@ void BulletEngine::add_soft(const SoftRecord& record) {
 // ------------------------------------------------------------------------------------------------------ engine
 
 BulletEngine::BulletEngine(const Description& description)
-    : description_(description), rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
+    : description_(description), drive_(description.drives),
+      rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<btSoftRigidDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
                                                              &rigids_.solver(), &rigids_.configuration()),
                   description.gravity);
@@ -190,6 +218,62 @@ BulletEngine::BulletEngine(const Description& description)
                                     anchor.influence);
         }
     }
+    for (const JointRecord& joint : description.joints) {
+        add_joint(joint);
+    }
+    rigids_.world().setInternalTickCallback(on_tick, this);
+}
+
+// --------------------------------------------------------------------------------------------- joints and cuts
+
+struct BulletEngine::JointControl final : btSoftBody::AJoint::IControl {
+    JointControl(const Drive& of, const JointRecord& joint) : drive(of), record(joint) {}
+    void Prepare(btSoftBody::AJoint* joint) override {
+        if (is_steered(record)) { joint->m_refs[0] = to_bullet(drive.axis(record)); }
+    }
+    btScalar Speed(btSoftBody::AJoint*, btScalar present) override {
+        return record.is_driven ? drive.speed(present) : present;
+    }
+
+    const Drive& drive;
+    const JointRecord& record;
+};
+
+static void set_softness(btSoftBody::Joint::Specs& specs, const pli_joint_softness& softness) {
+    specs.erp = softness.error_reduction;
+    specs.cfm = softness.velocity_factor;
+    specs.split = softness.split;
+}
+
+void BulletEngine::add_joint(const JointRecord& record) {
+    btSoftBody& first = body(record.ends.soft);
+    btSoftBody::Body second;
+    if (record.ends.other_soft >= 0) {
+        second = btSoftBody::Body(body(record.ends.other_soft).m_clusters[0]);
+    } else {
+        second = btSoftBody::Body(&rigids_.object(record.ends.rigid));
+    }
+    if (!record.is_angular) {
+        btSoftBody::LJoint::Specs specs;
+        set_softness(specs, record.ends.softness);
+        specs.position = to_bullet(record.position);
+        first.appendLinearJoint(specs, first.m_clusters[0], second);
+        return;
+    }
+    btSoftBody::AJoint::Specs specs;
+    set_softness(specs, record.ends.softness);
+    specs.axis = to_bullet(record.axis);
+    if (record.is_driven || is_steered(record)) {
+        controls_.push_back(std::make_unique<JointControl>(drive_, record));
+        specs.icontrol = controls_.back().get();
+    }
+    first.appendAngularJoint(specs, first.m_clusters[0], second);
+}
+
+// At the end of the rigid half of a step.
+void BulletEngine::on_tick(btDynamicsWorld* world, btScalar) {
+    const auto* self = static_cast<const BulletEngine*>(world->getWorldUserInfo());
+    if (self->before_solve_) { self->before_solve_(); }
 }
 
 BulletEngine::~BulletEngine() {
@@ -198,6 +282,15 @@ BulletEngine::~BulletEngine() {
 
 void BulletEngine::step() {
     const Stopwatch watch;
+    drive_.advance(frames_);
+    for (const CutRecord& cut : description_.cuts) {
+        if (cut.frame != frames_) { continue; }
+        Sphere sphere;
+        sphere.center = body(cut.soft).m_nodes[cut.node].m_x;
+        sphere.radius = cut.radius;
+        body(cut.soft).refine(&sphere, cut_accuracy, true);
+    }
+    ++frames_;
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
 }
@@ -227,6 +320,7 @@ SoftState BulletEngine::soft(int index) const {
             state.tetra_nodes.push_back(node_index(node));
         }
     }
+    state.cluster_count = source.m_clusters.size();
     return state;
 }
 

@@ -3,9 +3,12 @@
 
 // The reference: a scene on btSoftBody in a btSoftRigidDynamicsWorld.
 
+#include "drive.h"
 #include "rigid_world.h"
 
 #include <BulletSoftBody/btSoftBody.h>
+
+#include <functional>
 
 namespace demos {
 
@@ -26,13 +29,24 @@ public:
     int soft_count() const { return static_cast<int>(softs_.size()); }
     btSoftBody& body(int index) const { return *softs_.at(static_cast<size_t>(index)); }
 
+    // Called in each step when all contacts are made and nothing of the soft bodies is solved yet.
+    void set_before_solve(std::function<void()> hook) { before_solve_ = std::move(hook); }
+
 private:
+    struct JointControl;
+
     void add_soft(const SoftRecord& record);
+    void add_joint(const JointRecord& record);
+    static void on_tick(btDynamicsWorld* world, btScalar seconds);
 
     const Description& description_;
     btSoftBodyWorldInfo info_;
+    Drive drive_;
+    std::vector<std::unique_ptr<JointControl>> controls_;
     std::vector<std::unique_ptr<btSoftBody>> softs_; // the world goes before its bodies
     RigidWorld rigids_;
+    std::function<void()> before_solve_;
+    int frames_ = 0;
     double milliseconds_ = 0;
 };
 

@@ -51,6 +51,28 @@ struct AnchorRecord {
     float influence;
 };
 
+// A linear or an angular joint; joints keep the order in which they were added.
+struct JointRecord {
+    bool is_angular;
+    scene_joint ends;
+    pli_vec3 position; // of a linear joint
+    pli_vec3 axis;     // of an angular joint, as are the other two
+    bool is_driven;
+    pli_vec3 side;
+};
+
+// What happens when `frame` frames have passed.
+struct DriveRecord {
+    int frame;
+    float speed, largest_change, angle;
+};
+
+struct CutRecord {
+    int frame;
+    int soft, node;
+    float radius;
+};
+
 struct MeshDeleter {
     void operator()(pli_mesh* mesh) const { pli_mesh_destroy(mesh); }
 };
@@ -81,6 +103,9 @@ public:
     const scene* source = nullptr;
     std::vector<RigidRecord> rigids;
     std::vector<SoftRecord> softs;
+    std::vector<JointRecord> joints;
+    std::vector<DriveRecord> drives; // in the order of frames
+    std::vector<CutRecord> cuts;
     pli_vec3 gravity{0, -10, 0};
     bool has_camera = false;
     scene_camera camera{};
@@ -92,7 +117,8 @@ public:
 enum class EngineKind { pliant, bullet };
 
 struct EngineOptions {
-    bool reference = false; // Pliant only: Bullet's lattice distances and boxes, as for comparisons
+    bool reference = false;      // Pliant only: Bullet's lattice distances and boxes, as for comparisons
+    bool bullet_witness = false; // Pliant only: nearest points of clusters from Bullet's GJK
 };
 
 // Present state of one soft body, copied out of the engine. Faces and links index the nodes.
@@ -103,6 +129,7 @@ struct SoftState {
     std::vector<float> rest_lengths;
     std::vector<int> face_nodes;  // 3 per face
     std::vector<int> tetra_nodes; // 4 per tetrahedron
+    int cluster_count = 0;
 };
 
 struct RigidState {
@@ -141,6 +168,7 @@ struct Measures {
 Measures measure(const Engine& engine);
 
 constexpr float frame_seconds = 1.0f / 60.0f;
+constexpr float cut_accuracy = 1e-4f;
 
 } // namespace demos
 #endif

@@ -64,6 +64,7 @@ Measures measure(const Engine& engine) {
         measures.links += static_cast<int>(state.rest_lengths.size());
         measures.faces += static_cast<int>(state.face_nodes.size() / 3);
         measures.tetras += static_cast<int>(state.tetra_nodes.size() / 4);
+        measures.clusters += state.cluster_count;
         measure_nodes(state, measures);
         measure_links(state, measures);
     }

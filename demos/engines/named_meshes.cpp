@@ -1,5 +1,5 @@
-// The meshes that scenes ask for by name: a torus and a ball are made, the bunny is read, and a file of the user takes
-// the place of any of them.
+// The meshes that scenes ask for by name: a torus and a ball are made, bunnies and the cube are read, and a file of the
+// user takes the place of any of them.
 
 #include "recorder.h"
 
@@ -61,6 +61,12 @@ MeshPointer read_obj(pli_context* context, const std::string& path) {
     return MeshPointer(mesh);
 }
 
+MeshPointer read_tetgen(pli_context* context, const std::string& base) {
+    pli_mesh* mesh = nullptr;
+    check(context, pli_mesh_read_tetgen(context, base.c_str(), &mesh));
+    return MeshPointer(mesh);
+}
+
 MeshPointer make_own(pli_context* context, const std::string& name) {
     if (name == "torus") { return make_torus(context); }
     if (name == "ball") { return make_ball(context); }
@@ -82,7 +88,22 @@ void fit(pli_context* context, pli_mesh* mesh, const pli_bounds& place, const st
     check(context, pli_mesh_translate(mesh, goal));
 }
 
+MeshPointer read_own_tetras(pli_context* context, const std::string& name) {
+    if (name != "tetra_bunny" && name != "tetra_cube") { throw Error("there is no tetrahedral mesh \"" + name + "\""); }
+    const std::string element_file = data_path(name + ".ele");
+    return read_tetgen(context, element_file.substr(0, element_file.size() - 4));
+}
+
 } // namespace
+
+MeshPointer make_named_tetra_mesh(pli_context* context, const std::string& name, const std::string& base) {
+    MeshPointer own = read_own_tetras(context, name);
+    if (base.empty()) { return own; }
+    MeshPointer replacement = read_tetgen(context, base);
+    if (pli_mesh_get_view(replacement.get()).tetra_count == 0) { throw Error(base + ": the mesh has no tetrahedra"); }
+    fit(context, replacement.get(), pli_mesh_bounds(own.get()), base);
+    return replacement;
+}
 
 MeshPointer make_named_mesh(pli_context* context, const std::string& name, const std::string& mesh_file) {
     MeshPointer own = make_own(context, name);

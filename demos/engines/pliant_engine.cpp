@@ -7,14 +7,14 @@
 namespace demos {
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
-    : description_(description), is_reference_(options.reference),
+    : description_(description), options_(options), drive_(description.drives),
       rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<btDiscreteDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
                                                             &rigids_.solver(), &rigids_.configuration()),
                   description.gravity);
     pliant::BridgeDef def;
     def.world.gravity = description.gravity;
-    def.mode = is_reference_ ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
+    def.mode = options_.reference ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
     bridge_ = std::make_unique<pliant::Bridge>(rigids_.world(), def);
     check(bridge_->status());
 
@@ -34,6 +34,9 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
             add_anchor(bodies_[i], anchor);
         }
         if (!soft.anchors.empty()) { check(pli_body_set_anchor_hardness(bodies_[i], soft.def.anchor_hardness)); }
+    }
+    for (const JointRecord& joint : description.joints) {
+        add_joint(joint);
     }
 }
 
@@ -64,13 +67,31 @@ void PliantEngine::enable_features(pli_body* body, const scene_soft_def& def) {
     if (def.has_rigid_contacts) { check(pli_body_enable_rigid_contacts(body, &def.rigid_contacts)); }
     if (def.has_soft_contacts) {
         pli_soft_contacts_def contacts = def.soft_contacts;
-        contacts.bullet_boxes = is_reference_;
+        contacts.bullet_boxes = options_.reference;
         check(pli_body_enable_soft_contacts(body, &contacts));
     }
     if (def.aero.lift > 0.0f || def.aero.drag > 0.0f) { check(pli_body_enable_aero(body, &def.aero)); }
     if (def.pressure < 0.0f || def.pressure > 0.0f) { check(pli_body_enable_pressure(body, def.pressure)); }
     if (def.volume_conservation > 0.0f) { check(pli_body_enable_volume_conservation(body, def.volume_conservation)); }
     if (def.pose_matching > 0.0f) { check(pli_body_enable_pose_matching(body, def.pose_matching)); }
+    if (def.has_clusters) { enable_clusters(body, def); }
+}
+
+void PliantEngine::enable_clusters(pli_body* body, const scene_soft_def& def) {
+    pli_clusters_def clusters = pli_clusters_def_default();
+    clusters.as_bullet = options_.reference;
+    check(pli_body_enable_clusters(body, &clusters));
+    constexpr int most_iterations = 8192; // as in Bullet
+    check(def.cluster_count > 0 ? pli_body_generate_clusters(body, def.cluster_count, most_iterations, nullptr)
+                                : pli_body_generate_clusters_from_elements(body, nullptr));
+    pli_cluster_settings settings;
+    check(pli_body_get_cluster_settings(body, 0, &settings));
+    settings.matching = def.cluster_matching;
+    settings.node_damping = def.cluster_node_damping;
+    check(pli_body_set_cluster_settings(body, 0, &settings));
+    if (!def.has_cluster_contacts) { return; }
+    pli_cluster_contacts_def contacts = def.cluster_contacts;
+    check(pli_body_enable_cluster_contacts(body, &contacts));
 }
 
 void PliantEngine::add_anchor(pli_body* body, const AnchorRecord& record) {
@@ -82,6 +103,70 @@ void PliantEngine::add_anchor(pli_body* body, const AnchorRecord& record) {
     check(pli_body_add_anchor(body, &def, nullptr));
 }
 
+pli_joint_end PliantEngine::second_end(const scene_joint& ends) {
+    pli_joint_end end{};
+    if (ends.other_soft >= 0) {
+        end.body = body(ends.other_soft);
+    } else {
+        end.rigid = proxy(ends.rigid);
+    }
+    return end;
+}
+
+void PliantEngine::add_joint(const JointRecord& record) {
+    if (!record.is_angular) {
+        pli_linear_joint_def def = pli_linear_joint_def_default();
+        def.other = second_end(record.ends);
+        def.softness = record.ends.softness;
+        def.position = record.position;
+        check(pli_body_add_linear_joint(body(record.ends.soft), &def, nullptr));
+        return;
+    }
+    pli_angular_joint_def def = pli_angular_joint_def_default();
+    def.other = second_end(record.ends);
+    def.softness = record.ends.softness;
+    def.axis = record.axis;
+    controls_.push_back(std::make_unique<JointControl>(JointControl{drive_, record}));
+    def.controller.user = controls_.back().get();
+    if (record.is_driven) {
+        def.controller.speed = [](float present, void* user) {
+            return static_cast<const JointControl*>(user)->drive.speed(present);
+        };
+    }
+    if (is_steered(record)) {
+        def.controller.steer = [](pli_vec3, void* user) {
+            const auto* control = static_cast<const JointControl*>(user);
+            return control->drive.axis(control->record);
+        };
+    }
+    check(pli_body_add_angular_joint(body(record.ends.soft), &def, nullptr));
+}
+
+namespace {
+
+struct Sphere {
+    pli_vec3 center;
+    float radius;
+};
+
+float sphere_surface(pli_vec3 point, void* user) {
+    const auto* sphere = static_cast<const Sphere*>(user);
+    return pli_vec3_length_squared(pli_vec3_sub(point, sphere->center)) - sphere->radius * sphere->radius;
+}
+
+} // namespace
+
+void PliantEngine::cut(const CutRecord& record) {
+    const pli_vec4 center = pli_body_get_view(body(record.soft)).positions[record.node];
+    Sphere sphere{pli_vec3_make(center.x, center.y, center.z), record.radius};
+    pli_refine_def def = pli_refine_def_default();
+    def.surface = sphere_surface;
+    def.user = &sphere;
+    def.accuracy = cut_accuracy;
+    def.reset_rest_lengths = options_.reference;
+    check(pli_body_refine(body(record.soft), &def));
+}
+
 pli_rigid* PliantEngine::proxy(int rigid) {
     pli_rigid* made =
         rigids_.body(rigid) != nullptr ? bridge_->rigid(*rigids_.body(rigid)) : bridge_->rigid(rigids_.object(rigid));
@@ -91,6 +176,11 @@ pli_rigid* PliantEngine::proxy(int rigid) {
 
 void PliantEngine::step() {
     const Stopwatch watch;
+    drive_.advance(frames_);
+    for (const CutRecord& record : description_.cuts) {
+        if (record.frame == frames_) { cut(record); }
+    }
+    ++frames_;
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
     check(bridge_->step_status());
@@ -116,6 +206,7 @@ SoftState PliantEngine::soft(int index) const {
     }
     if (view.face_count > 0) { state.face_nodes.assign(view.face_nodes, view.face_nodes + 3 * view.face_count); }
     if (view.tetra_count > 0) { state.tetra_nodes.assign(view.tetra_nodes, view.tetra_nodes + 4 * view.tetra_count); }
+    state.cluster_count = pli_body_cluster_count(source);
     return state;
 }
 

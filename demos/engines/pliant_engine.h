@@ -3,6 +3,7 @@
 
 // A scene on Pliant: a stock btDiscreteDynamicsWorld and the bridge.
 
+#include "drive.h"
 #include "rigid_world.h"
 
 #include <pliant_bullet/pliant_bullet.h>
@@ -32,14 +33,25 @@ public:
 private:
     void add_soft(const SoftRecord& record);
     void enable_features(pli_body* body, const scene_soft_def& def);
+    void enable_clusters(pli_body* body, const scene_soft_def& def);
     void add_anchor(pli_body* body, const AnchorRecord& record);
+    void add_joint(const JointRecord& record);
+    pli_joint_end second_end(const scene_joint& ends);
+    void cut(const CutRecord& record);
     void check(pli_status status) const;
 
     const Description& description_;
-    bool is_reference_;
+    EngineOptions options_;
+    struct JointControl {
+        const Drive& drive;
+        const JointRecord& record;
+    };
+    Drive drive_;
+    std::vector<std::unique_ptr<JointControl>> controls_;
     RigidWorld rigids_;
     std::unique_ptr<pliant::Bridge> bridge_; // goes before the Bullet world
     std::vector<pli_body*> bodies_;
+    int frames_ = 0;
     double milliseconds_ = 0;
 };
 

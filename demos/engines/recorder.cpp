@@ -2,6 +2,8 @@
 
 #include "recorder.h"
 
+#include "recorder_checks.h"
+
 #include <cmath>
 #include <limits>
 
@@ -63,7 +65,13 @@ std::unique_ptr<Description> Description::build(const scene& which, const SceneO
 
 } // namespace demos
 
+using demos::checked_index;
+using demos::checked_node;
 using demos::Error;
+using demos::is_finite;
+using demos::is_positive;
+using demos::require;
+using demos::soft_record;
 
 // --------------------------------------------------------------------------------------------------- checks
 
@@ -72,29 +80,6 @@ void scene_builder::guard(const std::function<void()>& action) {
     try {
         action();
     } catch (const std::exception& failure) { error = failure.what(); }
-}
-
-static bool is_finite(pli_vec3 v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-static bool is_finite(const pli_transform& t) {
-    return is_finite(t.origin) && is_finite(t.rotation.rows[0]) && is_finite(t.rotation.rows[1]) &&
-           is_finite(t.rotation.rows[2]);
-}
-
-static void require(bool condition, const std::string& message) {
-    if (!condition) { throw Error(message); }
-}
-
-static bool is_positive(float value) {
-    return value > 0.0f && std::isfinite(value);
-}
-
-static int checked_index(int index, size_t count, const std::string& what) {
-    require(index >= 0 && static_cast<size_t>(index) < count,
-            "there is no " + what + " " + std::to_string(index) + ", the scene has " + std::to_string(count) + " yet");
-    return index;
 }
 
 static demos::Shape checked_shape(const scene_shape& shape, const std::string& owner);
@@ -190,6 +175,15 @@ pli_mesh* scene_triangle_mesh(scene_builder* builder, const char* name) {
     return mesh;
 }
 
+pli_mesh* scene_tetra_mesh(scene_builder* builder, const char* name) {
+    pli_mesh* mesh = nullptr;
+    builder->guard([&] {
+        require(name != nullptr, "a mesh needs a name");
+        mesh = demos::make_named_tetra_mesh(builder->description.context, name, builder->options.tetra_base).release();
+    });
+    return mesh;
+}
+
 int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def) {
     builder->guard([&] {
         require(def != nullptr && def->name != nullptr, "a rigid body needs a definition with a name");
@@ -206,6 +200,21 @@ int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def) {
     return static_cast<int>(builder->description.rigids.size()) - 1;
 }
 
+static bool is_share(float value) {
+    return value >= 0.0f && value <= 1.0f;
+}
+
+static void check_clusters(const scene_soft_def& def, const std::string& name) {
+    require(!def.has_clusters || def.cluster_count >= 0, name + ": the number of clusters must not be negative");
+    require(is_share(def.cluster_matching) && is_share(def.cluster_node_damping),
+            name + ": matching and node damping of a cluster must be between 0 and 1");
+    require(!def.has_cluster_contacts || def.has_clusters, name + ": cluster contacts need clusters");
+    require(!def.has_cluster_contacts || (!def.has_rigid_contacts && !def.has_soft_contacts),
+            name + ": btSoftBody knows one friction for all contacts; choose those of clusters or the others");
+    require(!def.has_cluster_contacts || (def.cluster_contacts.with_rigids && def.cluster_contacts.with_bodies),
+            name + ": clusters meet rigid bodies and soft bodies");
+}
+
 static void check_soft(const scene_soft_def& def, const std::string& name) {
     const pli_solver_settings& solver = def.solver;
     require(def.collision_margin >= 0.0f && std::isfinite(def.collision_margin),
@@ -217,6 +226,7 @@ static void check_soft(const scene_soft_def& def, const std::string& name) {
     require(!def.has_soft_contacts || !def.has_rigid_contacts ||
                 std::equal_to<float>()(def.soft_contacts.friction, def.rigid_contacts.friction),
             name + ": btSoftBody knows one friction for rigid and soft contacts");
+    check_clusters(def, name);
 }
 
 int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def* def) {
@@ -235,18 +245,6 @@ int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def*
         builder->description.softs.push_back(std::move(record));
     });
     return static_cast<int>(builder->description.softs.size()) - 1;
-}
-
-static demos::SoftRecord& soft_record(scene_builder* builder, int soft) {
-    std::vector<demos::SoftRecord>& softs = builder->description.softs;
-    return softs[static_cast<size_t>(checked_index(soft, softs.size(), "soft body"))];
-}
-
-static int checked_node(const demos::SoftRecord& record, int node) {
-    const int count = pli_mesh_get_view(record.mesh.get()).node_count;
-    require(node >= 0 && node < count, record.name + ": node " + std::to_string(node) +
-                                           " is out of range, the mesh has " + std::to_string(count) + " nodes");
-    return node;
 }
 
 void scene_set_velocity(scene_builder* builder, int soft, pli_vec3 velocity) {

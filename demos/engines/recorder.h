@@ -20,6 +20,9 @@ public:
 // The triangles that scene_triangle_mesh knows, or the file in their place. Throws Error.
 MeshPointer make_named_mesh(pli_context* context, const std::string& name, const std::string& mesh_file);
 
+// The same for the tetrahedra that scene_tetra_mesh knows.
+MeshPointer make_named_tetra_mesh(pli_context* context, const std::string& name, const std::string& base);
+
 pli_bounds empty_bounds();
 void extend_bounds(pli_bounds& bounds, pli_vec3 point);
 double bounds_diagonal(const pli_bounds& bounds);

@@ -30,5 +30,14 @@ scene_soft_def scene_soft_def_default(void) {
         .soft_contacts = pli_soft_contacts_def_default(),
         .anchor_hardness = 0.7f,
         .aero = pli_aero_def_default(),
+        .cluster_contacts = pli_cluster_contacts_def_default(),
     };
+}
+
+scene_joint scene_joint_to_soft(int soft, int other_soft) {
+    return (scene_joint){soft, other_soft, -1, pli_linear_joint_def_default().softness};
+}
+
+scene_joint scene_joint_to_rigid(int soft, int rigid) {
+    return (scene_joint){soft, -1, rigid, pli_linear_joint_def_default().softness};
 }

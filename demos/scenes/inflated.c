@@ -14,8 +14,8 @@ static pli_mesh* inflated_skin(scene_builder* builder, float linear_stiffness, f
 }
 
 static void inflated_surroundings(scene_builder* builder) {
-    part_plate(builder);
-    part_stair(builder);
+    part_plate(builder, 15, 4);
+    part_stair(builder, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 1, 5), 10);
     scene_set_camera(builder, (scene_camera){{18, 10, 0}, 56, 27, -20});
 }
 

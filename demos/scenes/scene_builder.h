@@ -23,6 +23,11 @@ pli_context* scene_context(scene_builder* builder);
    where the named one is. NULL when the builder has failed; the other functions accept that. */
 pli_mesh* scene_triangle_mesh(scene_builder* builder, const char* name);
 
+/* A mesh of tetrahedra with its surface: "tetra_bunny" (481 nodes, 1,394 tetrahedra; as tall as "bunny" and in its
+   place) and "tetra_cube" (374 nodes, 1,607 tetrahedra, from -1 to 1), or the user's files (--tetra) in place of any of
+   them, scaled and moved to where the named one is. NULL as above. */
+pli_mesh* scene_tetra_mesh(scene_builder* builder, const char* name);
+
 /* Passes a status on to the builder; true when it is PLI_OK. For calls of pli_mesh_ functions. */
 bool scene_check(scene_builder* builder, pli_status status);
 
@@ -83,6 +88,12 @@ typedef struct scene_soft_def {
     float pressure;         /* 0: none */
     float volume_conservation;
     float pose_matching;
+    bool has_clusters;          /* default false */
+    int cluster_count;          /* groups of near nodes; 0: one cluster per tetrahedron, or per face */
+    float cluster_matching;     /* of cluster 0 */
+    float cluster_node_damping; /* of cluster 0 */
+    bool has_cluster_contacts;  /* default false; with rigid bodies and with other soft bodies */
+    pli_cluster_contacts_def cluster_contacts;
 } scene_soft_def;
 
 scene_soft_def scene_soft_def_default(void);
@@ -95,6 +106,39 @@ void scene_add_first_force(scene_builder* builder, int soft, int node, pli_vec3 
 
 /* The pivot is where the node is. */
 void scene_add_anchor(scene_builder* builder, int soft, int node, int rigid, bool disable_collision, float influence);
+
+// ---------------------------------------------------------------------------------------------------- joints
+
+/* Cluster 0 of one soft body held to cluster 0 of another, or to a rigid body. */
+typedef struct scene_joint {
+    int soft;
+    int other_soft, rigid; /* one of them is < 0 */
+    pli_joint_softness softness;
+} scene_joint;
+
+scene_joint scene_joint_to_soft(int soft, int other_soft);
+scene_joint scene_joint_to_rigid(int soft, int rigid);
+
+/* Positions and axes are those in the world at the start. */
+void scene_add_linear_joint(scene_builder* builder, const scene_joint* joint, pli_vec3 position);
+
+typedef struct scene_angular_joint {
+    scene_joint ends;
+    pli_vec3 axis;
+    bool is_driven; /* by scene_drive_at; else it turns freely */
+    pli_vec3 side;  /* where a steered axis points when it has been turned by a quarter; zero: it is not steered */
+} scene_angular_joint;
+
+void scene_add_angular_joint(scene_builder* builder, const scene_angular_joint* joint);
+
+// ---------------------------------------------------------------------------------------------------- script
+
+/* Happens when `frame` frames have passed, and lasts: driven joints go for `speed` (rad/s) with at most
+   `largest_change` per iteration (0: they turn freely), and steered axes are turned by `angle` (rad). */
+void scene_drive_at(scene_builder* builder, int frame, float speed, float largest_change, float angle);
+
+/* When `frame` frames have passed, the soft body is cut along a sphere around where one of its nodes is then. */
+void scene_cut_at(scene_builder* builder, int frame, int soft, int node, float radius);
 
 // ----------------------------------------------------------------------------------------------------- scene
 

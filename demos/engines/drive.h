@@ -1,0 +1,47 @@
+#ifndef DEMOS_DRIVE_H
+#define DEMOS_DRIVE_H
+
+// What a scene's script drives and steers, the same for both engines.
+
+#include "engine.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace demos {
+
+class Drive {
+public:
+    explicit Drive(const std::vector<DriveRecord>& script) : script_(script) {}
+
+    // To be called before the step that follows `frame` frames.
+    void advance(int frame) {
+        while (next_ < script_.size() && script_[next_].frame <= frame) {
+            present_ = script_[next_++];
+        }
+    }
+
+    // Relative speed that a driven joint goes for, rad/s.
+    float speed(float present) const {
+        const float change = present_.speed - present;
+        return present + std::min(present_.largest_change, std::max(-present_.largest_change, change));
+    }
+
+    // The axis of a steered joint in the frame of its first end, which is turned by nothing at the start.
+    pli_vec3 axis(const JointRecord& joint) const {
+        return pli_vec3_add(pli_vec3_scale(joint.axis, std::cos(present_.angle)),
+                            pli_vec3_scale(joint.side, std::sin(present_.angle)));
+    }
+
+private:
+    const std::vector<DriveRecord>& script_;
+    size_t next_ = 0;
+    DriveRecord present_{};
+};
+
+inline bool is_steered(const JointRecord& joint) {
+    return pli_vec3_length_squared(joint.side) > 0.0f;
+}
+
+} // namespace demos
+#endif
