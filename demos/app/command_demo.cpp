@@ -18,7 +18,7 @@
 namespace app {
 
 static constexpr int panel_width = 800, panel_height = 720;
-static constexpr const char* demo_scenes[] = {"Bunny", "RopeAttach", "Cloth", "Pressure"};
+static constexpr const char* demo_scenes[] = {"Bunny", "RopeAttach", "TetraBunny", "Cutting1"};
 
 struct DemoRun {
     picture::Snapshot snapshot; // at the frame of the picture

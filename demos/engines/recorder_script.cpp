@@ -54,7 +54,7 @@ void scene_drive_at(scene_builder* builder, int frame, float speed, float larges
         std::vector<DriveRecord>& drives = builder->description.drives;
         require(frame >= (drives.empty() ? 0 : drives.back().frame), "what is driven must come in the order of frames");
         require(std::isfinite(speed) && std::isfinite(angle) && largest_change >= 0.0f && std::isfinite(largest_change),
-                "speed, change and angle must be finite");
+                "speed, change and angle must be finite, and the change not negative");
         drives.push_back({frame, speed, largest_change, angle});
     });
 }

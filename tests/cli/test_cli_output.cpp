@@ -51,10 +51,39 @@ static void test_cli_list_names_every_scene(void**) {
         names.insert(name);
     }
     assert_int_equal(names.size(), scenes.size());
-    for (const char* name :
-         {"Cloth",   "Pressure",         "Volume",     "Ropes",    "RopeAttach", "ClothAttach", "Sticks",
-          "Bending", "CapsuleCollision", "Collide",    "Collide2", "Collide3",   "Impact",      "Aero",
-          "Aero2",   "Friction",         "TorusMatch", "Bunny",    "BunnyMatch", "Torus"}) {
+    for (const char* name : {"Cloth",
+                             "Pressure",
+                             "Volume",
+                             "Ropes",
+                             "RopeAttach",
+                             "ClothAttach",
+                             "Sticks",
+                             "Bending",
+                             "CapsuleCollision",
+                             "Collide",
+                             "Collide2",
+                             "Collide3",
+                             "Impact",
+                             "Aero",
+                             "Aero2",
+                             "Friction",
+                             "TorusMatch",
+                             "Bunny",
+                             "BunnyMatch",
+                             "Torus",
+                             "Cutting1",
+                             "ClusterDeform",
+                             "ClusterCollide1",
+                             "ClusterCollide2",
+                             "ClusterSocket",
+                             "ClusterHinge",
+                             "ClusterCombine",
+                             "ClusterCar",
+                             "ClusterRobot",
+                             "ClusterStackSoft",
+                             "ClusterStackMixed",
+                             "TetraBunny",
+                             "TetraCube"}) {
         assert_true(names.count(name) == 1);
     }
 }

@@ -93,7 +93,7 @@ static void test_cli_demo_makes_a_page(void**) {
     const std::string page = result.output.substr(begin, end + 1 - begin);
     assert_true(page[0] == '/');
     const std::string html = cli::read_file(page);
-    for (const char* name : {"bunny", "ropeattach", "cloth", "pressure"}) {
+    for (const char* name : {"bunny", "ropeattach", "tetrabunny", "cutting1"}) {
         const std::string file = std::string(name) + ".png";
         assert_true(html.find("src=\"" + file + "\"") != std::string::npos);
         const Decoded picture(folder + "/" + file);
@@ -103,7 +103,7 @@ static void test_cli_demo_makes_a_page(void**) {
         assert_true(picture.warm_share(0, 800) > 0.001);
         assert_true(picture.warm_share(800, 1600) > 0.001);
     }
-    for (const char* name : {"Bunny", "RopeAttach", "Cloth", "Pressure"}) {
+    for (const char* name : {"Bunny", "RopeAttach", "TetraBunny", "Cutting1"}) {
         assert_true(html.find(name) != std::string::npos && result.output.find(name) != std::string::npos);
     }
     assert_true(html.find("http") == std::string::npos); // nothing from the network

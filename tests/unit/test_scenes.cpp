@@ -17,30 +17,43 @@ namespace {
 
 struct Expectation {
     const char* name;
-    int nodes, links, faces;
+    int nodes, links, faces, clusters;
 };
 
 const Expectation expectations[] = {
-    {"Cloth", 961, 9778, 1800},
-    {"Pressure", 515, 1539, 1026},
-    {"Volume", 515, 1539, 1026},
-    {"Ropes", 15 * 18, 15 * 17, 0},
-    {"RopeAttach", 20, 18, 0},
-    {"ClothAttach", 81, 208, 128},
-    {"Sticks", 256 * 6, 256 * 10, 0},
-    {"Bending", 4, 5, 0},
-    {"CapsuleCollision", 400, 1121, 722},
-    {"Collide", 3 * 300, 3 * 2700, 3 * 600},
-    {"Collide2", 3 * 453, 3 * 4319, 3 * 902},
-    {"Collide3", 225 + 49, 616 + 370, 392 + 72},
-    {"Impact", 2, 1, 0},
-    {"Aero", 50 * 36, 50 * 254, 50 * 50},
-    {"Aero2", 5 * 300, 5 * 2794, 5 * 522},
-    {"Friction", 20 * 8, 20 * 27, 20 * 12},
-    {"Torus", 300, 2700, 600},
-    {"TorusMatch", 300, 900, 600},
-    {"Bunny", 453, 4319, 902},
-    {"BunnyMatch", 453, 1353, 902},
+    {"Cloth", 961, 9778, 1800, 0},
+    {"Pressure", 515, 1539, 1026, 0},
+    {"Volume", 515, 1539, 1026, 0},
+    {"Ropes", 15 * 18, 15 * 17, 0, 0},
+    {"RopeAttach", 20, 18, 0, 0},
+    {"ClothAttach", 81, 208, 128, 0},
+    {"Sticks", 256 * 6, 256 * 10, 0, 0},
+    {"Bending", 4, 5, 0, 0},
+    {"CapsuleCollision", 400, 1121, 722, 0},
+    {"Collide", 3 * 300, 3 * 2700, 3 * 600, 0},
+    {"Collide2", 3 * 453, 3 * 4319, 3 * 902, 0},
+    {"Collide3", 225 + 49, 616 + 370, 392 + 72, 0},
+    {"Impact", 2, 1, 0, 0},
+    {"Aero", 50 * 36, 50 * 254, 50 * 50, 0},
+    {"Aero2", 5 * 300, 5 * 2794, 5 * 522, 0},
+    {"Friction", 20 * 8, 20 * 27, 20 * 12, 0},
+    {"Torus", 300, 2700, 600, 0},
+    {"TorusMatch", 300, 900, 600, 0},
+    {"Bunny", 453, 4319, 902, 0},
+    {"BunnyMatch", 453, 1353, 902, 0},
+    {"Cutting1", 256, 705, 450, 0},
+    {"ClusterDeform", 300, 2700, 600, 9},
+    {"ClusterCollide1", 289, 2750, 512, 512},
+    {"ClusterCollide2", 3 * 300, 3 * 2700, 3 * 600, 3 * 16},
+    {"ClusterSocket", 300, 2700, 600, 26},
+    {"ClusterHinge", 300, 2700, 600, 26},
+    {"ClusterCombine", 2 * 300, 2 * 2700, 2 * 600, 2 * 30},
+    {"ClusterCar", 453 + 4 * 300, 4319 + 4 * 2700, 902 + 4 * 600, 129},
+    {"ClusterRobot", 3 * 515, 3 * 1539, 3 * 1026, 3},
+    {"ClusterStackSoft", 10 * 300, 10 * 2700, 10 * 600, 261},
+    {"ClusterStackMixed", 5 * 300, 5 * 2700, 5 * 600, 130},
+    {"TetraBunny", 481, 2325, 902, 1394},
+    {"TetraCube", 374, 2196, 432, 16},
 };
 
 } // namespace
@@ -63,19 +76,23 @@ static void scenes_are_found_by_name(void**) {
     assert_null(scene_find(nullptr));
 }
 
+// No scene is cut earlier.
+static constexpr int frames_before_events = 30;
+
 static void scenes_run_on_both_engines(void**) {
     for (const Expectation& expected : expectations) {
         const DescriptionPointer description = describe(expected.name);
         for (const EngineKind kind : {EngineKind::bullet, EngineKind::pliant}) {
             const auto engine = make_engine(kind, *description, {});
-            for (int frame = 0; frame < 60; ++frame) {
+            for (int frame = 0; frame < frames_before_events; ++frame) {
                 engine->step();
             }
             const demos::Measures measures = measure(*engine);
             if (!measures.finite || measures.nodes != expected.nodes || measures.links != expected.links ||
-                measures.faces != expected.faces) {
-                fail_msg("%s on %s: %d nodes, %d links, %d faces, finite: %d", expected.name, engine->name().c_str(),
-                         measures.nodes, measures.links, measures.faces, measures.finite);
+                measures.faces != expected.faces || measures.clusters != expected.clusters) {
+                fail_msg("%s on %s: %d nodes, %d links, %d faces, %d clusters, finite: %d", expected.name,
+                         engine->name().c_str(), measures.nodes, measures.links, measures.faces, measures.clusters,
+                         measures.finite);
             }
         }
     }
@@ -146,7 +163,8 @@ static void a_file_replaces_the_mesh_in_its_place(void**) {
             assert_int_equal(pli_mesh_get_view(replaced->softs[k].mesh.get()).node_count, 6);
             const pli_bounds a = pli_mesh_bounds(own->softs[k].mesh.get());
             const pli_bounds b = pli_mesh_bounds(replaced->softs[k].mesh.get());
-            check_near(diagonal(b), diagonal(a), 1e-5 * diagonal(a));
+            // Scenes with wheels stretch their tori along one axis.
+            if (own->drives.empty()) { check_near(diagonal(b), diagonal(a), 1e-5 * diagonal(a)); }
             const pli_vec3 shift = pli_vec3_sub(pli_vec3_add(a.min, a.max), pli_vec3_add(b.min, b.max));
             check_at_most(pli_vec3_length(shift), 1e-4);
         }
@@ -157,6 +175,56 @@ static void a_file_replaces_the_mesh_in_its_place(void**) {
             }
             assert_true(measure(*engine).finite);
         }
+    }
+}
+
+static void files_replace_tetrahedra(void**) {
+    const std::string base = "test_scenes_tetra";
+    std::ofstream(base + ".node") << "5 3 0 0\n0 0 0 0\n1 2 0 0\n2 0 2 0\n3 0 0 2\n4 2 2 2\n";
+    std::ofstream(base + ".ele") << "2 4 0\n0 0 2 1 3\n1 1 2 3 4\n";
+    for (const char* name : {"TetraBunny", "TetraCube"}) {
+        const DescriptionPointer description = describe(name, {"", base});
+        for (const EngineKind kind : {EngineKind::bullet, EngineKind::pliant}) {
+            const auto engine = make_engine(kind, *description, {});
+            for (int frame = 0; frame < 60; ++frame) {
+                engine->step();
+            }
+            const demos::Measures measures = measure(*engine);
+            assert_true(measures.finite);
+            assert_int_equal(measures.nodes, 5);
+            assert_int_equal(measures.tetras, 2);
+        }
+    }
+    std::remove((base + ".node").c_str());
+    std::remove((base + ".ele").c_str());
+    assert_non_null(std::strstr(error_of([&] { describe("TetraCube", {"", base}); }).c_str(), "test_scenes_tetra"));
+}
+
+// Discs come off, and nothing is lost with them.
+static void a_script_cuts(void**) {
+    const DescriptionPointer description = describe("Cutting1");
+    const auto engine = make_engine(EngineKind::pliant, *description, {});
+    const auto mass = [&] {
+        double sum = 0.0;
+        for (const float inverse : engine->soft(0).inverse_masses) {
+            sum += inverse > 0.0f ? 1.0 / static_cast<double>(inverse) : 0.0;
+        }
+        return sum;
+    };
+    const double mass_before = mass();
+    int nodes = measure(*engine).nodes;
+    assert_int_equal(description->cuts.size(), 3);
+    int frame = 0;
+    for (const demos::CutRecord& cut : description->cuts) {
+        for (; frame < cut.frame; ++frame) {
+            engine->step();
+        }
+        assert_int_equal(measure(*engine).nodes, nodes);
+        engine->step();
+        ++frame;
+        assert_true(measure(*engine).nodes > nodes + 20);
+        nodes = measure(*engine).nodes;
+        check_near(mass(), mass_before, 1e-5 * mass_before);
     }
 }
 
@@ -273,6 +341,45 @@ const WrongScene wrong_scenes[] = {
          add_soft(b, [](scene_soft_def& d) { d.has_soft_contacts = true, d.soft_contacts.friction = 0.7f; });
      },
      "soft: btSoftBody knows one friction for rigid and soft contacts"},
+    {[](scene_builder* b) { add_soft(b, [](scene_soft_def& d) { d.has_clusters = true, d.cluster_count = -1; }); },
+     "soft: the number of clusters must not be negative"},
+    {[](scene_builder* b) { add_soft(b, [](scene_soft_def& d) { d.cluster_matching = 2; }); },
+     "soft: matching and node damping of a cluster must be between 0 and 1"},
+    {[](scene_builder* b) { add_soft(b, [](scene_soft_def& d) { d.has_cluster_contacts = true; }); },
+     "soft: cluster contacts need clusters"},
+    {[](scene_builder* b) { add_soft(b, [](scene_soft_def& d) { d.has_clusters = d.has_cluster_contacts = true; }); },
+     "soft: btSoftBody knows one friction for all contacts"},
+    {[](scene_builder* b) {
+         add_soft(b, [](scene_soft_def&) {});
+         const scene_joint joint = scene_joint_to_rigid(0, 0);
+         scene_add_linear_joint(b, &joint, {0, 0, 0});
+     },
+     "soft: a joint needs clusters"},
+    {[](scene_builder* b) {
+         add_soft(b, [](scene_soft_def& d) { d.has_clusters = true, d.cluster_count = 1; });
+         const scene_joint joint = scene_joint_to_rigid(0, 0);
+         scene_add_linear_joint(b, &joint, {0, 0, 0});
+     },
+     "there is no rigid body 0, the scene has 0 yet"},
+    {[](scene_builder* b) {
+         add_soft(b, [](scene_soft_def& d) { d.has_clusters = true, d.cluster_count = 1; });
+         const scene_angular_joint joint = {scene_joint_to_soft(0, 0), {0, 1, 0}, false, {0, 0, 0}};
+         scene_add_angular_joint(b, &joint);
+     },
+     "a joint needs two bodies"},
+    {[](scene_builder* b) {
+         scene_drive_at(b, 10, 1, 1, 0);
+         scene_drive_at(b, 9, 1, 1, 0);
+     },
+     "what is driven must come in the order of frames"},
+    {[](scene_builder* b) { scene_drive_at(b, 0, 1, -1, 0); }, "speed, change and angle must be finite"},
+    {[](scene_builder* b) {
+         add_soft(b, [](scene_soft_def&) {});
+         scene_cut_at(b, 0, 0, 2, 1);
+     },
+     "soft: node 2 is out of range, the mesh has 2 nodes"},
+    {[](scene_builder* b) { scene_cut_at(b, 0, 0, 0, 0); }, "the radius of a cut must be positive"},
+    {[](scene_builder* b) { scene_tetra_mesh(b, "torus"); }, "there is no tetrahedral mesh \"torus\""},
     {[](scene_builder* b) {
          scene_set_velocity(b, 0, {1, 0, 0});
      },
@@ -499,6 +606,8 @@ int main() {
         cmocka_unit_test(a_run_can_be_repeated),
         cmocka_unit_test(engines_start_alike),
         cmocka_unit_test(a_file_replaces_the_mesh_in_its_place),
+        cmocka_unit_test(files_replace_tetrahedra),
+        cmocka_unit_test(a_script_cuts),
         cmocka_unit_test(meshes_in_pieces_run_on_pliant_only),
         cmocka_unit_test(wrong_meshes_are_named),
         cmocka_unit_test(wrong_descriptions_are_named),

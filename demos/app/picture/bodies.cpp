@@ -121,11 +121,13 @@ static pli_transform place_at(pli_vec3 origin) {
     return pose;
 }
 
-// Links that belong to no face, as tubes with round joints.
+// Links that belong to no face and to no tetrahedron, as tubes with round joints.
 static void append_ropes(Batch& batch, const demos::SoftState& soft, const std::vector<int>& faces, float pixel) {
     std::vector<bool> in_face(soft.positions.size()), has_joint(soft.positions.size());
-    for (const int node : faces) {
-        in_face[static_cast<size_t>(node)] = true;
+    for (const std::vector<int>* nodes : {&faces, &soft.tetra_nodes}) {
+        for (const int node : *nodes) {
+            in_face[static_cast<size_t>(node)] = true;
+        }
     }
     const float radius = std::max(0.1f * median_rest_length(soft), 2.2f * pixel);
     for (size_t i = 0; i + 1 < soft.link_nodes.size(); i += 2) {
