@@ -20,6 +20,9 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         plii_joint* joint = &joints->items[i];
+        const pli_rigid* rigid = joint->other.rigid;
+        joint->keeps_momentum =
+            rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.as_bullet;
         joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_side_of(&joint->other);
         if (joint->other.rigid != NULL) { joint->other.rigid->was_touched = true; }
@@ -45,13 +48,30 @@ static void joints_finish(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
-void plii_joint_split_drift(plii_joint* joint, int iterations) {
+void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]) {
     const float split = joint->softness.split;
     if (split > 0.0f) {
         joint->split_drift = pli_mat3_mul_vec3(joint->impulse_matrix, pli_vec3_scale(joint->drift, split));
-        joint->drift = pli_vec3_scale(joint->drift, 1.0f - split);
     }
+    float displaced = split;
+    if (joint->keeps_momentum) {
+        const float total = responses[0] + responses[1];
+        displaced = total > 0.0f ? split * (responses[0] / total) : 0.0f;
+    }
+    if (displaced > 0.0f) { joint->drift = pli_vec3_scale(joint->drift, 1.0f - displaced); }
     joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
+}
+
+void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular) {
+    const int count = joint->keeps_momentum ? 1 : 2;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
+        if (is_angular) {
+            plii_joint_side_apply_torque_drift(&joint->sides[i], impulse);
+        } else {
+            plii_joint_side_apply_drift(&joint->sides[i], impulse, joint->world[i]);
+        }
+    }
 }
 
 /* Takes out the joints that `goes` names; the others keep their order. */

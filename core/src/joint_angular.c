@@ -32,7 +32,11 @@ static void angular_joint_prepare(plii_joint* joint, const plii_step* step, int 
     error = pli_vec3_scale(error, plii_min(ANGULAR_JOINT_MAX_ERROR, acosf(cosine)));
     joint->drift = pli_vec3_scale(error, joint->softness.error_reduction / step->dt);
     joint->impulse_matrix = plii_joint_angular_impulse_matrix(&joint->sides[0], &joint->sides[1]);
-    plii_joint_split_drift(joint, iterations);
+    float responses[2];
+    for (int i = 0; i < 2; ++i) {
+        responses[i] = pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[i].inverse_inertia, error));
+    }
+    plii_joint_split_drift(joint, iterations, responses);
 }
 
 static void angular_joint_solve(plii_joint* joint) {
@@ -52,8 +56,7 @@ static void angular_joint_solve(plii_joint* joint) {
 }
 
 static void angular_joint_finish(plii_joint* joint) {
-    plii_joint_side_apply_torque_drift(&joint->sides[0], pli_vec3_neg(joint->split_drift));
-    plii_joint_side_apply_torque_drift(&joint->sides[1], joint->split_drift);
+    plii_joint_apply_split_drift(joint, true);
 }
 
 static const plii_joint_class angular_joint_class = {"angular", angular_joint_prepare, angular_joint_solve,

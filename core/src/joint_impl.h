@@ -28,6 +28,9 @@ struct plii_joint {
     plii_joint_side sides[2];
     pli_vec3 world[2]; /* arm to the pivot, or axis */
     pli_vec3 drift, split_drift;
+    /* The other end is a rigid body, which cannot be displaced. Bullet gives it a velocity after the last iteration,
+       and momentum from nothing; here the share that is its own is solved for with the velocities. */
+    bool keeps_momentum;
     pli_mat3 impulse_matrix;
 };
 
@@ -36,7 +39,10 @@ struct plii_joint {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
                           const char* function);
 
-/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. */
-void plii_joint_split_drift(plii_joint* joint, int iterations);
+/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `responses`: how much each
+   side gives way along it. */
+void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]);
+/* Applies the displacement at the arms, or as turns. */
+void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular);
 
 #endif

@@ -23,7 +23,11 @@ static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int i
     joint->world[1] = pli_vec3_sub(points[1], joint->sides[1].frame.origin);
     joint->impulse_matrix =
         plii_joint_impulse_matrix(&joint->sides[0], joint->world[0], &joint->sides[1], joint->world[1]);
-    plii_joint_split_drift(joint, iterations);
+    float responses[2];
+    for (int i = 0; i < 2; ++i) {
+        responses[i] = plii_joint_side_response(&joint->sides[i], joint->world[i], error);
+    }
+    plii_joint_split_drift(joint, iterations, responses);
 }
 
 static void linear_joint_solve(plii_joint* joint) {
@@ -36,8 +40,7 @@ static void linear_joint_solve(plii_joint* joint) {
 }
 
 static void linear_joint_finish(plii_joint* joint) {
-    plii_joint_side_apply_drift(&joint->sides[0], pli_vec3_neg(joint->split_drift), joint->world[0]);
-    plii_joint_side_apply_drift(&joint->sides[1], joint->split_drift, joint->world[1]);
+    plii_joint_apply_split_drift(joint, false);
 }
 
 static const plii_joint_class linear_joint_class = {"linear", linear_joint_prepare, linear_joint_solve,

@@ -52,6 +52,12 @@ pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_
     return joint_finite_inverse(plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
 }
 
+float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction) {
+    const pli_vec3 turn = pli_vec3_cross(offset, direction);
+    return side->inverse_mass * pli_vec3_length_squared(direction) +
+           pli_vec3_dot(turn, pli_mat3_mul_vec3(side->inverse_inertia, turn));
+}
+
 pli_vec3 plii_joint_side_velocity_at(const plii_joint_side* side, pli_vec3 offset) {
     if (side->rigid != NULL) { return plii_rigid_velocity_at(side->rigid, offset); }
     if (side->cluster == NULL) { return pli_vec3_make(0, 0, 0); }

@@ -26,6 +26,9 @@ pli_mat3 plii_joint_impulse_matrix(const plii_joint_side* a, pli_vec3 r_a, const
 /* Bullet: AngularImpulseMatrix */
 pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_joint_side* b);
 
+/* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
+float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction);
+
 pli_vec3 plii_joint_side_velocity_at(const plii_joint_side* side, pli_vec3 offset);
 pli_vec3 plii_joint_side_angular_velocity(const plii_joint_side* side);
 

@@ -68,8 +68,8 @@ static void test_cluster_and_rigid_keep_their_momenta(void** unused) {
     const float small = 1.0f / 120.0f;
     pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
     pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 40, 25, pli_vec3_make(2, 0.5f, 0), NULL);
-    add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0.2f, 0.1f), 0);
-    add_angular(body, end_of_rigid(rigid), pli_vec3_make(0, 1, 0), 0, free_joint);
+    add_linear(body, end_of_rigid(rigid), pli_vec3_make(1, 0.2f, 0.1f), 1);
+    add_angular(body, end_of_rigid(rigid), pli_vec3_make(0, 1, 0), 0.5f, free_joint);
     spin(body, pli_vec3_make(0, 0, 0), pli_vec3_make(0.3f, 0.5f, 1), pli_vec3_make(0, 1, 0.5f));
     momenta before = {{0}, {0}};
     momenta_add_body(&before, body);

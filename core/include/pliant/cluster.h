@@ -17,8 +17,8 @@ typedef struct pli_cluster_settings {
     float linear_damping;  ///< [0, 1], default 0
     float angular_damping; ///< [0, 1], default 0
     bool collides;         ///< default true
-    /// Impulses between clusters of one body are cut to `max_self_impulse` (N s, >= 0, default 100) and scaled by
-    /// `self_impulse_factor` ([0, 1], default 1). btSoftBody has both and never comes to use them.
+    /// Impulses between clusters of one body are cut to `max_self_impulse` (N s per contact and step, >= 0, default
+    /// 100) and scaled by `self_impulse_factor` ([0, 1], default 1). btSoftBody has both and never comes to use them.
     float max_self_impulse;
     float self_impulse_factor;
 } pli_cluster_settings;
@@ -90,10 +90,12 @@ typedef struct pli_cluster_contact {
 typedef bool pli_cluster_distance_fn(const pli_body* body, pli_cluster_contact* contact, void* user);
 
 typedef struct pli_cluster_contacts_def {
-    bool with_rigids;       ///< default true. Bullet name: CL_RS
-    bool with_bodies;       ///< default true; the other body needs it too. Bullet name: CL_SS
-    bool with_self;         ///< default false: clusters of one body that share no node. Bullet name: CL_SELF
-    float friction;         ///< >= 0, default 0.2; the smaller of the two sides counts. Bullet name: kDF
+    bool with_rigids; ///< default true. Bullet name: CL_RS
+    bool with_bodies; ///< default true; the other body needs it too. Bullet name: CL_SS
+    bool with_self;   ///< default false: clusters of one body that are apart when first met. Bullet name: CL_SELF
+    /// >= 0, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; as_bullet the share of the
+    /// sliding velocity that each iteration removes. Bullet name: kDF
+    float friction;
     float dynamic_hardness; ///< [0, 1], default 0.1. Bullet name: kSRHR_CL
     float static_hardness;  ///< [0, 1], default 1. Bullet name: kSKHR_CL
     float soft_hardness;    ///< [0, 1], default 0.5; the larger of the two sides counts. Bullet name: kSSHR_CL

@@ -1,0 +1,403 @@
+/* Which clusters meet what. A pair has the contact of its nearest points, which is all there is as_bullet
+   (CollideCL_RS, CollideCL_SS); otherwise up to three more at nodes far from it, so that flat sides rest on each other.
+   Shapes that are not convex are met node by node. */
+
+#include "cluster_contacts_impl.h"
+
+#include "shape_impl.h"
+#include "world_impl.h"
+
+#define CLUSTER_CONTACTS_PER_PAIR 4
+#define CLUSTER_CONTACTS_BATCH 64
+/* Smaller clusters lie beside others that share the load: between clusters the nearest points will do. */
+#define CLUSTER_CONTACTS_MIN_NODES 8
+
+static bool cluster_contacts_are_as_bullet(const pli_body* body, const pli_cluster_contact* info) {
+    return plii_body_clusters(body)->def.as_bullet && info->other != body;
+}
+
+static pli_status cluster_contacts_add(pli_body* body, plii_cluster_contacts* state, const pli_cluster_contact* info,
+                                       const plii_contact_terms* terms) {
+    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+    }
+    const plii_joint_side a = plii_joint_side_of_cluster(body, info->cluster);
+    const plii_joint_side b = info->other != NULL ? plii_joint_side_of_cluster(info->other, info->other_cluster)
+                                                  : plii_joint_side_of_rigid(info->rigid);
+    plii_cluster_contact* contact = &state->contacts[state->count];
+    if (plii_cluster_contact_make(info, a, b, terms, cluster_contacts_are_as_bullet(body, info), contact)) {
+        contact->is_self = info->other == body;
+        state->count += 1;
+    }
+    return PLI_OK;
+}
+
+// ----------------------------------------------------------------------------------------------------- several points
+
+/* Nodes within the margin of the other side, of which a few are kept that lie far from each other. */
+typedef struct near_node {
+    pli_vec3 point, normal; /* world; the normal towards the cluster */
+    float distance;
+} near_node;
+
+typedef struct near_nodes {
+    near_node kept[CLUSTER_CONTACTS_PER_PAIR]; /* the first is the deepest */
+    int count;
+} near_nodes;
+
+static float near_nodes_spread(const near_nodes* nodes, pli_vec3 point, int except) {
+    float least = INFINITY;
+    for (int i = 0; i < nodes->count; ++i) {
+        if (i == except) { continue; }
+        least = plii_min(least, pli_vec3_length_squared(pli_vec3_sub(nodes->kept[i].point, point)));
+    }
+    return least;
+}
+
+static void near_nodes_add(near_nodes* nodes, near_node node) {
+    if (nodes->count > 0 && node.distance < nodes->kept[0].distance) {
+        const near_node deepest = nodes->kept[0];
+        nodes->kept[0] = node;
+        node = deepest;
+    }
+    if (nodes->count < CLUSTER_CONTACTS_PER_PAIR) {
+        nodes->kept[nodes->count++] = node;
+        return;
+    }
+    /* In place of the kept one, other than the deepest, that lies closest to the rest. */
+    int crowded = 1;
+    for (int i = 2; i < nodes->count; ++i) {
+        if (near_nodes_spread(nodes, nodes->kept[i].point, i) <
+            near_nodes_spread(nodes, nodes->kept[crowded].point, crowded)) {
+            crowded = i;
+        }
+    }
+    if (near_nodes_spread(nodes, node.point, crowded) > near_nodes_spread(nodes, nodes->kept[crowded].point, crowded)) {
+        nodes->kept[crowded] = node;
+    }
+}
+
+/* Unless it lies near the first. */
+static void near_nodes_add_beside(near_nodes* nodes, near_node node, float margin) {
+    const float squared = pli_vec3_length_squared(pli_vec3_sub(node.point, nodes->kept[0].point));
+    if (squared > margin * margin) { near_nodes_add(nodes, node); }
+}
+
+/* The nearest points first, so that nodes at the same place are seen as such. */
+static near_nodes near_nodes_start(const pli_cluster_contact* nearest) {
+    return (near_nodes){.kept = {{nearest->witness, nearest->normal, nearest->distance}}, .count = 1};
+}
+
+static pli_status near_nodes_add_contacts(pli_body* body, plii_cluster_contacts* state, pli_cluster_contact info,
+                                          const near_nodes* found, int first, const plii_contact_terms* terms) {
+    for (int i = first; i < found->count; ++i) {
+        const near_node* node = &found->kept[i];
+        info.witness = node->point;
+        info.other_witness = pli_vec3_sub(node->point, pli_vec3_scale(node->normal, node->distance));
+        info.normal = node->normal;
+        info.distance = node->distance;
+        PLII_TRY(cluster_contacts_add(body, state, &info, terms));
+    }
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------------------- rigid bodies
+
+static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, const plii_cluster_contacts* state,
+                                                       const pli_rigid* rigid, float radius) {
+    const bool is_dynamic = rigid->kind == PLI_RIGID_DYNAMIC;
+    return (plii_contact_terms){radius + body->collision_margin, radius, plii_min(state->def.friction, rigid->friction),
+                                is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
+                                is_dynamic ? state->def.dynamic_split : state->def.static_split};
+}
+
+/* Adds the nodes of the cluster that lie within the margin of the shape's surface. With nodes found already those near
+   the first are left out. */
+static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info, near_nodes* found) {
+    const pli_shape* shape = info->rigid->shapes[info->shape];
+    const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    const float margin = body->collision_margin;
+    const bool has_nearest = found->count > 0;
+    for (int begin = 0; begin < item->member_count; begin += CLUSTER_CONTACTS_BATCH) {
+        const int rest = item->member_count - begin;
+        const int count = rest < CLUSTER_CONTACTS_BATCH ? rest : CLUSTER_CONTACTS_BATCH;
+        pli_vec3 points[CLUSTER_CONTACTS_BATCH], normals[CLUSTER_CONTACTS_BATCH];
+        float distances[CLUSTER_CONTACTS_BATCH];
+        for (int i = 0; i < count; ++i) {
+            points[i] = pli_transform_inverse_point(pose, plii_cluster_node(body, clusters, item, begin + i));
+        }
+        shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+        for (int i = 0; i < count; ++i) {
+            if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
+            const near_node node = {plii_cluster_node(body, clusters, item, begin + i),
+                                    pli_mat3_mul_vec3(pose.rotation, normals[i]), distances[i]};
+            if (has_nearest) {
+                near_nodes_add_beside(found, node, margin);
+            } else {
+                near_nodes_add(found, node);
+            }
+        }
+    }
+}
+
+static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
+                                               const pli_cluster_contact* pair) {
+    const pli_shape* shape = pair->rigid->shapes[pair->shape];
+    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
+    pli_cluster_contact info = *pair;
+    if (!plii_cluster_contacts_measure_rigid(body, state, terms.margin, &info)) { return PLI_OK; }
+    PLII_TRY(cluster_contacts_add(body, state, &info, &terms));
+    if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+    near_nodes found = near_nodes_start(&info);
+    cluster_contacts_find_near_nodes(body, &info, &found);
+    const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, info.rigid, 0.0f);
+    return near_nodes_add_contacts(body, state, info, &found, 1, &node_terms);
+}
+
+static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_contacts* state,
+                                                const pli_cluster_contact* pair) {
+    near_nodes found = {.count = 0};
+    cluster_contacts_find_near_nodes(body, pair, &found);
+    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
+    return near_nodes_add_contacts(body, state, *pair, &found, 0, &terms);
+}
+
+static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
+                                              int shape_index) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const bool is_convex = shape->def.support != NULL;
+    const float margin = body->collision_margin;
+    const pli_bounds near = plii_bounds_grow(
+        plii_bounds_transform(shape->def.bounds(shape->def.user), plii_rigid_shape_transform(rigid, shape_index)),
+        margin);
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }
+        if (cluster->contains_pinned_node && rigid->kind != PLI_RIGID_DYNAMIC) { continue; }
+        const pli_cluster_contact pair = {.cluster = i, .rigid = rigid, .shape = shape_index};
+        PLII_TRY((is_convex ? cluster_contacts_meet_convex : cluster_contacts_meet_concave)(body, state, &pair));
+    }
+    return PLI_OK;
+}
+
+static pli_status cluster_contacts_fail_memory(pli_body* body) {
+    return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, "cluster contacts", "no memory to search pairs");
+}
+
+pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
+    plii_cluster_contacts* state = data;
+    if (!state->def.with_rigids) { return PLI_OK; }
+    if (!plii_cluster_contacts_update_groups(body, state)) { return cluster_contacts_fail_memory(body); }
+    const int before = state->count;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_status status = cluster_contacts_meet_shape(body, state, rigid, i);
+        if (status != PLI_OK) {
+            state->count = before;
+            return status;
+        }
+    }
+    if (state->count > before) { rigid->was_touched = true; }
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------- clusters against clusters
+
+static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
+    if (state->has_tree) { return true; }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    if (!PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, clusters->count) ||
+        !PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, clusters->count)) {
+        return false;
+    }
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        const pli_bounds centre = {cluster->frame.origin, cluster->frame.origin};
+        state->boxes[i] = cluster->settings.collides ? cluster->bounds : centre;
+    }
+    state->has_tree = plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
+    return state->has_tree;
+}
+
+static void cluster_contacts_visit(int item, void* user) {
+    plii_cluster_contacts* state = user;
+    state->candidates[state->candidate_count++] = item;
+}
+
+/* Clusters of `state`'s body near a box, ascending. */
+static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) {
+    state->candidate_count = 0;
+    plii_box_tree_overlaps(&state->tree, box, cluster_contacts_visit, state);
+    /* Few at a time: insertion sort. */
+    for (int i = 1; i < state->candidate_count; ++i) {
+        const int moved = state->candidates[i];
+        int k = i;
+        while (k > 0 && state->candidates[k - 1] > moved) {
+            state->candidates[k] = state->candidates[k - 1];
+            --k;
+        }
+        state->candidates[k] = moved;
+    }
+}
+
+static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direction) {
+    (void)direction;
+    return *(const pli_vec3*)user;
+}
+
+/* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
+   normal of `info` points to `body`. */
+static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
+                                             float margin, near_nodes* found) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    near_nodes candidates = near_nodes_start(info);
+    for (int i = 0; i < item->member_count; ++i) {
+        const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+        const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
+        if (above < margin) { near_nodes_add_beside(&candidates, (near_node){x, info->normal, above}, margin); }
+    }
+    for (int i = 1; i < candidates.count; ++i) {
+        const pli_vec3 point = pli_vec3_sub(candidates.kept[i].point, other.origin);
+        const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
+        const plii_convex b = plii_cluster_hull_convex(&other);
+        if (plii_cluster_contacts_are_near(&a, &b, margin)) {
+            near_nodes_add_beside(found, candidates.kept[i], margin);
+        }
+    }
+}
+
+static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_contacts* state,
+                                                plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
+                                                const plii_contact_terms* terms) {
+    pli_cluster_contact info = *pair;
+    if (!plii_cluster_contacts_measure_cluster(body, state, other_state, terms->margin, &info)) { return PLI_OK; }
+    PLII_TRY(cluster_contacts_add(body, state, &info, terms));
+    pli_body* other = info.other;
+    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
+    const plii_cluster* other_cluster = &plii_body_clusters(other)->items[info.other_cluster];
+    const bool is_small =
+        cluster->member_count < CLUSTER_CONTACTS_MIN_NODES || other_cluster->member_count < CLUSTER_CONTACTS_MIN_NODES;
+    if (is_small || cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+
+    const pli_vec3 origin = cluster->frame.origin;
+    near_nodes found = near_nodes_start(&info);
+    cluster_contacts_find_nodes_over(
+        body, &info, plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin), terms->margin, &found);
+    PLII_TRY(near_nodes_add_contacts(body, state, info, &found, 1, terms));
+    /* The same seen from the other side. */
+    const pli_cluster_contact reverse = {.cluster = info.other_cluster,
+                                         .witness = info.other_witness,
+                                         .other_witness = info.witness,
+                                         .normal = pli_vec3_neg(info.normal),
+                                         .distance = info.distance};
+    near_nodes found_other = near_nodes_start(&reverse);
+    cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_contacts_hull(body, state, info.cluster, origin),
+                                     terms->margin, &found_other);
+    for (int i = 1; i < found_other.count; ++i) {
+        const near_node* node = &found_other.kept[i];
+        pli_cluster_contact turned = info;
+        turned.other_witness = node->point;
+        turned.distance = node->distance;
+        turned.witness = pli_vec3_add(node->point, pli_vec3_scale(info.normal, node->distance));
+        PLII_TRY(cluster_contacts_add(body, state, &turned, terms));
+    }
+    return PLI_OK;
+}
+
+pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
+    plii_cluster_contacts *state = data, *other_state = other_data;
+    if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
+    if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
+        !cluster_contacts_update_tree(other, other_state)) {
+        return cluster_contacts_fail_memory(body);
+    }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_contact_terms terms = {
+        .margin = body->collision_margin + other->collision_margin,
+        .friction = plii_min(state->def.friction, other_state->def.friction),
+        .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
+        .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
+    };
+    /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
+    const float reach = clusters->def.as_bullet ? 0.0f : terms.margin;
+    const int before = state->count;
+    for (int i = 0; i < clusters->count; ++i) {
+        if (!clusters->items[i].settings.collides) { continue; }
+        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        for (int k = 0; k < other_state->candidate_count; ++k) {
+            const int candidate = other_state->candidates[k];
+            if (!plii_body_clusters(other)->items[candidate].settings.collides) { continue; }
+            const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
+            const pli_status status = cluster_contacts_meet_cluster(body, state, other_state, &pair, &terms);
+            if (status != PLI_OK) {
+                state->count = before;
+                return status;
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------------------ own clusters
+
+void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
+    if (state->has_neighbours) { plii_edge_set_destroy(&state->neighbours); }
+    state->has_neighbours = false;
+}
+
+/* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
+   itself apart. */
+static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const float margin = 2.0f * body->collision_margin;
+    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state)) {
+        return false;
+    }
+    size_t pairs = 0;
+    for (int i = 0; i < clusters->count; ++i) {
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
+        pairs += (size_t)state->candidate_count;
+    }
+    if (!plii_edge_set_create(body->context, pairs, &state->neighbours)) { return false; }
+    state->has_neighbours = true;
+    for (int i = 0; i < clusters->count; ++i) {
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
+        for (int k = 0; k < state->candidate_count; ++k) {
+            const int other = state->candidates[k];
+            if (other <= i) { continue; }
+            const pli_vec3 origin = clusters->items[i].frame.origin;
+            const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, i, origin);
+            const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
+            const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+            if (plii_cluster_contacts_are_near(&a, &b, margin)) { plii_edge_set_insert(&state->neighbours, i, other); }
+        }
+    }
+    return true;
+}
+
+pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
+    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state) ||
+        (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
+        return cluster_contacts_fail_memory(body);
+    }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
+                                      state->def.soft_hardness, state->def.soft_split};
+    for (int i = 0; i < clusters->count; ++i) {
+        if (!clusters->items[i].settings.collides) { continue; }
+        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        for (int k = 0; k < state->candidate_count; ++k) {
+            const int other = state->candidates[k];
+            if (other <= i || !clusters->items[other].settings.collides ||
+                plii_edge_set_contains(&state->neighbours, i, other)) {
+                continue;
+            }
+            const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
+            PLII_TRY(cluster_contacts_meet_cluster(body, state, state, &pair, &terms));
+        }
+    }
+    return PLI_OK;
+}

@@ -1,0 +1,99 @@
+#ifndef PLII_CLUSTER_CONTACTS_IMPL_H
+#define PLII_CLUSTER_CONTACTS_IMPL_H
+
+/* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_find.c looks for
+   pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
+
+#include "box_tree.h"
+#include "edge_set.h"
+#include "joint_side.h"
+#include "pair_memory.h"
+#include "support_groups.h"
+
+typedef struct plii_cluster_contact {
+    pli_cluster_contact info;
+    plii_joint_side sides[2];
+    pli_vec3 arms[2]; /* from each side's centre to where impulses act */
+    pli_vec3 normal;
+    float friction;   /* as_bullet the share of the sliding velocity removed, 1 when it sticks; else of Coulomb's law */
+    float erp, split; /* Bullet: m_erp, m_split */
+    bool is_self, as_bullet;
+    pli_vec3 drift, split_drift;
+    pli_mat3 impulse_matrix; /* as_bullet */
+    /* Not as_bullet. */
+    float depth, included_speed; /* m; and the part of the speed along the normal that `depth` includes, m/s */
+    float wanted_speed;          /* along the normal, m/s */
+    pli_vec3 tangents[2];
+    float normal_mass, tangent_masses[2];      /* kg */
+    float normal_impulse, tangent_impulses[2]; /* N s, of this step so far */
+} plii_cluster_contact;
+
+typedef struct plii_contact_terms {
+    float margin; /* of both sides, `radius` included */
+    float radius; /* of the other side's shape round its core */
+    float friction, hardness, split;
+} plii_contact_terms;
+
+typedef struct plii_cluster_contacts {
+    pli_cluster_contacts_def def;
+    plii_cluster_contact* contacts;
+    int count, capacity;
+    plii_pair_memory memory;
+    bool has_groups;
+    plii_support_groups* groups; /* [group_count] per cluster */
+    int group_count;
+    plii_box_tree tree; /* over the clusters' bounds */
+    bool has_tree;      /* of this step */
+    pli_bounds* boxes;
+    int* candidates;
+    int box_capacity, candidate_capacity, candidate_count;
+    bool has_neighbours;
+    plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
+} plii_cluster_contacts;
+
+// ------------------------------------------------------------------------------------------------------- one contact
+
+/* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
+bool plii_cluster_contact_make(const pli_cluster_contact* info, plii_joint_side a, plii_joint_side b,
+                               const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
+void plii_cluster_contact_solve(plii_cluster_contact* contact);
+void plii_cluster_contact_finish(plii_cluster_contact* contact);
+
+// ---------------------------------------------------------------------------------------------------------- distances
+
+/* The convex hull of a cluster's nodes, in world axes from `origin`. */
+typedef struct plii_cluster_hull {
+    const pli_body* body;
+    const plii_clusters* clusters;
+    const plii_cluster* cluster;
+    const plii_support_groups* groups;
+    pli_vec3 origin;
+} plii_cluster_hull;
+
+/* False when out of memory. plii_cluster_contacts_hull needs it. */
+bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state);
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+                                             pli_vec3 origin);
+plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
+
+/* Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than `max_distance` or
+   when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other. */
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, float max_distance,
+                                         pli_cluster_contact* info);
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
+                                           plii_cluster_contacts* other_state, float max_distance,
+                                           pli_cluster_contact* info);
+
+/* Overlapping, or apart by less than `margin`. */
+bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
+
+// -------------------------------------------------------------------------------------------------------------- pairs
+
+pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
+pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
+pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state);
+
+#endif

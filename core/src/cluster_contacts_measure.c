@@ -1,0 +1,136 @@
+/* Distances of clusters from rigid shapes and from each other, by the user's function or by that of the core. */
+
+#include "cluster_contacts_impl.h"
+
+#include "convex_penetration.h"
+#include "shape_impl.h"
+#include "world_impl.h"
+
+static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
+    const plii_cluster_hull* hull = user;
+    const pli_vec4* positions = hull->body->positions;
+    if (hull->groups->count > 0) {
+        const int node = plii_support_groups_query(positions, hull->groups, direction);
+        return pli_vec3_sub(plii_xyz(positions[node]), hull->origin);
+    }
+    const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
+    float best = -INFINITY;
+    int farthest = members[0].node;
+    for (int i = 0; i < hull->cluster->member_count; ++i) {
+        const float along = pli_vec3_dot(plii_xyz(positions[members[i].node]), direction);
+        if (along > best) {
+            best = along;
+            farthest = members[i].node;
+        }
+    }
+    return pli_vec3_sub(plii_xyz(positions[farthest]), hull->origin);
+}
+
+typedef struct rigid_hull {
+    const pli_shape* shape;
+    pli_transform pose; /* in the frame that both sides are given in */
+} rigid_hull;
+
+static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
+    const rigid_hull* hull = user;
+    const pli_vec3 local = pli_mat3_transpose_mul_vec3(hull->pose.rotation, direction);
+    return pli_transform_point(hull->pose, hull->shape->def.support(hull->shape->def.user, local));
+}
+
+void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state) {
+    for (int i = 0; i < state->group_count; ++i) {
+        plii_support_groups_release(body->context, &state->groups[i]);
+    }
+    plii_release(body->context, state->groups, (size_t)state->group_count * sizeof *state->groups);
+    state->groups = NULL;
+    state->group_count = 0;
+    state->has_groups = state->has_tree = false;
+}
+
+bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    if (state->has_groups && state->group_count == clusters->count) { return true; }
+    /* Clusters were added, or memory ran out half way. */
+    if (state->group_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
+    plii_cluster_contacts_drop_groups(body, state);
+    state->groups = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->groups);
+    if (state->groups == NULL && clusters->count > 0) { return false; }
+    state->group_count = clusters->count;
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->settings.collides) { continue; }
+        if (!plii_support_groups_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
+                                        (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
+                                        &state->groups[i])) {
+            return false;
+        }
+    }
+    state->has_groups = true;
+    return true;
+}
+
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+                                             pli_vec3 origin) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    plii_support_groups* groups = &state->groups[cluster];
+    if (groups->count > 0 && !groups->has_bounds) { plii_support_groups_update(body->positions, groups); }
+    return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
+}
+
+plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
+    return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
+}
+
+static bool cluster_contacts_measure(pli_body* body, plii_cluster_contacts* state, const plii_convex* a,
+                                     const plii_convex* b, pli_vec3 origin, plii_pair_key key, float max_distance,
+                                     pli_cluster_contact* info) {
+    plii_convex_options options = plii_convex_options_default();
+    options.max_distance = max_distance;
+#if PLIANT_WITH_CCD
+    options.penetration = state->def.accurate_penetration ? plii_penetration_epa : plii_penetration_mpr;
+#endif
+    plii_convex_result result;
+    plii_convex_distance(a, b, &options, plii_pair_memory_get(body->context, &state->memory, key), &result);
+    const bool is_known = result.relation == PLII_CONVEX_SEPARATED || result.relation == PLII_CONVEX_OVERLAPPING;
+    if (!is_known || !(result.distance < max_distance)) { return false; }
+    info->witness = pli_vec3_add(result.point_a, origin);
+    info->other_witness = pli_vec3_add(result.point_b, origin);
+    info->normal = result.normal;
+    info->distance = result.distance;
+    return true;
+}
+
+bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin) {
+    plii_convex_options options = plii_convex_options_default();
+    options.max_distance = margin;
+    plii_convex_result result;
+    plii_convex_distance(a, b, &options, NULL, &result);
+    return result.relation == PLII_CONVEX_OVERLAPPING ||
+           (result.relation == PLII_CONVEX_SEPARATED && result.distance < margin);
+}
+
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, float max_distance,
+                                         pli_cluster_contact* info) {
+    if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
+    const pli_shape* shape = info->rigid->shapes[info->shape];
+    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const plii_cluster_hull soft = plii_cluster_contacts_hull(body, state, info->cluster, origin);
+    rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
+    hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
+    const plii_convex a = plii_cluster_hull_convex(&soft);
+    const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
+    const plii_pair_key key = {info->cluster, info->shape, info->rigid};
+    return cluster_contacts_measure(body, state, &a, &b, origin, key, max_distance, info);
+}
+
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
+                                           plii_cluster_contacts* other_state, float max_distance,
+                                           pli_cluster_contact* info) {
+    if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
+    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
+    const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
+    const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+    const plii_pair_key key = {info->cluster, info->other_cluster, info->other};
+    return cluster_contacts_measure(body, state, &a, &b, origin, key, max_distance, info);
+}
