@@ -45,6 +45,7 @@ enum {
     PLII_ORDER_VOLUME = 30,
     PLII_ORDER_FACE_AERO = 40,
 
+    PLII_ORDER_SPEED_LIMIT = 1,
     PLII_ORDER_CLEAR_CONTACTS = 5,
     PLII_ORDER_CLUSTERS = 10,
     PLII_ORDER_BOXES = 30,
@@ -57,7 +58,8 @@ enum {
     PLII_ORDER_ANCHORS = 10,
     PLII_ORDER_RIGID_CONTACTS = 20,
     PLII_ORDER_SOFT_CONTACTS = 30,
-    PLII_ORDER_LINKS = 40
+    PLII_ORDER_LINKS = 40,
+    PLII_ORDER_SELF_COLLISION = 50 /* not in Bullet */
 };
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);

@@ -19,6 +19,7 @@
 #include "pose.h"
 #include "query.h"
 #include "rigid.h"
+#include "self_collision.h"
 #include "shape.h"
 #include "world.h"
 

@@ -1,0 +1,63 @@
+#ifndef PLII_NODE_HASH_H
+#define PLII_NODE_HASH_H
+
+/* Pairs of points that are near each other, in linear time: points are counted into the cells of an unbounded grid that
+   is hashed to a table, and laid out densely. Cells that differ in the last axis only lie side by side in the table, so
+   the 27 cells around a point are 9 runs, and each pair is met from one of its ends: 5 runs. */
+
+#include "context.h"
+#include "vec.h"
+
+typedef struct plii_node_hash_entry {
+    pli_vec3 position;
+    int node;
+    int column[2]; /* of its cell: the first two axes. Others in the same run of the table are not near. */
+} plii_node_hash_entry;
+
+typedef struct plii_node_pair {
+    int other; /* > node of the row, or in another cell */
+    float distance_squared;
+} plii_node_pair;
+
+typedef struct plii_node_hash {
+    int count;
+    pli_vec3 origin;
+    float cell_size, inverse_cell_size;
+    unsigned mask;                 /* table size - 1; a power of two minus 1 */
+    int* starts;                   /* [mask + 2] first entry of each bucket */
+    plii_node_hash_entry* entries; /* [count] by bucket, then by node */
+    int start_capacity, entry_capacity;
+} plii_node_hash;
+
+/* A body that has collapsed to a point must not ask for the square of its nodes in memory and time. */
+#define PLII_NODE_PAIRS_MAX_ROW 512
+
+/* Rows of pairs: row i has those whose first node is i. Each pair is there once. */
+typedef struct plii_node_pairs {
+    int row_count, count;
+    bool is_cut_short; /* a row was full: pairs are missing */
+    int* begin;        /* [row_count + 1] */
+    plii_node_pair* pairs;
+    int begin_capacity, capacity;
+} plii_node_pairs;
+
+/* Sorts points into cells of at least `cell_size` > 0 m; `shift` m moves the grid along all axes. Positions that are
+   not finite do no harm. False when out of memory. */
+bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count, const pli_vec3* positions,
+                          float cell_size, float shift);
+/* All pairs nearer than `radius`, at most the cell size that the hash was built with. The order of pairs depends on
+   positions only. False when out of memory: then some are missing. */
+bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions, float radius,
+                         plii_node_pairs* pairs);
+/* Only those of which both are in the same cell. */
+bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions,
+                                  float radius, plii_node_pairs* pairs);
+/* Whether two points lie in the same cell. */
+bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b);
+
+void plii_node_hash_free(pli_context* context, plii_node_hash* hash);
+size_t plii_node_hash_bytes(const plii_node_hash* hash);
+void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs);
+size_t plii_node_pairs_bytes(const plii_node_pairs* pairs);
+
+#endif
