@@ -11,6 +11,7 @@ extern "C" {
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <vector>
 
 namespace {
@@ -56,6 +57,107 @@ std::vector<pli_vec3> folded_sheet_of(int count) {
     const int side = static_cast<int>(std::lround(std::sqrt(count)));
     return folded_sheet(side, count / side, 25);
 }
+
+std::vector<pli_vec3> random_points(int count, float size) {
+    std::vector<pli_vec3> points;
+    Random random;
+    for (int i = 0; i < count; ++i) {
+        points.push_back(pli_vec3_make(size * random.unit(), size * random.unit(), size * random.unit()));
+    }
+    return points;
+}
+
+// ---- what two grids miss
+
+// Pairs that lie in no common cell of the two grids, of all nearer than `distance`.
+void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, float distance) {
+    const int count = static_cast<int>(points.size());
+    pli_context* context = make_context();
+    plii_node_hash all = {}, grids[2] = {{}, {}};
+    plii_node_pairs pairs = {};
+    plii_node_hash_build(context, &all, count, points.data(), distance, 0.0f);
+    plii_node_hash_find(context, &all, points.data(), distance, &pairs);
+    for (int g = 0; g < 2; ++g) {
+        plii_node_hash_build(context, &grids[g], count, points.data(), distance,
+                             0.5f * distance * static_cast<float>(g));
+    }
+    int missed = 0, missed_near = 0, near = 0;
+    for (int i = 0; i < count; ++i) {
+        for (int k = pairs.begin[i]; k < pairs.begin[i + 1]; ++k) {
+            const plii_node_pair pair = pairs.pairs[k];
+            const size_t a = static_cast<size_t>(i), b = static_cast<size_t>(pair.other);
+            const bool is_seen = plii_node_hash_same_cell(&grids[0], points[a], points[b]) ||
+                                 plii_node_hash_same_cell(&grids[1], points[a], points[b]);
+            const bool is_near = pair.distance_squared < 0.25f * distance * distance;
+            missed += !is_seen;
+            near += is_near;
+            missed_near += is_near && !is_seen;
+        }
+    }
+    std::printf("%-28s %8d pairs, missed by two grids %5.1f %%; nearer than half: %7d pairs, missed %5.1f %%\n", name,
+                pairs.count, 100.0 * missed / pairs.count, near, 100.0 * missed_near / near);
+    plii_node_pairs_free(context, &pairs);
+    for (plii_node_hash* hash : {&all, &grids[0], &grids[1]}) {
+        plii_node_hash_free(context, hash);
+    }
+    pli_context_destroy(context);
+}
+
+// A standing sheet after it has fallen onto a floor, with self-collision.
+std::vector<pli_vec3> fallen_sheet(int side, int steps) {
+    pli_context* context = make_context();
+    pli_world* world = nullptr;
+    pli_world_create(context, nullptr, &world);
+    const float half = 0.5f * spacing * static_cast<float>(side - 1);
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(-half, 0.02f, 0);
+    patch.corner_10 = pli_vec3_make(half, 0.02f, 0);
+    patch.corner_01 = pli_vec3_make(-half, 2.0f * half, 0.03f * half);
+    patch.corner_11 = pli_vec3_make(half, 2.0f * half, 0.05f * half);
+    patch.columns = patch.rows = side;
+    patch.diagonals = true;
+    pli_mesh* mesh = nullptr;
+    pli_mesh_create_patch(context, &patch, &mesh);
+    pli_mesh_set_total_mass(mesh, 0.3f);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.5f * spacing;
+    def.solver.position_iterations = 4;
+    def.solver.velocity_damping = 0.02f;
+    pli_body* body = nullptr;
+    pli_body_create(world, mesh, &def, &body);
+    pli_mesh_destroy(mesh);
+    const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    pli_body_enable_rigid_contacts(body, &contacts);
+    pli_self_collision_def self = pli_self_collision_def_default();
+    self.thickness = 0.9f * spacing;
+    pli_body_enable_self_collision(body, &self);
+    pli_shape* floor = nullptr;
+    pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &floor);
+    pli_rigid_def rigid_def = pli_rigid_def_default();
+    rigid_def.shape_count = 1;
+    rigid_def.shapes = &floor;
+    pli_rigid* rigid = nullptr;
+    pli_rigid_create(world, &rigid_def, &rigid);
+    for (int i = 0; i < steps; ++i) {
+        pli_world_step(world, 1.0f / 60.0f);
+    }
+    const pli_body_view view = pli_body_get_view(body);
+    std::vector<pli_vec3> points;
+    for (int i = 0; i < view.node_count; ++i) {
+        points.push_back(pli_vec3_make(view.positions[i].x, view.positions[i].y, view.positions[i].z));
+    }
+    pli_world_destroy(world);
+    pli_shape_release(floor);
+    pli_context_destroy(context);
+    return points;
+}
+
+void print_miss_rates() {
+    print_miss_rate("random points", random_points(20000, 0.2f), 0.01f);
+    print_miss_rate("cloth after a fall, 60 x 60", fallen_sheet(60, 600), 1.2f * spacing);
+}
+
+// ---- times
 
 // The search alone.
 void search(benchmark::State& state) {
@@ -115,4 +217,10 @@ BENCHMARK(step)->Arg(10000)->Arg(100000)->Unit(benchmark::kMillisecond)->MinTime
 
 } // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) { return 1; }
+    print_miss_rates();
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+}

@@ -89,8 +89,8 @@ static inline double self_distance(const pli_body_view* view, int a, int b) {
     return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
 }
 
-/* Of unlinked nodes; by looking at all pairs. */
-static inline double self_smallest_distance(const pli_body* body) {
+/* Of unlinked nodes, by looking at all pairs: smallest distance, and how many are nearer than `limit`. */
+static inline double self_count_near(const pli_body* body, double limit, int* near) {
     const pli_body_view view = pli_body_get_view(body);
     const size_t count = (size_t)view.node_count;
     uint8_t* linked = (uint8_t*)calloc(count * count, 1);
@@ -103,11 +103,17 @@ static inline double self_smallest_distance(const pli_body* body) {
     for (int a = 0; a < view.node_count; ++a) {
         for (int b = a + 1; b < view.node_count; ++b) {
             if (linked[(size_t)a * count + (size_t)b]) { continue; }
-            smallest = fmin(smallest, self_distance(&view, a, b));
+            const double distance = self_distance(&view, a, b);
+            smallest = fmin(smallest, distance);
+            if (near != NULL) { *near += distance < limit; }
         }
     }
     free(linked);
     return smallest;
+}
+
+static inline double self_smallest_distance(const pli_body* body) {
+    return self_count_near(body, 0.0, NULL);
 }
 
 static inline double self_largest_speed(const pli_body* body) {
