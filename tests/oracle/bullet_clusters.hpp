@@ -283,8 +283,10 @@ private:
         for (const auto& soft : m_soft) {
             for (const auto& rigid : m_rigids) {
                 for (std::size_t i = 0; i < rigid->shapes.size(); ++i) {
-                    const btCollisionObjectWrapper wrapper(nullptr, rigid->shapes[i], rigid->bullet.get(),
-                                                           rigid->world_transform(static_cast<int>(i)), -1, -1);
+                    // The wrapper keeps a reference to the transform.
+                    const btTransform transform = rigid->world_transform(static_cast<int>(i));
+                    const btCollisionObjectWrapper wrapper(nullptr, rigid->shapes[i], rigid->bullet.get(), transform,
+                                                           -1, -1);
                     soft->bullet->defaultCollisionHandler(&wrapper);
                 }
                 assert_int_equal(pli_world_collide_rigid(m_world, soft->pliant, rigid->pliant), PLI_OK);
