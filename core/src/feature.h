@@ -59,7 +59,8 @@ enum {
     PLII_ORDER_RIGID_CONTACTS = 20,
     PLII_ORDER_SOFT_CONTACTS = 30,
     PLII_ORDER_LINKS = 40,
-    PLII_ORDER_SELF_COLLISION = 50 /* not in Bullet */
+    PLII_ORDER_SELF_COLLISION = 50, /* not in Bullet */
+    PLII_ORDER_SELF_FACES_LAST = 60
 };
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);

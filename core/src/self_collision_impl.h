@@ -63,4 +63,15 @@ void plii_self_nodes_limit(pli_body* body, void* state, const plii_self_nodes* n
 /* With the other constraints: parts the pairs. */
 void plii_self_nodes_solve(pli_body* body, void* state, const plii_self_nodes* nodes);
 
+/* Self-collision of faces, likewise. */
+extern const plii_feature_class plii_self_faces_class;
+void plii_self_faces_set_substepped(void* state, bool is_substepped);
+/* Once per step: pairs in reach of body->previous. */
+void plii_self_faces_begin(pli_body* body, void* state);
+/* Before the constraints of a step or substep: contacts as they are at its start. */
+void plii_self_faces_restart(pli_body* body, void* state, const plii_self_nodes* nodes);
+void plii_self_faces_solve(pli_body* body, void* state, const plii_self_nodes* nodes);
+/* After all constraints: cuts motions short. Nothing may move nodes after that in this step or substep. */
+void plii_self_faces_finish(pli_body* body, void* state, const plii_self_nodes* nodes);
+
 #endif

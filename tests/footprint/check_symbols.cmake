@@ -6,7 +6,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 set(forbidden_words aero pressure volume "(^|_)pose" polar anchor soft_contact read_obj
-    read_tetgen lattice triangle_mesh convex_hull convex_distance gjk penetration "^ccd" rotation_batch self_ node_hash)
+    read_tetgen lattice triangle_mesh convex_hull convex_distance gjk penetration "^ccd" rotation_batch self_ node_hash crossings)
 
 function(run_nm output)
     execute_process(COMMAND ${NM} ${ARGN} OUTPUT_VARIABLE text ERROR_QUIET RESULT_VARIABLE result)
