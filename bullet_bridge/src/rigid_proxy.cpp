@@ -29,6 +29,17 @@ void RigidProxy::drop_rigid() {
     fingerprint_ = 0;
 }
 
+const RigidProxy& RigidProxy::of(const pli_rigid& rigid) {
+    return *static_cast<const RigidProxy*>(pli_rigid_get_user_data(&rigid));
+}
+
+const btConvexShape* RigidProxy::convex_shape(int shape, btTransform& pose) const {
+    const auto index = static_cast<std::size_t>(shape);
+    if (index >= convex_shapes_.size()) { return nullptr; }
+    pose = captured_pose_ * convex_poses_[index];
+    return convex_shapes_[index];
+}
+
 pli_rigid_kind RigidProxy::kind() const {
     if (object_->isKinematicObject()) { return PLI_RIGID_KINEMATIC; }
     const bool is_movable = body_ != nullptr && !object_->isStaticObject() && body_->getInvMass() > 0;
@@ -68,6 +79,7 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
         def.friction = friction;
         def.linear_factor = linear_factor;
         def.angular_factor = angular_factor;
+        def.user_data = this;
         status = pli_rigid_create(world, &def, &rigid_);
     } else {
         if (pli_rigid_get_kind(rigid_) != present_kind) { status = pli_rigid_set_kind(rigid_, present_kind, &state); }
@@ -83,11 +95,15 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     shape_status_ = make_shape_parts(*object_->getCollisionShape(), options, parts_);
     shapes_.clear();
     poses_.clear();
+    convex_shapes_.clear();
+    convex_poses_.clear();
     has_slabs_ = false;
     for (const ShapePart& part : parts_) {
         has_slabs_ = has_slabs_ || !part.shape;
         shapes_.push_back(part.shape.get());
         poses_.push_back(to_pli(part.pose));
+        convex_shapes_.push_back(part.convex);
+        convex_poses_.push_back(part.pose);
     }
     // With slabs the shapes depend on the pair and are set for each.
     if (has_slabs_) { return shape_status_; }
@@ -101,16 +117,20 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
     if (has_slabs_) {
         shapes_.clear();
         poses_.clear();
+        convex_shapes_.clear();
+        convex_poses_.clear();
         const pli_bounds bounds = pli_body_get_bounds(body);
         for (std::size_t i = 0; i < parts_.size(); ++i) {
             if (parts_[i].shape) {
                 shapes_.push_back(parts_[i].shape.get());
+                convex_shapes_.push_back(parts_[i].convex);
             } else {
-                const pli_status collected =
-                    slabs.collect(options.context, static_cast<int>(i), parts_[i], captured_pose_, bounds, shapes_);
+                const pli_status collected = slabs.collect(options.context, static_cast<int>(i), parts_[i],
+                                                           captured_pose_, bounds, shapes_, convex_shapes_);
                 if (status == PLI_OK) { status = collected; }
             }
             poses_.resize(shapes_.size(), to_pli(parts_[i].pose));
+            convex_poses_.resize(shapes_.size(), parts_[i].pose);
         }
         const pli_status set =
             pli_rigid_set_shapes(rigid_, static_cast<int>(shapes_.size()), shapes_.data(), poses_.data());

@@ -21,6 +21,10 @@ public:
 
     const btCollisionObject* object() const { return object_; }
     pli_rigid* rigid() const { return rigid_; }
+    /// The proxy that a core's body was made by.
+    static const RigidProxy& of(const pli_rigid& rigid);
+    /// Bullet's shape behind a shape of the core's body and where it was at the start of the step; null: not convex.
+    const btConvexShape* convex_shape(int shape, btTransform& pose) const;
 
     /// Keeps the state of now for the contacts of this step; once per step.
     void capture(unsigned step);
@@ -60,8 +64,10 @@ private:
     bool has_slabs_ = false;
     std::uint64_t fingerprint_ = 0;
     pli_status shape_status_ = PLI_OK;
-    std::vector<pli_shape*> shapes_;   ///< scratch
-    std::vector<pli_transform> poses_; ///< scratch
+    std::vector<pli_shape*> shapes_;                  ///< scratch
+    std::vector<pli_transform> poses_;                ///< scratch
+    std::vector<const btConvexShape*> convex_shapes_; ///< one per shape of the core's body, null: not convex
+    std::vector<btTransform> convex_poses_;           ///< in the object
 };
 
 } // namespace pliant

@@ -6,6 +6,7 @@
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 
+#include <algorithm>
 #include <cfloat>
 #include <new>
 
@@ -50,7 +51,8 @@ pli_bounds gjk_bounds(const void* user) {
 }
 
 pli_vec3 gjk_support(const void* user, pli_vec3 direction) {
-    return to_pli(static_cast<const GjkShape*>(user)->shape->localGetSupportingVertex(to_bullet(direction)));
+    return to_pli(
+        static_cast<const GjkShape*>(user)->shape->localGetSupportingVertexWithoutMargin(to_bullet(direction)));
 }
 
 void gjk_destroy(void* user) {
@@ -68,6 +70,7 @@ pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std:
     def.distances = gjk_distances;
     def.bounds = gjk_bounds;
     def.support = gjk_support;
+    def.radius = std::max(0.0f, to_float(shape.getMargin()));
     def.destroy = gjk_destroy;
     pli_shape* made = nullptr;
     const pli_status status = pli_shape_create(context, &def, &made);

@@ -80,6 +80,7 @@ pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options,
     const bool is_reference = options.mode == CollisionMode::reference;
     if (shape.isConvex()) {
         const auto& convex = static_cast<const btConvexShape&>(shape);
+        part.convex = &convex;
         return is_reference ? make_lattice_shape(options.context, convex, nullptr, part.shape)
                             : make_exact_convex(options.context, convex, part.shape);
     }

@@ -25,6 +25,7 @@ using ShapePointer = std::unique_ptr<pli_shape, ShapeRelease>;
 /// A leaf of a collision shape, with its pose in the object.
 struct ShapePart {
     ShapePointer shape;                        ///< null: `triangles` is to be cut into slabs
+    const btConvexShape* convex = nullptr;     ///< null: not convex
     const btConcaveShape* triangles = nullptr; ///< reference mode
     btTransform pose;
 };

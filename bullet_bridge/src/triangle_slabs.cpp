@@ -37,7 +37,8 @@ private:
 } // namespace
 
 pli_status TriangleSlabs::collect(pli_context* context, int part_index, const ShapePart& part, const btTransform& pose,
-                                  const pli_bounds& body_bounds, std::vector<pli_shape*>& shapes) {
+                                  const pli_bounds& body_bounds, std::vector<pli_shape*>& shapes,
+                                  std::vector<const btConvexShape*>& hulls) {
     const btVector3 low = to_bullet(body_bounds.min), high = to_bullet(body_bounds.max);
     const btVector3 half_extents = (high - low) * btScalar(0.5);
     btTransform center;
@@ -51,14 +52,18 @@ pli_status TriangleSlabs::collect(pli_context* context, int part_index, const Sh
     pli_status status = PLI_OK;
     TriangleVisitor visitor([&](const btVector3* corners, int mesh_part, int index) {
         const int key = static_cast<int>(static_cast<unsigned>(mesh_part) << (31 - MAX_NUM_PARTS_IN_BITS)) | index;
-        ShapePointer& slab = slabs_[{part_index, key}];
-        if (!slab) {
+        Slab& slab = slabs_[{part_index, key}];
+        if (!slab.shape) {
             std::unique_ptr<btConvexShape> hull = make_slab(corners);
+            slab.hull = hull.get();
             const btConvexShape& shape = *hull;
-            const pli_status made = make_lattice_shape(context, shape, std::move(hull), slab);
+            const pli_status made = make_lattice_shape(context, shape, std::move(hull), slab.shape);
             if (made != PLI_OK) { status = made; }
         }
-        if (slab) { shapes.push_back(slab.get()); }
+        if (slab.shape) {
+            shapes.push_back(slab.shape.get());
+            hulls.push_back(slab.hull);
+        }
     });
     part.triangles->processAllTriangles(&visitor, query_low, query_high);
     return status;

@@ -15,14 +15,20 @@ namespace pliant {
 
 class TriangleSlabs {
 public:
-    /// Appends the slabs of the triangles of `part` near `body_bounds` (world) to `shapes`; they stay owned here.
+    /// Appends the slabs of the triangles of `part` near `body_bounds` (world) to `shapes`, and the hulls that they are
+    /// to `hulls`; both stay owned here.
     /// @param pose  world transform of the object
     pli_status collect(pli_context* context, int part_index, const ShapePart& part, const btTransform& pose,
-                       const pli_bounds& body_bounds, std::vector<pli_shape*>& shapes);
+                       const pli_bounds& body_bounds, std::vector<pli_shape*>& shapes,
+                       std::vector<const btConvexShape*>& hulls);
     void clear() { slabs_.clear(); }
 
 private:
-    std::map<std::pair<int, int>, ShapePointer> slabs_; ///< by part and Bullet's key of the triangle
+    struct Slab {
+        ShapePointer shape;
+        const btConvexShape* hull = nullptr;
+    };
+    std::map<std::pair<int, int>, Slab> slabs_; ///< by part and Bullet's key of the triangle
 };
 
 } // namespace pliant

@@ -116,8 +116,9 @@ int run_compare(const CompareOptions& options) {
             const std::unique_ptr<demos::Description> description = demos::Description::build(*which, {});
             progress.start(std::string(which->name) + " [" + std::to_string(comparisons.size() + 1) + "/" +
                            std::to_string(scenes.size()) + "]");
-            comparisons.push_back(demos::compare(*description, options.frames,
-                                                 [&](int frame, int frames) { progress.show(frame, frames); }));
+            comparisons.push_back(demos::compare(
+                *description, options.frames, [&](int frame, int frames) { progress.show(frame, frames); },
+                options.witness == "pliant" ? demos::Witness::pliant : demos::Witness::bullet));
         }
     }
     std::string lines = csv_heading;

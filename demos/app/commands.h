@@ -24,6 +24,7 @@ struct CompareOptions {
     std::vector<std::string> scenes;
     int frames = 300;
     std::string csv_file;
+    std::string witness = "bullet"; // or "pliant"
     bool json = false;
 };
 

@@ -60,6 +60,11 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
     CLI::App* command = program.add_subcommand("compare", "Measure how far Pliant is from Bullet's btSoftBody");
     command->add_option("scenes", options.scenes, "Names of scenes, or all")->required()->type_name("SCENE");
     add_frames(command, options.frames, "Frames of 1/60 s (default: 300)");
+    command
+        ->add_option("--witness", options.witness,
+                     "Where Pliant takes the nearest points of clusters from: bullet (default) or pliant")
+        ->check(CLI::IsMember({"bullet", "pliant"}).description(""))
+        ->type_name("NAME");
     command->add_option("--csv", options.csv_file, "Write one line per scene")->type_name("FILE");
     add_json(command, options.json);
     command->callback([&] { chosen = [&] { return app::run_compare(options); }; });

@@ -37,8 +37,13 @@ struct Comparison {
 
 using Progress = std::function<void(int frame, int frames)>; // may be empty
 
-OneStep compare_one_step(const Description& description, int frames, const Progress& progress);
-Comparison compare(const Description& description, int frames, const Progress& progress);
+// Where Pliant takes the nearest points of clusters from in a comparison: from Bullet's GJK and EPA or its own.
+enum class Witness { bullet, pliant };
+
+OneStep compare_one_step(const Description& description, int frames, const Progress& progress,
+                         Witness witness = Witness::bullet);
+Comparison compare(const Description& description, int frames, const Progress& progress,
+                   Witness witness = Witness::bullet);
 
 } // namespace demos
 #endif

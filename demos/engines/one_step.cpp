@@ -57,9 +57,10 @@ void copy_boxes(const btSoftBody& from, bool is_first, pli_body* to) {
 
 class Pair {
 public:
-    explicit Pair(const Description& description)
-        : description_(description), reference_(description), pliant_(description, EngineOptions{true}),
-          matcher_(reference_, pliant_), diagonal_(bounds_diagonal(description.rest_bounds)) {
+    Pair(const Description& description, Witness witness)
+        : description_(description), reference_(description),
+          pliant_(description, EngineOptions{true, witness == Witness::bullet}), matcher_(reference_, pliant_),
+          diagonal_(bounds_diagonal(description.rest_bounds)) {
         pliant_.bridge().set_before_solve([this] { lone_contacts_ = matcher_.match(); });
     }
     ~Pair() { pliant_.bridge().set_before_solve(nullptr); }
@@ -110,6 +111,10 @@ private:
 
     void compare_soft(int index, Outcome& outcome) const {
         const SoftState expected = reference_.soft(index), actual = pliant_.soft(index);
+        if (expected.positions.size() != actual.positions.size()) {
+            throw Error("a cut leaves " + std::to_string(expected.positions.size()) + " nodes in btSoftBody and " +
+                        std::to_string(actual.positions.size()) + " in Pliant");
+        }
         for (size_t i = 0; i < expected.positions.size(); ++i) {
             const double dx = distance(expected.positions[i], actual.positions[i]);
             const double dv = distance(expected.velocities[i], actual.velocities[i]);
@@ -118,7 +123,8 @@ private:
                 std::isfinite(error) ? std::max(outcome.error, error) : std::numeric_limits<double>::infinity();
         }
         const size_t bytes = expected.positions.size() * sizeof(pli_vec3);
-        outcome.is_bit_equal = outcome.is_bit_equal &&
+        outcome.is_bit_equal = outcome.is_bit_equal && expected.link_nodes == actual.link_nodes &&
+                               expected.face_nodes == actual.face_nodes &&
                                std::memcmp(expected.positions.data(), actual.positions.data(), bytes) == 0 &&
                                std::memcmp(expected.velocities.data(), actual.velocities.data(), bytes) == 0;
     }
@@ -146,10 +152,10 @@ double quantile(const std::vector<double>& sorted, double share) {
 
 } // namespace
 
-OneStep compare_one_step(const Description& description, int frames, const Progress& progress) {
+OneStep compare_one_step(const Description& description, int frames, const Progress& progress, Witness witness) {
     if (frames < 1) { throw Error("a comparison needs one frame at least"); }
     if (description.softs.empty()) { throw Error("the scene has no soft bodies to compare"); }
-    Pair pair(description);
+    Pair pair(description, witness);
     OneStep result;
     int bit_equal = 0;
     for (int frame = 1; frame <= frames; ++frame) {
