@@ -1,6 +1,5 @@
 // The scenes against btSoftBody: step by step from the same state, and as whole runs.
 
-#include <algorithm>
 #include <cstring>
 
 #include "compare.h"
@@ -14,15 +13,9 @@ using namespace demos;
 // Far enough that each scene is in the thick of its contacts.
 static const int frames = 150;
 
-static bool has_cluster_contacts(const Description& description) {
-    return std::any_of(description.softs.begin(), description.softs.end(),
-                       [](const SoftRecord& soft) { return soft.def.has_cluster_contacts; });
-}
-
 static void each_step_is_bit_equal(void**) {
     for (int i = 0; i < scene_count; ++i) {
         const DescriptionPointer description = Description::build(*scene_list[i], {});
-        if (has_cluster_contacts(*description)) { continue; }
         const OneStep result = compare_one_step(*description, frames, {});
         if (result.bit_equal_share < 1.0 || result.frames_with_lone_contacts > 0) {
             fail_msg("%s: %g of the frames are bit-equal, largest error %g, %d frames with lone contacts",
@@ -33,6 +26,61 @@ static void each_step_is_bit_equal(void**) {
         check_at_most(result.maximum, 0.0);
         assert_int_equal(result.frames_above_limit + result.unexplained_frames, 0);
     }
+}
+
+// Nearest points from the core's own search in place of Bullet's.
+static void clusters_are_near_with_own_nearest_points(void**) {
+    for (const char* name : {"ClusterDeform", "ClusterSocket", "ClusterCollide1", "TetraCube"}) {
+        const DescriptionPointer description = describe(name);
+        const OneStep result = compare_one_step(*description, frames, {}, Witness::pliant);
+        check_at_most(result.median, 1e-7);
+        assert_true(result.bit_equal_share < 1.0);
+    }
+}
+
+static int contact_count(const PliantEngine& engine) {
+    int count = 0;
+    for (int i = 0; i < engine.soft_count(); ++i) {
+        count += pli_body_get_cluster_contacts(engine.body(i), 0, nullptr);
+    }
+    return count;
+}
+
+// So that the steps above are equal because of their contacts and not for want of them.
+static void clusters_have_contacts(void**) {
+    for (const char* name :
+         {"ClusterDeform", "ClusterCollide1", "ClusterCollide2", "ClusterStackMixed", "TetraBunny", "ClusterCar"}) {
+        const DescriptionPointer description = describe(name);
+        PliantEngine engine(*description, EngineOptions{true, true});
+        int contacts = 0;
+        for (int frame = 0; frame < frames; ++frame) {
+            engine.step();
+            contacts += contact_count(engine);
+        }
+        if (contacts < 50) { fail_msg("%s: %d contacts", name, contacts); }
+    }
+}
+
+static bool same_topology(const SoftState& a, const SoftState& b) {
+    return a.positions.size() == b.positions.size() && a.link_nodes == b.link_nodes && a.face_nodes == b.face_nodes &&
+           a.inverse_masses == b.inverse_masses;
+}
+
+static void cuts_give_the_same_topology(void**) {
+    const DescriptionPointer description = describe("Cutting1");
+    BulletEngine reference(*description);
+    PliantEngine pliant(*description, EngineOptions{true});
+    size_t nodes = reference.soft(0).positions.size();
+    int cuts = 0;
+    for (int frame = 1; frame <= frames; ++frame) {
+        reference.step();
+        pliant.step();
+        const SoftState expected = reference.soft(0), actual = pliant.soft(0);
+        if (!same_topology(expected, actual)) { fail_msg("the engines differ at frame %d", frame); }
+        cuts += expected.positions.size() > nodes ? 1 : 0;
+        nodes = expected.positions.size();
+    }
+    assert_int_equal(cuts, 3);
 }
 
 static bool same_bits(const std::vector<pli_vec3>& a, const std::vector<pli_vec3>& b) {
@@ -146,6 +194,9 @@ static void nothing_to_compare_is_an_error(void**) {
 int main() {
     const CMUnitTest tests[] = {
         cmocka_unit_test(each_step_is_bit_equal),
+        cmocka_unit_test(clusters_are_near_with_own_nearest_points),
+        cmocka_unit_test(clusters_have_contacts),
+        cmocka_unit_test(cuts_give_the_same_topology),
         cmocka_unit_test(whole_runs_are_bit_equal_in_bullets_order),
         cmocka_unit_test(free_runs_without_contacts_stay_equal),
         cmocka_unit_test(progress_counts_both_parts),
