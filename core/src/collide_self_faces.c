@@ -323,9 +323,9 @@ void plii_self_faces_solve(pli_body* body, void* data, const plii_self_nodes* no
 // ----------------------------------------------------------------------------------------------- cutting motions short
 
 static void self_faces_limit_travel(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
+    const pli_vec4* step_starts = state->is_substepped ? body->previous : state->starts;
     for (int i = 0; i < body->node_count; ++i) {
-        /* Since the start of the step: offsets begin at zero where there are bases. */
-        const pli_vec3 moved = nodes->bases != NULL ? plii_xyz(nodes->offsets[i]) : plii_self_motion(nodes, i);
+        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(step_starts[i]));
         const float squared = pli_vec3_length_squared(moved);
         if (!(squared > state->travel * state->travel) || !(nodes->offsets[i].w > 0.0f)) { continue; }
         const float excess = state->travel / sqrtf(squared) - 1.0f;

@@ -9,8 +9,11 @@ typedef struct node_hash_cell {
 } node_hash_cell;
 
 static int node_hash_coordinate(const plii_node_hash* hash, float x, float origin) {
-    const float cell = floorf((x - origin) * hash->inverse_cell_size);
-    return cell > -1e9f ? (cell < 1e9f ? (int)cell : 1000000000) : -1000000000; /* NaN too */
+    const float cell = (x - origin) * hash->inverse_cell_size;
+    if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
+    if (cell > 1e9f) { return 1000000000; }
+    const int towards_zero = (int)cell;
+    return towards_zero - ((float)towards_zero > cell);
 }
 
 static node_hash_cell node_hash_cell_of(const plii_node_hash* hash, pli_vec3 p) {
@@ -92,12 +95,13 @@ typedef struct node_hash_search {
     float radius_squared;
 } node_hash_search;
 
-/* Pairs of a node with those of one bucket that are in the column and have an index above `after`. */
-static bool node_hash_search_bucket(const node_hash_search* search, pli_vec3 p, int x, int y, unsigned bucket,
-                                    int after) {
+/* Pairs of a node with those of a run of buckets that are in the column and have an index above `after`; that is looked
+   at only where it ends the search, so `after` >= 0 goes with one bucket. */
+static bool node_hash_search_run(const node_hash_search* search, pli_vec3 p, int x, int y, unsigned bucket,
+                                 unsigned bucket_count, int after) {
     const plii_node_hash* hash = search->hash;
     plii_node_pairs* pairs = search->pairs;
-    const int begin = hash->starts[bucket], end = hash->starts[bucket + 1];
+    const int begin = hash->starts[bucket], end = hash->starts[bucket + bucket_count];
     if (begin == end) { return true; }
     const int room = pairs->begin[pairs->row_count] + PLII_NODE_PAIRS_MAX_ROW;
     const int wanted = end - begin < room - pairs->count ? pairs->count + end - begin : room;
@@ -120,13 +124,17 @@ static bool node_hash_search_half(const node_hash_search* search, pli_vec3 p, in
     const plii_node_hash* hash = search->hash;
     const node_hash_cell cell = node_hash_cell_of(hash, p);
     const unsigned own = node_hash_bucket(hash, cell);
-    bool is_complete = node_hash_search_bucket(search, p, cell.x, cell.y, own, node) &&
-                       node_hash_search_bucket(search, p, cell.x, cell.y, (own + 1) & hash->mask, -1);
+    bool is_complete = node_hash_search_run(search, p, cell.x, cell.y, own, 1, node) &&
+                       node_hash_search_run(search, p, cell.x, cell.y, (own + 1) & hash->mask, 1, -1);
     for (int c = 0; is_complete && c < 4; ++c) {
         const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
-        const unsigned below = node_hash_column(x, y) + (unsigned)cell.z - 1u;
-        for (unsigned z = 0; is_complete && z < 3; ++z) {
-            is_complete = node_hash_search_bucket(search, p, x, y, (below + z) & hash->mask, -1);
+        const unsigned below = (node_hash_column(x, y) + (unsigned)cell.z - 1u) & hash->mask;
+        const unsigned before_end = hash->mask + 1 - below; /* of the table, where runs go on at its start */
+        if (before_end >= 3) {
+            is_complete = node_hash_search_run(search, p, x, y, below, 3, -1);
+        } else {
+            is_complete = node_hash_search_run(search, p, x, y, below, before_end, -1) &&
+                          node_hash_search_run(search, p, x, y, 0, 3 - before_end, -1);
         }
     }
     return is_complete;
@@ -134,7 +142,7 @@ static bool node_hash_search_half(const node_hash_search* search, pli_vec3 p, in
 
 static bool node_hash_search_own(const node_hash_search* search, pli_vec3 p, int node) {
     const node_hash_cell cell = node_hash_cell_of(search->hash, p);
-    return node_hash_search_bucket(search, p, cell.x, cell.y, node_hash_bucket(search->hash, cell), node);
+    return node_hash_search_run(search, p, cell.x, cell.y, node_hash_bucket(search->hash, cell), 1, node);
 }
 
 static bool node_hash_search_all(const node_hash_search* search, const pli_vec3* positions,

@@ -71,7 +71,8 @@ void plii_self_faces_begin(pli_body* body, void* state);
 /* Before the constraints of a step or substep: contacts as they are at its start. */
 void plii_self_faces_restart(pli_body* body, void* state, const plii_self_nodes* nodes);
 void plii_self_faces_solve(pli_body* body, void* state, const plii_self_nodes* nodes);
-/* After all constraints: cuts motions short. Nothing may move nodes after that in this step or substep. */
+/* After all constraints: cuts motions short; body->previous is still where the step started. Nothing may move nodes
+ * after that in this step or substep. */
 void plii_self_faces_finish(pli_body* body, void* state, const plii_self_nodes* nodes);
 
 #endif
