@@ -1,8 +1,7 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
-#include "pliant/anchor.h"
-
+#include "anchor_impl.h"
 #include "body_impl.h"
 #include "rigid_impl.h"
 
@@ -281,6 +280,11 @@ int pli_body_anchor_count(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
     const anchor_state* anchors = plii_feature_state(body, &anchor_class);
     return anchors != NULL ? anchors->item_count : 0;
+}
+
+plii_anchor_place plii_anchor_get_place(const pli_body* body, int index) {
+    const anchor_item* anchor = &((const anchor_state*)plii_feature_state(body, &anchor_class))->items[index];
+    return (plii_anchor_place){anchor->node, anchor->rigid, anchor->pivot};
 }
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {

@@ -22,5 +22,6 @@
 #include "self_collision.h"
 #include "shape.h"
 #include "world.h"
+#include "xpbd.h"
 
 #endif

@@ -1,0 +1,299 @@
+/* XPBD: a step is parted into substeps; each moves the nodes freely, sweeps over the constraints and takes the
+   velocities from the motion. Macklin, Mueller, Chentanez, "XPBD", and Macklin and others, "Small Steps in Physics
+   Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
+
+#include "world_impl.h"
+#include "xpbd_impl.h"
+
+enum { XPBD_MAX_KINDS = 8 };
+
+typedef struct xpbd_state {
+    pli_xpbd_def def;
+    bool had_links; /* on positions, before this solver came */
+    const plii_xpbd_kind* kinds[XPBD_MAX_KINDS];
+    void* kind_states[XPBD_MAX_KINDS];
+    int kind_count;
+    pli_vec4* displacements; /* [node_count], as all that follow */
+    pli_vec4* carried;
+    pli_vec3* accelerations; /* m/s^2 without constraints, in this step */
+} xpbd_state;
+
+static const plii_feature_class xpbd_class;
+
+// -------------------------------------------------------------------------------------------------------- the step
+
+/* That by forces is limited as in the position-based solver. */
+static void xpbd_take_accelerations(pli_body* body, xpbd_state* state, const plii_step* step) {
+    const float limit = body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt;
+    for (int i = 0; i < body->node_count; ++i) {
+        pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
+        if (body->positions[i].w > 0.0f) {
+            if (body->forces != NULL) {
+                acceleration = pli_vec3_scale(body->forces[i], body->positions[i].w);
+                acceleration =
+                    pli_vec3_make(plii_clamp(acceleration.x, -limit, limit), plii_clamp(acceleration.y, -limit, limit),
+                                  plii_clamp(acceleration.z, -limit, limit));
+            }
+            acceleration = pli_vec3_add(acceleration, body->world->def.gravity);
+        }
+        if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
+        state->accelerations[i] = acceleration;
+    }
+}
+
+static void xpbd_predict(pli_body* body, float dt) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    plii_step* step = &body->step;
+    step->dt = dt * body->solver.time_scale;
+    step->inverse_dt = 1.0f / step->dt;
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+    xpbd_take_accelerations(body, state, step);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 position = plii_xyz(body->positions[i]);
+        const pli_vec3 velocity =
+            pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(state->accelerations[i], step->dt));
+        plii_set_xyz(&body->previous[i], position);
+        plii_set_xyz(&body->positions[i], pli_vec3_add(position, pli_vec3_scale(velocity, step->dt)));
+    }
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
+    if (plii_solver_freeze_if_not_finite(body)) { return; }
+    plii_body_update_bounds(body);
+}
+
+static void xpbd_move_freely(pli_body* body, xpbd_state* state, float dt) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 velocity =
+            pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(state->accelerations[i], dt));
+        plii_set_xyz(&body->velocities[i], velocity);
+        plii_set_xyz(&state->displacements[i], pli_vec3_add(plii_xyz(state->carried[i]), pli_vec3_scale(velocity, dt)));
+    }
+}
+
+/* Velocities get what constraints changed: the whole motion over dt would give them the rounding of dt * (1 / dt) in
+   every substep. */
+static void xpbd_finish_substep(pli_body* body, xpbd_state* state, const plii_xpbd_substep* substep) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 before = plii_xyz(body->positions[i]), displacement = plii_xyz(state->displacements[i]);
+        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
+        if (body->positions[i].w > 0.0f) {
+            const pli_vec3 change = pli_vec3_sub(plii_xpbd_motion(substep, i), pli_vec3_scale(velocity, substep->dt));
+            plii_set_xyz(&body->velocities[i], pli_vec3_add(velocity, pli_vec3_scale(change, substep->inverse_dt)));
+        }
+        const pli_vec3 after = pli_vec3_add(before, displacement);
+        plii_set_xyz(&body->positions[i], after);
+        plii_set_xyz(&state->carried[i], pli_vec3_sub(displacement, pli_vec3_sub(after, before)));
+    }
+}
+
+static void xpbd_substep(pli_body* body, xpbd_state* state, const plii_xpbd_substep* substep) {
+    xpbd_move_freely(body, state, substep->dt);
+    for (int k = 0; k < state->kind_count; ++k) {
+        if (state->kinds[k]->restart != NULL) { state->kinds[k]->restart(body, state->kind_states[k], substep); }
+    }
+    for (int s = 0; s < state->def.sweeps; ++s) {
+        for (int k = 0; k < state->kind_count; ++k) {
+            state->kinds[k]->sweep(body, state->kind_states[k], substep);
+        }
+    }
+    xpbd_finish_substep(body, state, substep);
+}
+
+static void xpbd_solve(pli_body* body) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const plii_step* step = &body->step;
+    const float parts = (float)state->def.substeps;
+    plii_xpbd_substep substep = {.dt = step->dt / parts,
+                                 .inverse_dt = step->inverse_dt * parts,
+                                 .displacements = state->displacements,
+                                 .carried = state->carried};
+    for (int k = 0; k < state->kind_count; ++k) {
+        if (state->kinds[k]->begin != NULL) { state->kinds[k]->begin(body, state->kind_states[k]); }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
+        state->displacements[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
+        state->carried[i] = (pli_vec4){0};
+    }
+    for (substep.index = 0; substep.index < state->def.substeps; ++substep.index) {
+        xpbd_substep(body, state, &substep);
+    }
+    const float kept = 1.0f - body->solver.velocity_damping;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), kept));
+        }
+    }
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
+}
+
+static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve};
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
+    plii_release(body->context, state->displacements, (size_t)node_count * sizeof *state->displacements);
+    plii_release(body->context, state->carried, (size_t)node_count * sizeof *state->carried);
+    plii_release(body->context, state->accelerations, (size_t)node_count * sizeof *state->accelerations);
+}
+
+static pli_status xpbd_enable(pli_body* body, void* data) {
+    xpbd_state* state = data;
+    const size_t count = (size_t)body->node_count;
+    state->displacements = plii_allocate(body->context, count * sizeof *state->displacements);
+    state->carried = plii_allocate(body->context, count * sizeof *state->carried);
+    state->accelerations = plii_allocate(body->context, count * sizeof *state->accelerations);
+    if (state->displacements == NULL || state->carried == NULL || state->accelerations == NULL) {
+        xpbd_release(body, state, body->node_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    body->solver_class = &xpbd_solver;
+    return PLI_OK;
+}
+
+static void xpbd_disable(pli_body* body, void* data) {
+    xpbd_release(body, data, body->node_count);
+    body->solver_class = &plii_position_solver;
+}
+
+static size_t xpbd_bytes(const pli_body* body, const void* data) {
+    (void)data;
+    return (size_t)body->node_count * (2 * sizeof(pli_vec4) + sizeof(pli_vec3));
+}
+
+static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                size_t* sizes) {
+    (void)body;
+    (void)data;
+    sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
+    sizes[1] = (size_t)change->node_count * sizeof(pli_vec4);
+    sizes[2] = (size_t)change->node_count * sizeof(pli_vec3);
+    return 3;
+}
+
+/* Nothing of a step is needed by the next one. */
+static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    xpbd_state* state = data;
+    xpbd_release(body, state, change->old_node_count);
+    state->displacements = blocks[0];
+    state->carried = blocks[1];
+    state->accelerations = blocks[2];
+}
+
+static const plii_feature_class xpbd_class = {
+    .name = "XPBD solver",
+    .state_size = sizeof(xpbd_state),
+    .enable = xpbd_enable,
+    .disable = xpbd_disable,
+    .bytes = xpbd_bytes,
+    .topology_blocks = xpbd_topology_blocks,
+    .topology_commit = xpbd_topology_commit,
+};
+
+// -------------------------------------------------------------------------------------------- kinds of constraints
+
+static int xpbd_find_kind(const xpbd_state* state, const plii_xpbd_kind* kind) {
+    for (int k = 0; k < state->kind_count; ++k) {
+        if (state->kinds[k] == kind) { return k; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+static void xpbd_insert_kind(xpbd_state* state, const plii_xpbd_kind* kind, void* kind_state) {
+    int place = state->kind_count++;
+    for (; place > 0 && state->kinds[place - 1]->order > kind->order; --place) {
+        state->kinds[place] = state->kinds[place - 1];
+        state->kind_states[place] = state->kind_states[place - 1];
+    }
+    state->kinds[place] = kind;
+    state->kind_states[place] = kind_state;
+}
+
+static void xpbd_remove_kind(pli_body* body, xpbd_state* state, int place) {
+    const plii_xpbd_kind* kind = state->kinds[place];
+    state->kind_count -= 1;
+    for (int k = place; k < state->kind_count; ++k) {
+        state->kinds[k] = state->kinds[k + 1];
+        state->kind_states[k] = state->kind_states[k + 1];
+    }
+    plii_feature_disable(body, kind->klass);
+}
+
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function, void** state) {
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
+    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    if (solver == NULL) {
+        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
+                         "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
+    }
+    PLII_TRY(plii_feature_enable(body, kind->klass, state));
+    if (xpbd_find_kind(solver, kind) == PLI_NULL_INDEX) { xpbd_insert_kind(solver, kind, *state); }
+    return PLI_OK;
+}
+
+pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    const int place = solver != NULL ? xpbd_find_kind(solver, kind) : PLI_NULL_INDEX;
+    if (place == PLI_NULL_INDEX) { return PLI_OK; }
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
+    xpbd_remove_kind(body, solver, place);
+    return PLI_OK;
+}
+
+pli_status plii_xpbd_check_value(const pli_body* body, float value, const char* name, const char* function) {
+    if (!plii_is_finite(value)) {
+        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
+    }
+    if (value < 0.0f) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, at least 0 is allowed", name,
+                         (double)value);
+    }
+    return PLI_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------- settings
+
+pli_xpbd_def pli_xpbd_def_default(void) {
+    return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, const char* function) {
+    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_xpbd_def_default()");
+    }
+    if (def->substeps < 1 || def->sweeps < 1) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "substeps is %d and sweeps is %d, at least 1 is needed", def->substeps, def->sweeps);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(xpbd_check(body->context, def, __func__));
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
+    const bool is_new = body->solver_class != &xpbd_solver;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &xpbd_class, &data));
+    xpbd_state* state = data;
+    if (is_new) {
+        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
+        plii_feature_disable(body, &plii_links_class);
+    }
+    state->def = *def;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_xpbd(pli_body* body) {
+    PLII_TRY(plii_check_body(body, __func__));
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    if (state == NULL) { return PLI_OK; }
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
+    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
+    while (state->kind_count > 0) {
+        xpbd_remove_kind(body, state, state->kind_count - 1);
+    }
+    plii_feature_disable(body, &xpbd_class);
+    return PLI_OK;
+}

@@ -1,0 +1,69 @@
+#ifndef PLII_XPBD_IMPL_H
+#define PLII_XPBD_IMPL_H
+
+/* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. */
+
+#include "body_impl.h"
+#include "pliant/xpbd.h"
+
+/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of the substep;
+   what their rounding left out is carried on in `carried`, so that nothing is lost however short a substep is. */
+typedef struct plii_xpbd_substep {
+    float dt, inverse_dt;    /* s, of the substep */
+    int index;               /* of the substep in the step */
+    pli_vec4* displacements; /* [node_count] m; w = inverse mass */
+    const pli_vec4* carried; /* [node_count] m, the displacements at the start of the substep */
+} plii_xpbd_substep;
+
+typedef void plii_xpbd_run_fn(pli_body* body, void* state, const plii_xpbd_substep* substep);
+
+typedef struct plii_xpbd_kind {
+    int order;
+    const plii_feature_class* klass;
+    void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
+    plii_xpbd_run_fn* restart;                  /* before the sweeps of a substep: multipliers to zero; optional */
+    plii_xpbd_run_fn* sweep;
+} plii_xpbd_kind;
+
+/* Contacts come last, so that what is drawn does not penetrate. */
+enum {
+    PLII_XPBD_ORDER_BENDING = 10,
+    PLII_XPBD_ORDER_TETRAS = 20,
+    PLII_XPBD_ORDER_VOLUME = 30,
+    PLII_XPBD_ORDER_LINKS = 40,
+    PLII_XPBD_ORDER_ANCHORS = 50,
+    PLII_XPBD_ORDER_RIGID_CONTACTS = 60,
+    PLII_XPBD_ORDER_SOFT_CONTACTS = 70
+};
+
+/* Enables the feature of a kind and lets it take part in sweeps; fails unless the body is stepped by XPBD. */
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function, void** state);
+pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function);
+/* PLI_OK, or the error of a value that is negative or not finite. */
+pli_status plii_xpbd_check_value(const pli_body* body, float value, const char* name, const char* function);
+
+static inline pli_vec3 plii_xpbd_position(const pli_body* body, const plii_xpbd_substep* substep, int node) {
+    return pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(substep->displacements[node]));
+}
+/* Since the start of the substep. */
+static inline pli_vec3 plii_xpbd_motion(const plii_xpbd_substep* substep, int node) {
+    return pli_vec3_sub(plii_xyz(substep->displacements[node]), plii_xyz(substep->carried[node]));
+}
+static inline void plii_xpbd_move(const plii_xpbd_substep* substep, int node, pli_vec3 gradient, float multiplier) {
+    pli_vec4* displacement = &substep->displacements[node];
+    plii_set_xyz(displacement,
+                 pli_vec3_add(plii_xyz(*displacement), pli_vec3_scale(gradient, displacement->w * multiplier)));
+}
+
+/* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).
+   c: its value; weight: sum of w |gradient|^2; c_motion: change of c by the motion in this substep. 0 where the
+   constraint has nothing to act on. */
+static inline float plii_xpbd_multiplier(float c, float weight, float compliance, float damping, float multiplier,
+                                         float c_motion, const plii_xpbd_substep* substep) {
+    const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
+    const float gamma = compliance * damping * substep->inverse_dt;
+    const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
+    return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
+}
+
+#endif

@@ -1,0 +1,808 @@
+/* The XPBD solver against closed forms: elongation that does not depend on steps and substeps, hinges, volumes,
+   anchors, Coulomb friction; stiff sheets; conservation of momentum; misuse. */
+
+#include "check.h"
+#include "failing_allocator.h"
+#include "sample_mesh.h"
+
+#include <pliant/pliant.h>
+
+static pli_context* context;
+static pli_world* world;
+
+static int setup(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+#define CHECK_OK(expression) assert_int_equal(expression, PLI_OK)
+
+static pli_body* make_body(pli_mesh* mesh, int substeps, int sweeps) {
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.01f;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_xpbd_def xpbd = pli_xpbd_def_default();
+    xpbd.substeps = substeps;
+    xpbd.sweeps = sweeps;
+    CHECK_OK(pli_body_enable_xpbd(body, &xpbd));
+    return body;
+}
+
+static void enable_links(pli_body* body, float compliance, float damping) {
+    pli_xpbd_links_def def = pli_xpbd_links_def_default();
+    def.compliance = def.bending_compliance = compliance;
+    def.damping = damping;
+    CHECK_OK(pli_body_enable_xpbd_links(body, &def));
+}
+
+static void set_damping(pli_body* body, float damping) {
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.velocity_damping = damping;
+    CHECK_OK(pli_body_set_solver_settings(body, &settings));
+}
+
+static pli_mesh* make_rope_mesh(pli_vec3 to, int inner_nodes, int pins) {
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), to, inner_nodes, pins, &mesh));
+    return mesh;
+}
+
+static void no_gravity(void) {
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)));
+}
+
+static void step_many(int steps, double dt) {
+    for (int i = 0; i < steps; ++i) {
+        CHECK_OK(pli_world_step(world, (float)dt));
+    }
+}
+
+static pli_vec3 position(const pli_body* body, int node) {
+    const pli_vec4 x = pli_body_get_view(body).positions[node];
+    return pli_vec3_make(x.x, x.y, x.z);
+}
+static pli_vec3 velocity(const pli_body* body, int node) {
+    const pli_vec4 v = pli_body_get_view(body).velocities[node];
+    return pli_vec3_make(v.x, v.y, v.z);
+}
+
+static float noise(int seed) {
+    return (float)((seed * 7919 + 104729) % 1009) / 1009.0f - 0.5f;
+}
+
+/* About the origin. */
+static pli_vec3 angular_momentum(const pli_body* body) {
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; ++i) {
+        if (!(view.positions[i].w > 0.0f)) { continue; }
+        sum = pli_vec3_add(
+            sum, pli_vec3_scale(pli_vec3_cross(position(body, i), velocity(body, i)), 1.0f / view.positions[i].w));
+    }
+    return sum;
+}
+
+// ------------------------------------------------------------------------------------------------------------ links
+
+/* Of all links of a hanging chain, the largest relative difference from the weights below over the stiffness. */
+static double elongation_error(int links, double dt, int substeps, int sweeps) {
+    const double stiffness = 200.0;
+    pli_body* body =
+        make_body(make_rope_mesh(pli_vec3_make(0, -(float)links, 0), links - 1, PLI_ROPE_PIN_FIRST), substeps, sweeps);
+    enable_links(body, (float)(1.0 / stiffness), links == 1 ? 20.0f : 0.0f);
+    if (links > 1) { set_damping(body, (float)(1.0 - exp(-3.0 * dt))); }
+    step_many((int)(7.0 / dt), dt);
+    double worst = 0.0;
+    for (int i = 0; i < links; ++i) {
+        const double elongation = (double)(position(body, i).y - position(body, i + 1).y) - 1.0;
+        worst = fmax(worst, fabs(elongation * stiffness / (10.0 * (links - i)) - 1.0));
+    }
+    pli_body_destroy(body);
+    return worst;
+}
+
+static void test_elongation_does_not_depend_on_step_or_substeps(void** unused) {
+    (void)unused;
+    static const double steps[] = {1.0 / 30.0, 1.0 / 60.0, 1.0 / 240.0};
+    static const int substeps[] = {5, 20, 80};
+    for (int links = 1; links <= 3; links += 2) {
+        double worst = 0.0;
+        for (int s = 0; s < 3; ++s) {
+            for (int n = 0; n < 3; ++n) {
+                const double error = elongation_error(links, steps[s], substeps[n], links == 1 ? 1 : 4);
+                if (!(error <= 0.01)) { fail_msg("h %g s, %d substeps: %g off F/k", steps[s], substeps[n], error); }
+                worst = fmax(worst, error);
+            }
+        }
+        print_message("elongation of %d links within %.2g of F/k\n", links, worst);
+    }
+}
+
+static void test_free_fall_is_exact(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(context, 7, 0, 0, &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 0, 0);
+    step_many(30, 1.0 / 60.0);
+    for (int i = 0; i < 49; ++i) {
+        check_near(velocity(body, i).y, -5.0, 1e-4); /* the rounding of 300 sums */
+        /* Velocity first, then position, 300 times: y = -g h^2 n (n + 1) / 2. */
+        check_near(position(body, i).y, -10.0 / 600.0 / 600.0 * 300 * 301 / 2, 2e-5);
+    }
+}
+
+static void test_pinned_nodes_keep_their_velocity(void** unused) {
+    (void)unused;
+    pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -2, 0), 3, PLI_ROPE_PIN_FIRST), 10, 1);
+    enable_links(body, 0, 0);
+    CHECK_OK(pli_body_set_node_velocity(body, 0, pli_vec3_make(1, 0, 0)));
+    step_many(60, 1.0 / 60.0);
+    check_near(position(body, 0).x, 1.0, 1e-5);
+    check_near(position(body, 0).y, 0.0, 0.0);
+    assert_true(position(body, 4).x > 0.3f);
+    check_at_most(pli_body_max_stretch(body), 2e-3);
+}
+
+static void test_links_keep_momentum(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(context, 7, 0, 0, &mesh));
+    pli_body* body = make_body(mesh, 4, 2);
+    enable_links(body, 1e-3f, 5.0f);
+    pli_vec3 positions[49], velocities[49];
+    for (int i = 0; i < 49; ++i) {
+        positions[i] = pli_vec3_add(position(body, i), pli_vec3_make(0.2f * noise(i), 0.2f * noise(2 * i + 1), 0));
+        velocities[i] = pli_vec3_make(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2));
+    }
+    CHECK_OK(pli_body_set_state(body, positions, velocities));
+    const pli_vec3 momentum = pli_body_momentum(body), turn = angular_momentum(body);
+    step_many(60, 1.0 / 60.0);
+    check_at_most(pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), momentum)), 1e-4);
+    /* Substeps of 1/240 s: x of the start times v of the end. */
+    const pli_vec3 lost = pli_vec3_sub(angular_momentum(body), turn);
+    print_message("angular momentum %g, lost %g\n", (double)pli_vec3_length(turn), (double)pli_vec3_length(lost));
+    check_at_most(pli_vec3_length(lost), 0.1 * (double)pli_vec3_length(turn));
+}
+
+static void test_damping_slows_compliant_links(void** unused) {
+    (void)unused;
+    no_gravity();
+    double amplitudes[2];
+    for (int run = 0; run < 2; ++run) {
+        pli_body* body = make_body(make_rope_mesh(pli_vec3_make(1, 0, 0), 0, PLI_ROPE_PIN_FIRST), 50, 1);
+        enable_links(body, 0.01f, run == 0 ? 0.0f : 2.0f);
+        CHECK_OK(pli_body_set_node_position(body, 1, pli_vec3_make(1.1f, 0, 0)));
+        amplitudes[run] = 0.0;
+        for (int i = 0; i < 120; ++i) {
+            step_many(1, 1.0 / 60.0);
+            if (i >= 60) { amplitudes[run] = fmax(amplitudes[run], fabs((double)position(body, 1).x - 1.0)); }
+        }
+        pli_body_destroy(body);
+    }
+    /* x = 0.1 m exp(-c t / 2 m) after 1 s, up to the next maximum within half a period; undamped it loses less. */
+    check_near(amplitudes[1], 0.1 * exp(-1.0), 0.1 * exp(-1.0) * 0.25);
+    assert_true(amplitudes[0] > 0.08);
+}
+
+/* A sheet of 4 m x 4 m with both diagonals. */
+static pli_body* make_stiff_sheet(int nodes, int pins, int substeps, int sweeps) {
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_make(-2, 0, -2);
+    def.corner_10 = pli_vec3_make(2, 0, -2);
+    def.corner_01 = pli_vec3_make(-2, 0, 2);
+    def.corner_11 = pli_vec3_make(2, 0, 2);
+    def.columns = def.rows = nodes;
+    def.pins = pins;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &def, &mesh));
+    for (int y = 0; y + 1 < nodes; ++y) {
+        for (int x = 0; x + 1 < nodes; ++x) {
+            const int corner = y * nodes + x;
+            CHECK_OK(pli_mesh_append_link(mesh, corner, corner + nodes + 1, 0, NULL));
+            CHECK_OK(pli_mesh_append_link(mesh, corner + 1, corner + nodes, 0, NULL));
+        }
+    }
+    pli_body* body = make_body(mesh, substeps, sweeps);
+    enable_links(body, 0, 0);
+    return body;
+}
+
+static double rms_stretch(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double sum = 0.0;
+    for (int i = 0; i < view.link_count; ++i) {
+        const int* nodes = view.link_nodes + i * view.link_node_stride;
+        const pli_vec3 delta = pli_vec3_sub(position(body, nodes[1]), position(body, nodes[0]));
+        const double strain = (double)pli_vec3_length(delta) / (double)pli_body_get_rest_length(body, i) - 1.0;
+        sum += strain * strain;
+    }
+    return sqrt(sum / view.link_count);
+}
+
+/* Sweeps come as substeps of one sweep each. After 20 s with 1 % damping per step: 0.025, 0.0098, 0.0039. Here damped
+   more, so that less time does. */
+static void test_stiff_sheet_stretches_less_with_every_doubling(void** unused) {
+    (void)unused;
+    static const double limits[] = {0.03, 0.01, 0.005};
+    double before = (double)INFINITY;
+    for (int i = 0; i < 3; ++i) {
+        pli_body* body = make_stiff_sheet(64, PLI_PATCH_PIN_CORNERS, 10 << i, 1);
+        set_damping(body, 0.2f);
+        step_many(40, 1.0 / 60.0);
+        const double stretch = rms_stretch(body);
+        print_message("%d sweeps: stretch %.5f, kinetic energy %g J\n", 10 << i, stretch,
+                      (double)pli_body_kinetic_energy(body));
+        check_at_most(stretch, limits[i]);
+        check_at_most(stretch, before);
+        before = stretch;
+        pli_body_destroy(body);
+    }
+}
+
+static void test_large_stiff_sheets_stay_finite(void** unused) {
+    (void)unused;
+    for (int run = 0; run < 2; ++run) {
+        pli_body* body = make_stiff_sheet(256, run == 0 ? PLI_PATCH_PIN_CORNERS : 0, 4, 1);
+        step_many(10, 1.0 / 60.0);
+        assert_false(pli_body_is_frozen(body));
+        check_at_most(pli_body_kinetic_energy(body), 0.5 * 65536.0 * 100.0 / 36.0 * 1.001); /* that of free fall */
+        pli_body_destroy(body);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------- bending
+
+/* Two triangles on a common edge from (0, 0, 0) to (0, 0, 1), the second one's tip free at x = 1. */
+static pli_body* make_hinge(bool is_pinned, float compliance, float damping, int substeps) {
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create(context, &mesh));
+    const float mass = is_pinned ? 0.0f : 1.0f;
+    CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, 0, 0), mass, NULL));
+    CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0, 0, 1), mass, NULL));
+    CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(-1, 0, 0.4f), mass, NULL));
+    CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(1, 0, 0.5f), 1.0f, NULL));
+    static const int links[][2] = {{0, 1}, {0, 2}, {1, 2}, {0, 3}, {1, 3}};
+    for (int i = 0; i < 5; ++i) {
+        CHECK_OK(pli_mesh_append_link(mesh, links[i][0], links[i][1], 0, NULL));
+    }
+    CHECK_OK(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL));
+    CHECK_OK(pli_mesh_append_face(mesh, 1, 0, 3, 0, NULL));
+    pli_body* body = make_body(mesh, substeps, 1);
+    enable_links(body, 0, 0);
+    pli_xpbd_bending_def def = pli_xpbd_bending_def_default();
+    def.compliance = compliance;
+    def.damping = damping;
+    CHECK_OK(pli_body_enable_xpbd_bending(body, &def));
+    return body;
+}
+
+static void test_hinge_bends_by_torque_times_compliance(void** unused) {
+    (void)unused;
+    for (int substeps = 5; substeps <= 80; substeps *= 4) {
+        for (float compliance = 0.001f; compliance < 0.2f; compliance *= 10.0f) {
+            pli_body* body = make_hinge(true, compliance, 5.0f, substeps);
+            step_many(1200, 1.0 / 60.0);
+            const pli_vec3 tip = position(body, 3);
+            const double angle = atan2(-(double)tip.y, (double)tip.x);
+            const double expected = (double)compliance * 10.0 * cos(angle); /* 1 kg on an arm of 1 m */
+            check_near(angle, expected, 0.01 * expected);
+            pli_body_destroy(body);
+        }
+    }
+}
+
+static void test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum(void** unused) {
+    (void)unused;
+    no_gravity();
+    for (int side = -1; side <= 1; side += 2) {
+        pli_body* body = make_hinge(false, 0.01f, 0.2f, 20);
+        const float angle = 2.5f * (float)side;
+        CHECK_OK(pli_body_set_node_position(body, 3, pli_vec3_make(cosf(angle), sinf(angle), 0.5f)));
+        step_many(1, 1.0 / 600.0); /* links at their length */
+        const pli_vec3 momentum = pli_body_momentum(body), turn = angular_momentum(body);
+        step_many(1200, 1.0 / 60.0);
+        check_at_most(pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), momentum)), 1e-4);
+        check_at_most(pli_vec3_length(pli_vec3_sub(angular_momentum(body), turn)), 0.05);
+        const pli_vec3 a = pli_vec3_sub(position(body, 1), position(body, 0));
+        const pli_vec3 first = pli_vec3_cross(a, pli_vec3_sub(position(body, 2), position(body, 0)));
+        const pli_vec3 second = pli_vec3_cross(pli_vec3_sub(position(body, 3), position(body, 0)), a);
+        const double cosine =
+            (double)pli_vec3_dot(first, second) / ((double)pli_vec3_length(first) * (double)pli_vec3_length(second));
+        check_near(cosine, 1.0, 1e-3);
+        pli_body_destroy(body);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------- volumes
+
+static pli_body* make_tetra(float compliance) {
+    const pli_vec3 points[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const int tetra[4] = {0, 1, 2, 3};
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_from_tetras(context, 4, points, 1, tetra, &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    CHECK_OK(pli_body_enable_xpbd_tetras(body, compliance));
+    return body;
+}
+
+static double tetra_volume(const pli_body* body) {
+    const pli_vec3 a = position(body, 0);
+    const pli_vec3 b = pli_vec3_sub(position(body, 1), a), c = pli_vec3_sub(position(body, 2), a);
+    return (double)pli_vec3_dot(b, pli_vec3_cross(c, pli_vec3_sub(position(body, 3), a))) / 6.0;
+}
+
+static void test_tetra_returns_to_its_volume(void** unused) {
+    (void)unused;
+    no_gravity();
+    static const float heights[] = {2.0f, 0.1f, -0.5f}; /* of the fourth node; the last one is inverted */
+    for (int i = 0; i < 3; ++i) {
+        pli_body* body = make_tetra(0.0f);
+        CHECK_OK(pli_body_set_node_position(body, 3, pli_vec3_make(0, 0, heights[i])));
+        set_damping(body, 0.2f);
+        step_many(60, 1.0 / 60.0);
+        check_near(tetra_volume(body), 1.0 / 6.0, 1e-4);
+        check_at_most(pli_vec3_length(pli_body_momentum(body)), 1e-5);
+        pli_body_destroy(body);
+    }
+}
+
+static void test_tetra_yields_by_its_compliance(void** unused) {
+    (void)unused;
+    const float compliance = 0.001f;
+    pli_body* body = make_tetra(compliance);
+    for (int i = 0; i < 3; ++i) {
+        CHECK_OK(pli_body_set_node_mass(body, i, 0.0f));
+    }
+    set_damping(body, 0.05f);
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, -10)));
+    step_many(600, 1.0 / 60.0);
+    /* lambda = -C / compliance, force lambda / 6 on the fourth node carries 1 kg. */
+    check_near(1.0 / 6.0 - tetra_volume(body), 60.0 * (double)compliance, 0.01 * 60.0 * (double)compliance);
+}
+
+static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 0.8f, 1.2f), &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    const double rest = (double)pli_body_volume(body);
+    CHECK_OK(pli_body_enable_xpbd_volume(body, 0.0f, 1.0f));
+    set_damping(body, 0.2f);
+    for (float ratio = 0.5f; ratio <= 1.5f; ratio += 0.5f) {
+        CHECK_OK(pli_body_enable_xpbd_volume(body, 0.0f, ratio));
+        step_many(60, 1.0 / 60.0);
+        check_near(pli_body_volume(body), rest * (double)ratio, 1e-4 * rest);
+        check_at_most(pli_vec3_length(pli_body_momentum(body)), 1e-3);
+    }
+}
+
+// ---------------------------------------------------------------------------------------------- anchors and contacts
+
+static pli_rigid* make_rigid(pli_rigid_kind kind, pli_shape* shape, float mass, float inertia) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind;
+    def.friction = 1.0f;
+    def.shape_count = shape != NULL ? 1 : 0;
+    def.shapes = &shape;
+    if (kind == PLI_RIGID_DYNAMIC) {
+        def.state.inverse_mass = 1.0f / mass;
+        def.state.inverse_inertia_world = pli_mat3_identity();
+        for (int i = 0; i < 3; ++i) {
+            def.state.inverse_inertia_world.rows[i] =
+                pli_vec3_scale(def.state.inverse_inertia_world.rows[i], 1.0f / inertia);
+        }
+    }
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    return rigid;
+}
+
+static void add_anchor(pli_body* body, int node, pli_rigid* rigid) {
+    pli_anchor_def def = pli_anchor_def_default();
+    def.node = node;
+    def.rigid = rigid;
+    CHECK_OK(pli_body_add_anchor(body, &def, NULL));
+}
+
+static void test_anchor_yields_by_its_compliance(void** unused) {
+    (void)unused;
+    pli_rigid* rigid = make_rigid(PLI_RIGID_STATIC, NULL, 0, 0);
+    for (float compliance = 0.0f; compliance < 0.02f; compliance += 0.01f) {
+        pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -1, 0), 0, 0), 20, 1);
+        enable_links(body, 0, 0);
+        add_anchor(body, 0, rigid);
+        CHECK_OK(pli_body_enable_xpbd_anchors(body, compliance));
+        set_damping(body, 0.05f);
+        step_many(600, 1.0 / 60.0);
+        check_near(position(body, 0).y, -20.0 * (double)compliance, 0.01 * 20.0 * (double)compliance + 1e-5);
+        assert_true(pli_rigid_was_touched(rigid));
+        pli_body_destroy(body);
+    }
+}
+
+static void test_anchor_shares_momentum_with_a_rigid_body(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, NULL, 3.0f, 2.0f);
+    pli_body* body = make_body(make_rope_mesh(pli_vec3_make(2, 0, 0), 3, 0), 20, 1);
+    enable_links(body, 0, 0);
+    CHECK_OK(pli_body_transform(body, pli_transform_make(pli_quat_identity(), pli_vec3_make(0.5f, 0, 0))));
+    add_anchor(body, 0, rigid);
+    CHECK_OK(pli_body_enable_xpbd_anchors(body, 0.0f));
+    CHECK_OK(pli_body_set_node_velocity(body, 4, pli_vec3_make(0, 8, 3)));
+    for (int i = 0; i < 120; ++i) {
+        step_many(1, 1.0 / 60.0);
+        CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), 1.0f / 60.0f));
+    }
+    const pli_rigid_state state = pli_rigid_get_state(rigid);
+    const pli_vec3 sum = pli_vec3_add(pli_body_momentum(body), pli_vec3_scale(state.linear_velocity, 3.0f));
+    check_near(sum.x, 0.0, 2e-3);
+    check_near(sum.y, 8.0, 2e-3);
+    check_near(sum.z, 3.0, 2e-3);
+    assert_true(pli_vec3_length(state.linear_velocity) > 0.5f);
+    const pli_vec3 goal = pli_transform_point(state.pose, pli_vec3_make(0.5f, 0, 0));
+    check_at_most(pli_vec3_length(pli_vec3_sub(position(body, 0), goal)), 0.01);
+}
+
+static void enable_rigid_contacts(pli_body* body, float friction) {
+    const pli_rigid_contacts_def search = pli_rigid_contacts_def_default();
+    CHECK_OK(pli_body_enable_rigid_contacts(body, &search));
+    pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+    def.friction = friction;
+    CHECK_OK(pli_body_enable_xpbd_rigid_contacts(body, &def));
+}
+
+/* A link that lies on a plane, in the direction of the slope. */
+static void test_friction_is_coulombs(void** unused) {
+    (void)unused;
+    const double slope = 0.5; /* rad; gravity is turned, not the plane */
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(10.0f * sinf((float)slope), -10.0f * cosf((float)slope), 0)));
+    pli_shape* plane = NULL;
+    CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0.0f, &plane));
+    make_rigid(PLI_RIGID_STATIC, plane, 0, 0);
+    pli_shape_release(plane);
+    static const float coefficients[] = {0.0f, 0.2f, 0.5f, 0.56f, 1.0f};
+    for (int i = 0; i < 5; ++i) {
+        pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0.5f, 0, 0), 0, 0), 10, 1);
+        CHECK_OK(pli_body_transform(body, pli_transform_make(pli_quat_identity(), pli_vec3_make(0, 0.01f, 0))));
+        enable_links(body, 0, 0);
+        enable_rigid_contacts(body, coefficients[i]);
+        step_many(60, 1.0 / 60.0);
+        const double expected = fmax(0.0, 10.0 * sin(slope) - (double)coefficients[i] * 10.0 * cos(slope));
+        check_near(velocity(body, 0).x, expected, 0.005);
+        check_near(velocity(body, 0).y, 0.0, 1e-3);
+        check_near(position(body, 0).y, 0.01, 1e-4); /* the margin */
+        pli_body_destroy(body);
+    }
+}
+
+static void test_contact_shares_momentum_with_a_rigid_body(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_shape* box = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(1, 0.5f, 1), &box));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, box, 5.0f, 2.0f);
+    pli_shape_release(box);
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(context, 4, 0.6f, 0, &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 0, 0);
+    enable_rigid_contacts(body, 0.3f);
+    CHECK_OK(pli_body_add_velocity(body, pli_vec3_make(1, -2, 0)));
+    for (int i = 0; i < 60; ++i) {
+        step_many(1, 1.0 / 60.0);
+        CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), 1.0f / 60.0f));
+    }
+    const pli_vec3 pushed = pli_rigid_get_state(rigid).linear_velocity;
+    const pli_vec3 sum = pli_vec3_add(pli_body_momentum(body), pli_vec3_scale(pushed, 5.0f));
+    check_near(sum.x, 16.0, 2e-3);
+    check_near(sum.y, -32.0, 2e-3);
+    check_near(sum.z, 0.0, 2e-3);
+    assert_true(pushed.y < -0.5f && pushed.x > 0.01f);
+}
+
+static void enable_soft_contacts(pli_body* body) {
+    const pli_soft_contacts_def search = pli_soft_contacts_def_default();
+    const pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+    CHECK_OK(pli_body_enable_soft_contacts(body, &search));
+    CHECK_OK(pli_body_enable_xpbd_soft_contacts(body, &def));
+}
+
+static pli_body* make_contact_sheet(int nodes, float height, int pins) {
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(context, nodes, height, pins, &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 0, 0);
+    enable_soft_contacts(body);
+    return body;
+}
+
+static void test_sheet_lies_on_another_one(void** unused) {
+    (void)unused;
+    for (int order = 0; order < 2; ++order) {
+        pli_body* bodies[2];
+        for (int i = 0; i < 2; ++i) { /* the lower one is solved first, or last */
+            bodies[i] =
+                i == order ? make_contact_sheet(9, 0.0f, PLI_PATCH_PIN_CORNERS) : make_contact_sheet(4, 0.1f, 0);
+        }
+        const pli_body *lower = bodies[order], *upper = bodies[1 - order];
+        step_many(120, 1.0 / 60.0);
+        for (int i = 0; i < 16; ++i) {
+            assert_true(position(upper, i).y > -1.5f); /* it would have fallen 20 m */
+        }
+        /* The middle of the lower sheet and that of the upper one, which has no node there. */
+        double above = 0.0;
+        for (int i = 0; i < 4; ++i) {
+            above += 0.25 * (double)position(upper, 5 + i % 2 + 4 * (i / 2)).y;
+        }
+        print_message("upper %g, lower %g\n", above, (double)position(lower, 40).y);
+        assert_true(above > (double)position(lower, 40).y - 0.02);
+        pli_body_destroy(bodies[0]);
+        pli_body_destroy(bodies[1]);
+    }
+}
+
+static void test_soft_contacts_share_momentum(void** unused) {
+    (void)unused;
+    no_gravity();
+    pli_body* low = make_contact_sheet(6, 0.0f, 0);
+    pli_body* high = make_contact_sheet(4, 0.2f, 0);
+    CHECK_OK(pli_body_transform(
+        high, pli_transform_make(pli_quat_from_yaw_pitch_roll(0.3f, 0, 0), pli_vec3_make(0.11f, 0, 0.07f))));
+    CHECK_OK(pli_body_add_velocity(high, pli_vec3_make(0.5f, -2, 0)));
+    step_many(60, 1.0 / 60.0);
+    const pli_vec3 sum = pli_vec3_add(pli_body_momentum(low), pli_body_momentum(high));
+    check_near(sum.x, 8.0, 2e-3);
+    check_near(sum.y, -32.0, 2e-3);
+    check_near(sum.z, 0.0, 2e-3);
+    assert_true(pli_body_momentum(low).y < -5.0f);
+}
+
+// ------------------------------------------------------------------------------------------- life, memory, misuse
+
+/* A ball of links with everything enabled, on a plane and hung on a rigid body. */
+typedef struct crowd {
+    pli_world* world;
+    pli_shape* plane;
+    pli_body* body;
+} crowd;
+
+static pli_status crowd_enable(crowd* c, pli_rigid* rigid) {
+    const pli_xpbd_def xpbd = pli_xpbd_def_default();
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+    bending.compliance = 0.1f;
+    const pli_rigid_contacts_def rigid_search = pli_rigid_contacts_def_default();
+    const pli_soft_contacts_def soft_search = pli_soft_contacts_def_default();
+    const pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = rigid;
+    pli_body* body = c->body;
+    pli_status status = pli_body_enable_xpbd(body, &xpbd);
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_links(body, &links); }
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_bending(body, &bending); }
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_volume(body, 0.0f, 1.0f); }
+    if (status == PLI_OK) { status = pli_body_add_anchor(body, &anchor, NULL); }
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_anchors(body, 0.0f); }
+    if (status == PLI_OK) { status = pli_body_enable_rigid_contacts(body, &rigid_search); }
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_rigid_contacts(body, &contacts); }
+    if (status == PLI_OK) { status = pli_body_enable_soft_contacts(body, &soft_search); }
+    return status == PLI_OK ? pli_body_enable_xpbd_soft_contacts(body, &contacts) : status;
+}
+
+static pli_status crowd_create(pli_context* owner, crowd* c) {
+    memset(c, 0, sizeof *c);
+    pli_mesh* mesh = NULL;
+    pli_rigid* rigid = NULL;
+    pli_rigid_def def = pli_rigid_def_default();
+    pli_body_def body = pli_body_def_default();
+    body.collision_margin = 0.02f;
+    pli_status status = pli_world_create(owner, NULL, &c->world);
+    if (status == PLI_OK) { status = pli_shape_create_plane(owner, pli_vec3_make(0, 1, 0), -1.01f, &c->plane); }
+    if (status == PLI_OK) { status = sample_create_ellipsoid(owner, pli_vec3_make(1, 1, 1), &mesh); }
+    def.shape_count = 1;
+    def.shapes = &c->plane;
+    if (status == PLI_OK) { status = pli_rigid_create(c->world, &def, &rigid); }
+    if (status == PLI_OK) { status = pli_body_create(c->world, mesh, &body, &c->body); }
+    if (status == PLI_OK) { status = crowd_enable(c, rigid); }
+    pli_mesh_destroy(mesh);
+    return status;
+}
+
+static void crowd_destroy(crowd* c) {
+    pli_world_destroy(c->world);
+    pli_shape_release(c->plane);
+}
+
+static void test_steady_steps_do_not_allocate_and_repeat_bit_for_bit(void** unused) {
+    (void)unused;
+    uint64_t hashes[2];
+    for (int run = 0; run < 2; ++run) {
+        crowd c;
+        CHECK_OK(crowd_create(context, &c));
+        uint64_t allocations = 0;
+        for (int i = 0; i < 180; ++i) {
+            if (i == 120) { allocations = pli_context_allocation_count(context); }
+            CHECK_OK(pli_world_step(c.world, 1.0f / 60.0f));
+        }
+        assert_int_equal(pli_context_allocation_count(context), allocations);
+        assert_true(pli_body_get_rigid_contacts(c.body, 0, NULL) > 0);
+        assert_false(pli_body_is_frozen(c.body));
+        hashes[run] = pli_body_state_hash(c.body);
+        crowd_destroy(&c);
+    }
+    assert_true(hashes[0] == hashes[1]);
+}
+
+static pli_status run_short_of_memory(pli_context* owner, void* user) {
+    (void)user;
+    crowd c;
+    pli_status status = crowd_create(owner, &c);
+    for (int i = 0; i < 20 && status == PLI_OK; ++i) {
+        status = pli_world_step(c.world, 1.0f / 60.0f);
+    }
+    if (status == PLI_OK) { status = pli_body_disable_xpbd(c.body); }
+    crowd_destroy(&c);
+    return status;
+}
+
+static void test_lack_of_memory_leaves_nothing_behind(void** unused) {
+    (void)unused;
+    assert_true(check_survives_failing_allocator(run_short_of_memory, NULL) > 40);
+}
+
+static void test_disabling_returns_to_links_on_positions(void** unused) {
+    (void)unused;
+    uint64_t hashes[2];
+    for (int run = 0; run < 2; ++run) {
+        pli_mesh* mesh = NULL;
+        CHECK_OK(sample_create_sheet(context, 5, 0, PLI_PATCH_PIN_00, &mesh));
+        pli_body* body = NULL;
+        CHECK_OK(pli_body_create(world, mesh, NULL, &body));
+        pli_mesh_destroy(mesh);
+        const size_t bytes = pli_body_bytes(body);
+        if (run == 1) {
+            const pli_xpbd_def def = pli_xpbd_def_default();
+            const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+            CHECK_OK(pli_body_enable_xpbd(body, &def));
+            enable_links(body, 0, 0);
+            CHECK_OK(pli_body_enable_xpbd_bending(body, &bending));
+            assert_true(pli_body_bytes(body) > bytes);
+            CHECK_OK(pli_body_disable_xpbd_links(body));
+            CHECK_OK(pli_body_disable_xpbd_links(body));
+            CHECK_OK(pli_body_disable_xpbd(body));
+            CHECK_OK(pli_body_disable_xpbd(body));
+        }
+        step_many(30, 1.0 / 60.0);
+        hashes[run] = pli_body_state_hash(body);
+        pli_body_destroy(body);
+    }
+    assert_true(hashes[0] == hashes[1]);
+}
+
+static void test_bodies_may_be_cut_between_steps(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(context, 5, 0, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_11, &mesh));
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_links(body, 0, 0);
+    const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+    CHECK_OK(pli_body_enable_xpbd_bending(body, &bending));
+    CHECK_OK(pli_body_enable_xpbd_volume(body, 1000.0f, 1.0f));
+    step_many(5, 1.0 / 60.0);
+    const int links = pli_body_get_view(body).link_count;
+    CHECK_OK(pli_body_cut_link(body, 6, 7, 0.5f));
+    assert_true(pli_body_get_view(body).link_count != links);
+    step_many(30, 1.0 / 60.0);
+    assert_false(pli_body_is_frozen(body));
+    check_at_most(rms_stretch(body), 0.05);
+}
+
+static void check_refused(pli_status status, pli_status expected, const char* text) {
+    assert_int_equal(status, expected);
+    if (strstr(pli_last_error(context), text) == NULL) { fail_msg("'%s' not in '%s'", text, pli_last_error(context)); }
+}
+
+static void test_misuse_is_refused_with_a_message(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = make_rope_mesh(pli_vec3_make(1, 0, 0), 0, 0);
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, NULL, &body));
+    pli_mesh_destroy(mesh);
+    const pli_xpbd_def good = pli_xpbd_def_default();
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    pli_xpbd_links_def bad_links = links;
+    pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+    pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
+    const pli_implicit_def implicit = pli_implicit_def_default();
+
+    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
+    check_refused(pli_body_enable_xpbd_anchors(body, 0), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
+    check_refused(pli_body_enable_xpbd(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    pli_xpbd_def bad = good;
+    bad.substeps = 0;
+    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "substeps is 0");
+    bad = good;
+    bad.sweeps = -1;
+    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "sweeps is -1");
+    bad = good;
+    bad.cookie = 0;
+    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_DEF, "pli_xpbd_def_default");
+    CHECK_OK(pli_body_enable_implicit(body, &implicit));
+    check_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "implicit solver");
+    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "implicit solver");
+    CHECK_OK(pli_body_disable_implicit(body));
+    CHECK_OK(pli_body_enable_xpbd(body, &good));
+    check_refused(pli_body_enable_implicit(body, &implicit), PLI_ERROR_WRONG_STATE, "XPBD solver");
+    check_refused(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE, "XPBD solver");
+
+    bad_links.compliance = -1.0f;
+    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_VALUE, "compliance is -1");
+    bad_links = links;
+    bad_links.damping = NAN;
+    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_NOT_FINITE, "damping is nan");
+    bad_links.cookie = 0;
+    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_DEF, "pli_xpbd_links_def_default");
+    check_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_MESH, "the body has none");
+    bending.cookie = 0;
+    check_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_DEF, "bending_def_default");
+    check_refused(pli_body_enable_xpbd_tetras(body, 0), PLI_ERROR_INVALID_MESH, "no tetrahedra");
+    check_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
+    check_refused(pli_body_enable_xpbd_volume(body, 0, 1), PLI_ERROR_INVALID_MESH, "no faces");
+    check_refused(pli_body_enable_xpbd_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
+    contacts.friction = -0.5f;
+    check_refused(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_ERROR_INVALID_VALUE, "friction is -0.5");
+    check_refused(pli_body_enable_xpbd_soft_contacts(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+
+    CHECK_OK(pli_world_predict(world, 0.01f));
+    check_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_refused(pli_body_disable_xpbd(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    CHECK_OK(pli_world_solve(world));
+    assert_int_equal(pli_body_enable_xpbd(NULL, &good), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_disable_xpbd(NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_disable_xpbd_volume(NULL), PLI_ERROR_NULL_ARGUMENT);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_elongation_does_not_depend_on_step_or_substeps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_free_fall_is_exact, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_large_stiff_sheets_stay_finite, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hinge_bends_by_torque_times_compliance, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_contact_shares_momentum_with_a_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_sheet_lies_on_another_one, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_share_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_steady_steps_do_not_allocate_and_repeat_bit_for_bit, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bodies_may_be_cut_between_steps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
