@@ -256,9 +256,9 @@ static void test_large_stiff_sheets_stay_finite(void** unused) {
     (void)unused;
     for (int run = 0; run < 2; ++run) {
         pli_body* body = make_stiff_sheet(256, run == 0 ? PLI_PATCH_PIN_CORNERS : 0, 4, 1);
-        step_many(10, 1.0 / 60.0);
+        step_many(4, 1.0 / 60.0);
         assert_false(pli_body_is_frozen(body));
-        check_at_most(pli_body_kinetic_energy(body), 0.5 * 65536.0 * 100.0 / 36.0 * 1.001); /* that of free fall */
+        check_at_most(pli_body_kinetic_energy(body), 0.5 * 65536.0 * 16.0 / 36.0 * 1.001); /* that of free fall */
         pli_body_destroy(body);
     }
 }
