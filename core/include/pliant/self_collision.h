@@ -1,7 +1,8 @@
 #ifndef PLIANT_SELF_COLLISION_H
 #define PLIANT_SELF_COLLISION_H
 
-/// Collision of a body with itself, in three modules that are enabled one by one and work with every solver:
+/// Collision of a body with itself, in three modules that are enabled one by one and work with the position-based and
+/// the implicit solver:
 ///
 /// - self-collision of nodes, found by hashing: for cloth whose nodes lie about a thickness apart;
 /// - the same by two shifted grids, after the step, in the way of Kang: cheaper, and it misses pairs;
@@ -21,14 +22,13 @@ typedef struct pli_self_collision_def {
     /// m, > 0, default 0.01: distance that nodes keep, or their distance at rest where that is smaller. Nodes alone are
     /// impenetrable for each other when it is not much smaller than the distance of linked nodes.
     float thickness;
-    /// [0, 1], default 0.1: share of their relative motion in a step (with XPBD: a substep) that two nodes in contact
+    /// [0, 1], default 0.1: share of their relative motion in a step (or substep) that two nodes in contact
     /// lose each time they are parted.
     float friction;
-    /// >= 0, default 0.2: no node moves by more than this times the thickness in a step (with XPBD: a substep), so none
-    /// gets through a layer unseen; 0: no limit. This is the speed of everything the body does, falling too: at 60
-    /// steps a second and 1 cm no node is faster than 0.12 m/s with one of the solvers without substeps, 1.2 m/s with
-    /// 10 substeps of XPBD. Without a limit a node that moves by more than half the thickness in a step may get
-    /// through.
+    /// >= 0, default 0.2: no node moves by more than this times the thickness in a step (or substep), so none gets
+    /// through a layer unseen; 0: no limit. This is the speed of everything the body does, falling too: at 60 steps a
+    /// second and 1 cm no node is faster than 0.12 m/s. Without a limit a node that moves by more than half the
+    /// thickness in a step may get through.
     float speed_limit_ratio;
     uint32_t cookie; ///< set by the default function
 } pli_self_collision_def;
@@ -36,8 +36,7 @@ typedef struct pli_self_collision_def {
 PLI_API pli_self_collision_def pli_self_collision_def_default(void);
 
 /// Keeps the nodes of a body apart. Enable, or change when enabled. Distances at rest are those of the present shape
-/// when first enabled; nodes that a cut adds lie where it parts the shape at rest. For a body that is stepped by XPBD
-/// call pli_body_enable_xpbd_self_collision after this.
+/// when first enabled; nodes that a cut adds lie where it parts the shape at rest.
 /// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping,
 ///         PLI_ERROR_OUT_OF_MEMORY
 /// Cost: 24 B per node, about 30 B per node for the table, 8 B per pair in reach.
@@ -50,7 +49,7 @@ typedef struct pli_self_collision_report {
     int pairs;         ///< kept for the step: closer than what they could come to touch in it
     int contacts;      ///< pairs that the last iteration or substep parted
     int searches;      ///< 1, and once more for each time that a node had left the reach of the search before
-    int limited_nodes; ///< slowed by the speed limit, with XPBD over all substeps
+    int limited_nodes; ///< slowed by the speed limit
     bool is_cut_short; ///< a node with 512 neighbours, or no memory: some pairs were left out
 } pli_self_collision_report;
 
@@ -70,7 +69,7 @@ typedef struct pli_self_grids_def {
 } pli_self_grids_def;
 
 PLI_API pli_self_grids_def pli_self_grids_def_default(void);
-/// Enable, or change when enabled; needs no step of its own with XPBD.
+/// Enable, or change when enabled.
 /// @return as pli_body_enable_self_collision
 /// Cost: 12 B per node, about 30 B per node for the table.
 PLI_API pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def);
@@ -98,8 +97,7 @@ typedef struct pli_self_faces_def {
 } pli_self_faces_def;
 
 PLI_API pli_self_faces_def pli_self_faces_def_default(void);
-/// Enable, or change when enabled. For a body that is stepped by XPBD call pli_body_enable_xpbd_self_collision after
-/// this.
+/// Enable, or change when enabled.
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, else as pli_body_enable_self_collision
 /// Cost: 44 B per node, 24 B per face, 72 B per pair in reach.
 PLI_API pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def);
