@@ -67,7 +67,7 @@ static void cluster_car_build(scene_builder* builder) {
     scene_drive_at(builder, 240, 1, 10, 0.3f);
     scene_drive_at(builder, 330, 1, 10, -0.3f);
     scene_drive_at(builder, 450, 0, 0, 0);
-    scene_set_camera(builder, (scene_camera){{80, 62, 0}, 70, 27, -20});
+    scene_set_camera(builder, (scene_camera){{92, 68, 0}, 56, 27, -18});
 }
 
 const scene scene_cluster_car = {

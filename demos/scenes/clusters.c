@@ -14,7 +14,7 @@ static void cluster_deform_build(scene_builder* builder) {
                            pli_vec3_make(2, 2, 2), &def);
     def.cluster_count = 8;
     scene_add_soft(builder, mesh, &def);
-    scene_set_camera(builder, (scene_camera){{0, -6, 0}, 24, 27, -24});
+    scene_set_camera(builder, (scene_camera){{0, -7, 0}, 20, 27, -22});
 }
 
 static void cluster_collide1_build(scene_builder* builder) {
@@ -66,7 +66,7 @@ static void cluster_stack_soft_build(scene_builder* builder) {
     for (int i = 0; i < 10; ++i) {
         cluster_stack_add(builder, -9 + 8.25f * (float)i);
     }
-    scene_set_camera(builder, (scene_camera){{0, 4, 0}, 60, 27, -20});
+    scene_set_camera(builder, (scene_camera){{4, -2, 0}, 46, 27, -16});
 }
 
 static void cluster_stack_mixed_build(scene_builder* builder) {
@@ -109,7 +109,7 @@ const scene scene_cluster_stack_soft = {
     .name = "ClusterStackSoft",
     .summary = "Ten tori fall on each other.",
     .takes_mesh = true,
-    .picture_frame = 120,
+    .picture_frame = 220,
     .build = cluster_stack_soft_build,
 };
 
@@ -117,6 +117,6 @@ const scene scene_cluster_stack_mixed = {
     .name = "ClusterStackMixed",
     .summary = "Plates and tori, in turn, fall on each other.",
     .takes_mesh = true,
-    .picture_frame = 120,
+    .picture_frame = 160,
     .build = cluster_stack_mixed_build,
 };

@@ -14,7 +14,7 @@ static void tetra_cube_build(scene_builder* builder) {
     scene_soft_def def = part_cluster_def("cube", 16, 0.2f);
     def.collision_margin = 0.01f;
     scene_add_soft(builder, mesh, &def);
-    scene_set_camera(builder, (scene_camera){{0, -4, 0}, 32, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, -5, 0}, 25, 27, -18});
 }
 
 static void tetra_bunny_build(scene_builder* builder) {
@@ -26,7 +26,7 @@ static void tetra_bunny_build(scene_builder* builder) {
     scene_soft_def def = part_cluster_def("bunny", 0, 10);
     def.solver.position_iterations = 2;
     scene_add_soft(builder, mesh, &def);
-    scene_set_camera(builder, (scene_camera){{0, -6, 0}, 26, 27, -20});
+    scene_set_camera(builder, (scene_camera){{0, -7, 0}, 19, 27, -16});
 }
 
 const scene scene_tetra_bunny = {
