@@ -9,8 +9,9 @@
 
 #define CLUSTER_CONTACTS_PER_PAIR 4
 #define CLUSTER_CONTACTS_BATCH 64
-/* Smaller clusters lie beside others that share the load: between clusters the nearest points will do. */
+/* Smaller clusters lie beside others that share the load: nearest points and nodes will do. */
 #define CLUSTER_CONTACTS_MIN_NODES 8
+#define CLUSTER_CONTACTS_TILT 0.1f /* of the directions in which corners are looked for */
 
 static bool cluster_contacts_are_as_bullet(const pli_body* body, const pli_cluster_contact* info) {
     return plii_body_clusters(body)->def.as_bullet && info->other != body;
@@ -101,6 +102,18 @@ static pli_status near_nodes_add_contacts(pli_body* body, plii_cluster_contacts*
     return PLI_OK;
 }
 
+static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direction) {
+    (void)direction;
+    return *(const pli_vec3*)user;
+}
+
+static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, float margin) {
+    point = pli_vec3_sub(point, hull->origin);
+    const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
+    const plii_convex b = plii_cluster_hull_convex(hull);
+    return plii_cluster_contacts_are_near(&a, &b, margin);
+}
+
 // ------------------------------------------------------------------------------------------------------- rigid bodies
 
 static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, const plii_cluster_contacts* state,
@@ -142,6 +155,25 @@ static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_clu
     }
 }
 
+/* Corners of the shape's core that lie over the cluster, near the plane of the nearest points: its farthest points in
+   directions a little off the normal. */
+static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, plii_cluster_hull hull, float radius,
+                                               float margin, near_nodes* found) {
+    const pli_vec3 n = info->normal;
+    const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
+    const pli_vec3 u = plii_vec3_safe_normalize(pli_vec3_cross(n, across)), v = pli_vec3_cross(n, u);
+    for (int i = 0; i < 4; ++i) {
+        const pli_vec3 tilt =
+            pli_vec3_scale(i % 2 == 0 ? u : v, i < 2 ? CLUSTER_CONTACTS_TILT : -CLUSTER_CONTACTS_TILT);
+        const pli_vec3 corner =
+            plii_cluster_contacts_rigid_point(info, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
+        const float above = pli_vec3_dot(pli_vec3_sub(info->witness, corner), n);
+        if (!(above < margin + radius) || !cluster_contacts_is_near_hull(corner, &hull, margin + radius)) { continue; }
+        const near_node node = {pli_vec3_add(corner, pli_vec3_scale(n, above)), n, above - radius};
+        near_nodes_add_beside(found, node, margin);
+    }
+}
+
 static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
                                                const pli_cluster_contact* pair) {
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
@@ -152,6 +184,11 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found = near_nodes_start(&info);
     cluster_contacts_find_near_nodes(body, &info, &found);
+    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
+    if (cluster->member_count >= CLUSTER_CONTACTS_MIN_NODES) {
+        const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);
+        cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
+    }
     const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, info.rigid, 0.0f);
     return near_nodes_add_contacts(body, state, info, &found, 1, &node_terms);
 }
@@ -242,11 +279,6 @@ static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) 
     }
 }
 
-static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direction) {
-    (void)direction;
-    return *(const pli_vec3*)user;
-}
-
 /* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
    normal of `info` points to `body`. */
 static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
@@ -260,12 +292,8 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
         if (above < margin) { near_nodes_add_beside(&candidates, (near_node){x, info->normal, above}, margin); }
     }
     for (int i = 1; i < candidates.count; ++i) {
-        const pli_vec3 point = pli_vec3_sub(candidates.kept[i].point, other.origin);
-        const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
-        const plii_convex b = plii_cluster_hull_convex(&other);
-        if (plii_cluster_contacts_are_near(&a, &b, margin)) {
-            near_nodes_add_beside(found, candidates.kept[i], margin);
-        }
+        const near_node* node = &candidates.kept[i];
+        if (cluster_contacts_is_near_hull(node->point, &other, margin)) { near_nodes_add_beside(found, *node, margin); }
     }
 }
 

@@ -86,6 +86,8 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
                                            plii_cluster_contacts* other_state, float max_distance,
                                            pli_cluster_contact* info);
 
+/* The farthest point of the core of the rigid shape that `info` names, along a unit direction; world. */
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction);
 /* Overlapping, or apart by less than `margin`. */
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
 

@@ -109,6 +109,11 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
            (result.relation == PLII_CONVEX_SEPARATED && result.distance < margin);
 }
 
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {
+    const rigid_hull hull = {info->rigid->shapes[info->shape], plii_rigid_shape_transform(info->rigid, info->shape)};
+    return rigid_hull_support(&hull, direction);
+}
+
 bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, float max_distance,
                                          pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
