@@ -52,11 +52,14 @@ struct pli_body {
     float collision_margin;
     const plii_solver_class* solver_class;
     pli_solver_settings solver;
-    pli_bounds bounds;    /* of the nodes, grown by the margin */
+    pli_bounds bounds;    /* of the nodes, grown by the margin; in a step see sweeping_features */
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
     bool is_frozen;
     plii_pipeline pipeline;
+    /* Features that look at the whole way of the nodes. With them the bounds of a predicted body cover the start of the
+       step too, and rigid bodies are met along their way. */
+    int sweeping_features;
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */

@@ -3,6 +3,8 @@
 #include "shape_impl.h"
 #include "world_impl.h"
 
+#include <string.h>
+
 static pli_status rigid_check(const pli_rigid* rigid) {
     return rigid != NULL && rigid->magic == PLII_RIGID_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
 }
@@ -39,6 +41,7 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
 }
 
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
+    if (memcmp(&rigid->state.pose, &state->pose, sizeof state->pose) != 0) { ++rigid->pose_version; }
     rigid->state = *state;
     if (rigid->kind != PLI_RIGID_DYNAMIC) {
         rigid->state.inverse_mass = 0.0f;
@@ -48,6 +51,8 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
         rigid->state.linear_velocity = pli_vec3_make(0, 0, 0);
         rigid->state.angular_velocity = pli_vec3_make(0, 0, 0);
     }
+    rigid->given_linear_velocity = rigid->state.linear_velocity;
+    rigid->given_angular_velocity = rigid->state.angular_velocity;
 }
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
@@ -218,20 +223,34 @@ void* pli_rigid_get_user_data(const pli_rigid* rigid) {
 bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return rigid_check(rigid) == PLI_OK && rigid->was_touched;
 }
+bool pli_rigid_was_held_back(const pli_rigid* rigid) {
+    return rigid_check(rigid) == PLI_OK && rigid->was_held_back;
+}
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
     return pli_transform_mul(rigid->state.pose, rigid->shape_poses[index]);
 }
 
-pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
+static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_bounds bounds =
-            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), plii_rigid_shape_transform(rigid, i));
+            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), pli_transform_mul(pose, rigid->shape_poses[i]));
         all.min = plii_vec3_min(all.min, bounds.min);
         all.max = plii_vec3_max(all.max, bounds.max);
     }
     return all;
+}
+
+pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
+    return rigid_bounds_at(rigid, rigid->state.pose);
+}
+
+pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
+    const pli_rigid_state* state = &rigid->state;
+    const pli_transform end = plii_rigid_move_pose(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    const pli_bounds here = plii_rigid_bounds(rigid), there = rigid_bounds_at(rigid, end);
+    return (pli_bounds){plii_vec3_min(here.min, there.min), plii_vec3_max(here.max, there.max)};
 }
 
 // ---------------------------------------------------------------------------------------------- free motion
@@ -251,6 +270,12 @@ static pli_mat3 rigid_rotation(pli_vec3 turn) {
     return pli_mat3_from_quat((pli_quat){turn.x * scale, turn.y * scale, turn.z * scale, cosf(half)});
 }
 
+pli_transform plii_rigid_move_pose(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
+    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
+    return (pli_transform){rigid_orthonormalize(pli_mat3_mul(turn, pose.rotation)),
+                           pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
+}
+
 pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     PLII_TRY(rigid_check(rigid));
     if (!plii_vec3_is_finite(gravity) || !(dt > 0.0f) || !plii_is_finite(dt)) {
@@ -262,9 +287,8 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     if (rigid->kind == PLI_RIGID_DYNAMIC) {
         state->linear_velocity = pli_vec3_add(state->linear_velocity, pli_vec3_scale(gravity, dt));
     }
-    state->pose.origin = pli_vec3_add(state->pose.origin, pli_vec3_scale(state->linear_velocity, dt));
+    state->pose = plii_rigid_move_pose(state->pose, state->linear_velocity, state->angular_velocity, dt);
     const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state->angular_velocity, dt));
-    state->pose.rotation = rigid_orthonormalize(pli_mat3_mul(turn, state->pose.rotation));
     state->inverse_inertia_world =
         pli_mat3_mul(pli_mat3_mul(turn, state->inverse_inertia_world), pli_mat3_transpose(turn));
     return PLI_OK;

@@ -16,7 +16,9 @@ struct pli_rigid {
     pli_rigid_state state;
     float friction;
     pli_vec3 linear_factor, angular_factor;
-    bool was_touched;
+    bool was_touched, was_held_back;
+    unsigned pose_version;                                  /* counts changes of the pose by its host */
+    pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -28,6 +30,10 @@ struct pli_rigid {
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 /* World bounds over all shapes. */
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
+/* Where velocities bring a body. */
+pli_transform plii_rigid_move_pose(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
+/* Of the body here and there. */
+pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
 
 /* Velocity at an offset from the centre of mass. */
 static inline pli_vec3 plii_rigid_velocity_at(const pli_rigid* rigid, pli_vec3 offset) {

@@ -194,6 +194,7 @@ pli_status pli_world_predict(pli_world* world, float dt) {
     world->event_count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
         world->rigids[i]->was_touched = false;
+        world->rigids[i]->was_held_back = false;
     }
     for (int i = 0; i < world->body_count; ++i) {
         if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->predict(world->bodies[i], dt); }
@@ -291,8 +292,10 @@ static pli_status world_collide_rigids(pli_world* world) {
         pli_rigid* rigid = world->rigids[r];
         const pli_bounds bounds = plii_rigid_bounds(rigid);
         for (int b = 0; b < world->body_count; ++b) {
-            if (plii_bounds_overlap(world->bodies[b]->bounds, bounds)) {
-                PLII_TRY(pli_world_collide_rigid(world, world->bodies[b], rigid));
+            pli_body* body = world->bodies[b];
+            const bool is_swept = body->sweeping_features > 0;
+            if (plii_bounds_overlap(body->bounds, is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : bounds)) {
+                PLII_TRY(pli_world_collide_rigid(world, body, rigid));
             }
         }
     }

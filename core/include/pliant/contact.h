@@ -1,7 +1,8 @@
 #ifndef PLIANT_CONTACT_H
 #define PLIANT_CONTACT_H
 
-/// Contacts of nodes with rigid bodies and of nodes with the faces of other soft bodies. They live for one step.
+/// Contacts of nodes and faces with rigid bodies and of nodes with the faces of other soft bodies. They live for one
+/// step.
 
 #include "body.h"
 #include "rigid.h"
@@ -43,6 +44,38 @@ PLI_API int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_
 /// Changes the order in which contacts are solved, between collide and solve; results of Gauss-Seidel depend on it.
 /// @param order [count] a permutation: the contact now at `order[i]` comes to place i
 PLI_API pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count);
+
+// ------------------------------------------------------------------------------- faces against rigid bodies
+
+typedef struct pli_rigid_face_contacts_def {
+    float friction;         ///< >= 0, default 0.2; as in pli_rigid_contacts_def
+    float dynamic_hardness; ///< [0, 1], default 1: share of the penetration at the start of a step that it removes
+    float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies
+    uint32_t cookie;
+} pli_rigid_face_contacts_def;
+
+PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
+
+/// Faces meet convex rigid shapes on their whole way through a step, so that corners, edges and small bodies pass
+/// neither between nodes nor, when fast, from one step to the next. Bodies without faces: their links, bending links
+/// excepted. Enable, or change when enabled. btSoftBody has no such contact.
+/// Use it beside pli_body_enable_rigid_contacts, which takes care of resting nodes, planes and triangle meshes. Faces
+/// with an anchored node are left out. See pli_rigid_was_held_back.
+PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
+PLI_API void pli_body_disable_rigid_face_contacts(pli_body* body);
+
+typedef struct pli_rigid_face_contact {
+    int face;         ///< or PLI_NULL_INDEX
+    int link;         ///< of a body without faces, or PLI_NULL_INDEX
+    float weights[3]; ///< barycentric, of the contact point; of a link two
+    pli_rigid* rigid;
+    int shape;       ///< index in the rigid body's shapes
+    pli_vec3 normal; ///< unit, world, out of the rigid body
+    float distance;  ///< m, minus the collision margin, at the predicted positions; < 0 on the other side
+} pli_rigid_face_contact;
+
+/// As pli_body_get_rigid_contacts. Contacts are also made where face and body only come near each other.
+PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts);
 
 // ----------------------------------------------------------------- nodes against faces of other soft bodies
 
