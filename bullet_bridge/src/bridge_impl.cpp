@@ -214,7 +214,7 @@ void Bridge::Impl::updateAction(btCollisionWorld* bullet_world, btScalar dt) {
     if (!is_stepping()) { begin_step(dt); }
     if (!is_stepping()) { return; }
     collide_pairs();
-    finish_step();
+    finish_step(dt);
 }
 
 void Bridge::Impl::collide_pairs() {
@@ -250,7 +250,7 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
 }
 
-void Bridge::Impl::finish_step() {
+void Bridge::Impl::finish_step(btScalar dt) {
     for (const auto& entry : proxies_) {
         // Anchors need no contact to act.
         if (entry.second->is_pinned && entry.second->world_array_index >= 0) { take_part(*entry.second); }
@@ -261,7 +261,7 @@ void Bridge::Impl::finish_step() {
     if (before_solve) { before_solve(); }
     note(pli_world_solve(world));
     for (RigidProxy* proxy : touched_) {
-        proxy->write_back();
+        proxy->write_back(dt);
     }
     touched_.clear();
     sweep_proxies();

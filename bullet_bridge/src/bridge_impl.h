@@ -62,7 +62,7 @@ private:
     void begin_step(btScalar dt);
     void collide_pairs();
     void take_part(RigidProxy& proxy);
-    void finish_step();
+    void finish_step(btScalar dt);
     void forget_removed_objects();
     void sweep_proxies();
     void note(pli_status result) {

@@ -4,6 +4,7 @@
 #include "triangle_slabs.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <LinearMath/btTransformUtil.h>
 
 #include <cstring>
 
@@ -147,7 +148,7 @@ pli_status RigidProxy::set_present_state() {
     return status;
 }
 
-void RigidProxy::write_back() {
+void RigidProxy::write_back(btScalar dt) {
     if (!pli_rigid_was_touched(rigid_) || pli_rigid_get_kind(rigid_) != PLI_RIGID_DYNAMIC) { return; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
@@ -159,6 +160,13 @@ void RigidProxy::write_back() {
     if (!same_bits(after.angular_velocity, present_.angular_velocity)) {
         body->setAngularVelocity(
             with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
+    }
+    if (pli_rigid_was_held_back(rigid_)) {
+        const btVector3 linear = to_bullet(pli_vec3_sub(after.linear_velocity, present_.linear_velocity));
+        const btVector3 angular = to_bullet(pli_vec3_sub(after.angular_velocity, present_.angular_velocity));
+        btTransform moved;
+        btTransformUtil::integrateTransform(body->getWorldTransform(), linear, angular, dt, moved);
+        body->proceedToTransform(moved);
     }
     body->activate();
 }

@@ -24,7 +24,8 @@
 
 typedef struct rigid_face_contact {
     pli_rigid* rigid;
-    int shape, element; /* face, or link */
+    int meeting;        /* while the step lasts */
+    int shape, element; /* index in the rigid body's shapes; face, or link */
     int nodes[3];
     pli_vec3 weights;
     pli_vec3 normal;     /* out of the rigid body */
@@ -39,10 +40,12 @@ typedef struct rigid_face_contact {
     pli_vec3 base;  /* base + velocity at the lever * dt = that point of the surface at the end of the step */
 } rigid_face_contact;
 
-/* A rigid shape that was met in this step. */
+/* A rigid shape that was met in this step. The host may change the shapes of the rigid body before the solve. */
 typedef struct rigid_faces_meeting {
     pli_rigid* rigid;
-    int shape;
+    int shape_index;
+    pli_shape* shape; /* retained until the end of the step */
+    pli_transform shape_pose;
     unsigned pose_version;
     pli_transform begin; /* pose of the rigid body at the start of the step */
 } rigid_faces_meeting;
@@ -106,7 +109,7 @@ static pli_vec3 rigid_faces_core_support(const void* user, pli_vec3 direction) {
 
 static rigid_faces_core rigid_faces_core_at(const rigid_faces_pair* pair, float time) {
     const pli_transform begin = {pair->rotation, {0, 0, 0}};
-    const pli_transform pose = plii_rigid_move_pose(begin, pli_vec3_make(0, 0, 0), pair->turn, time);
+    const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), pair->turn, time);
     return (rigid_faces_core){pair->shape, pli_transform_mul(pose, pair->shape_pose)};
 }
 
@@ -254,8 +257,8 @@ static float rigid_faces_inverse_mass(const pli_body* body, const rigid_face_con
 typedef struct rigid_faces_pass {
     pli_body* body;
     rigid_faces_state* state;
-    pli_rigid* rigid;
-    int shape;
+    const rigid_faces_meeting* meeting;
+    int meeting_index;
     float hardness;
     bool has_links;           /* elements are links */
     bool is_review;           /* after the iterations: only contacts that are still violated */
@@ -266,12 +269,12 @@ typedef struct rigid_faces_pass {
 } rigid_faces_pass;
 
 /* Lever, base and response, with the rigid body at the end of the step. */
-static void rigid_faces_prepare_contact(const pli_body* body, rigid_face_contact* contact, pli_transform end) {
+static void rigid_faces_prepare_contact(const pli_body* body, const rigid_faces_meeting* meeting, pli_transform end,
+                                        rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
     const pli_transform turned = {end.rotation, {0, 0, 0}};
-    const rigid_faces_core core = {rigid->shapes[contact->shape],
-                                   pli_transform_mul(turned, rigid->shape_poses[contact->shape])};
+    const rigid_faces_core core = {meeting->shape, pli_transform_mul(turned, meeting->shape_pose)};
     const pli_vec3 n = contact->normal;
     const pli_vec3 arm = pli_mat3_mul_vec3(end.rotation, contact->core_point);
     const float height = rigid_faces_height(&core, n);
@@ -285,7 +288,7 @@ static void rigid_faces_prepare_contact(const pli_body* body, rigid_face_contact
 
 /* Friction as for node contacts. */
 static float rigid_faces_slip(const rigid_faces_pass* pass, const rigid_face_contact* contact) {
-    const pli_rigid* rigid = pass->rigid;
+    const pli_rigid* rigid = contact->rigid;
     const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), pass->body->step.dt);
     const pli_vec3 face_motion = pli_vec3_sub(rigid_faces_point(pass->body->positions, contact), contact->start);
     const pli_vec3 motion = pli_vec3_sub(face_motion, rigid_motion);
@@ -300,9 +303,12 @@ static pli_status rigid_faces_add(const rigid_faces_pass* pass, int element, con
                                   const rigid_faces_hit* hit) {
     pli_body* body = pass->body;
     rigid_faces_state* state = pass->state;
-    pli_rigid* rigid = pass->rigid;
-    rigid_face_contact contact = {
-        .rigid = rigid, .shape = pass->shape, .element = element, .nodes = {nodes[0], nodes[1], nodes[2]}};
+    pli_rigid* rigid = pass->meeting->rigid;
+    rigid_face_contact contact = {.rigid = rigid,
+                                  .meeting = pass->meeting_index,
+                                  .shape = pass->meeting->shape_index,
+                                  .element = element,
+                                  .nodes = {nodes[0], nodes[1], nodes[2]}};
     contact.weights = hit->weights;
     if (!(rigid_faces_inverse_mass(body, &contact) + rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     contact.distance = hit->end_gap;
@@ -310,7 +316,7 @@ static pli_status rigid_faces_add(const rigid_faces_pass* pass, int element, con
     contact.core_point = hit->core_point;
     contact.start = rigid_faces_point(body->previous, &contact);
     contact.target = hit->target_gap;
-    rigid_faces_prepare_contact(body, &contact, pass->end);
+    rigid_faces_prepare_contact(body, pass->meeting, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
@@ -337,8 +343,8 @@ static pli_status rigid_faces_collide_element(const rigid_faces_pass* pass, int 
     const float slack = plii_max(0.5f * margin, RIGID_FACES_SMALLEST_SLACK * edge);
     if (!plii_bounds_overlap(plii_bounds_grow(swept, margin + slack), pass->bounds)) { return PLI_OK; }
     if (rigid_faces_is_anchored(body, nodes)) { return PLI_OK; }
-    rigid_faces_pair pair = {.shape = pass->rigid->shapes[pass->shape],
-                             .shape_pose = pass->rigid->shape_poses[pass->shape],
+    rigid_faces_pair pair = {.shape = pass->meeting->shape,
+                             .shape_pose = pass->meeting->shape_pose,
                              .rotation = pass->begin.rotation,
                              .turn = pass->turn,
                              .reach = pass->core_reach,
@@ -378,11 +384,11 @@ static pli_transform rigid_faces_end_pose(const rigid_faces_meeting* meeting, fl
     const pli_rigid* rigid = meeting->rigid;
     const pli_rigid_state* state = &rigid->state;
     if (rigid->pose_version == meeting->pose_version) {
-        return plii_rigid_move_pose(state->pose, state->linear_velocity, state->angular_velocity, dt);
+        return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
     }
     const pli_vec3 linear = pli_vec3_sub(state->linear_velocity, rigid->given_linear_velocity);
     const pli_vec3 angular = pli_vec3_sub(state->angular_velocity, rigid->given_angular_velocity);
-    return plii_rigid_move_pose(state->pose, linear, angular, dt);
+    return plii_rigid_advance(state->pose, linear, angular, dt);
 }
 
 /* How far a point at the distance `reach` from the centre may leave the box around both ends of its way. */
@@ -391,15 +397,15 @@ static float rigid_faces_bulge(float reach, float angle) {
 }
 
 static rigid_faces_pass rigid_faces_make_pass(pli_body* body, rigid_faces_state* state,
-                                              const rigid_faces_meeting* meeting) {
-    pli_rigid* rigid = meeting->rigid;
-    const pli_shape* shape = rigid->shapes[meeting->shape];
-    const pli_transform shape_pose = rigid->shape_poses[meeting->shape];
+                                              const rigid_faces_meeting* meeting, int meeting_index) {
+    const pli_rigid* rigid = meeting->rigid;
+    const pli_shape* shape = meeting->shape;
+    const pli_transform shape_pose = meeting->shape_pose;
     const bool is_dynamic = rigid->kind == PLI_RIGID_DYNAMIC;
     rigid_faces_pass pass = {.body = body,
                              .state = state,
-                             .rigid = rigid,
-                             .shape = meeting->shape,
+                             .meeting = meeting,
+                             .meeting_index = meeting_index,
                              .hardness = is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
                              .has_links = body->topology->face_count == 0,
                              .begin = meeting->begin,
@@ -420,15 +426,29 @@ static rigid_faces_pass rigid_faces_make_pass(pli_body* body, rigid_faces_state*
     return pass;
 }
 
-static pli_status rigid_faces_collide_shape(pli_body* body, rigid_faces_state* state, pli_rigid* rigid, int shape) {
-    if (rigid->shapes[shape]->def.support == NULL) { return PLI_OK; }
-    if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, state->meeting_count + 1)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", state->meeting_count + 1);
+static void rigid_faces_forget_meetings(rigid_faces_state* state, int count) {
+    while (state->meeting_count > count) {
+        pli_shape_release(state->meetings[--state->meeting_count].shape);
     }
-    const rigid_faces_meeting meeting = {rigid, shape, rigid->pose_version, rigid->state.pose};
-    const rigid_faces_pass pass = rigid_faces_make_pass(body, state, &meeting);
+}
+
+static pli_status rigid_faces_collide_shape(pli_body* body, rigid_faces_state* state, pli_rigid* rigid, int index) {
+    if (rigid->shapes[index]->def.support == NULL) { return PLI_OK; }
+    const int count = state->meeting_count;
+    if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, count + 1)) {
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count + 1);
+    }
+    rigid_faces_meeting* meeting = &state->meetings[count];
+    *meeting = (rigid_faces_meeting){.rigid = rigid,
+                                     .shape_index = index,
+                                     .shape = rigid->shapes[index],
+                                     .shape_pose = rigid->shape_poses[index],
+                                     .pose_version = rigid->pose_version,
+                                     .begin = rigid->state.pose};
+    const rigid_faces_pass pass = rigid_faces_make_pass(body, state, meeting, count);
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
-    state->meetings[state->meeting_count++] = meeting;
+    pli_shape_retain(meeting->shape);
+    ++state->meeting_count;
     return rigid_faces_collide_elements(&pass);
 }
 
@@ -440,7 +460,7 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
         const pli_status status = rigid_faces_collide_shape(body, state, rigid, i);
         if (status != PLI_OK) {
             state->count = before;
-            state->meeting_count = meetings_before;
+            rigid_faces_forget_meetings(state, meetings_before);
             rigid->was_touched = was_touched;
             return status;
         }
@@ -450,17 +470,15 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
 
 // ------------------------------------------------------------------------------------------------------------ solving
 
-/* The contacts of a shape stand together, in the order of the meetings. */
+/* Contacts stand in the order of the meetings. */
 static void rigid_faces_prepare(pli_body* body, void* data, const plii_step* step) {
     rigid_faces_state* state = data;
     int next = 0;
     for (int i = 0; i < state->meeting_count; ++i) {
         const rigid_faces_meeting* meeting = &state->meetings[i];
         const pli_transform end = rigid_faces_end_pose(meeting, step->dt);
-        for (; next < state->count && state->contacts[next].rigid == meeting->rigid &&
-               state->contacts[next].shape == meeting->shape;
-             ++next) {
-            rigid_faces_prepare_contact(body, &state->contacts[next], end);
+        for (; next < state->count && state->contacts[next].meeting == i; ++next) {
+            rigid_faces_prepare_contact(body, meeting, end, &state->contacts[next]);
         }
     }
 }
@@ -480,7 +498,9 @@ static void rigid_faces_push(pli_body* body, const rigid_face_contact* contact, 
     }
 }
 
-static void rigid_faces_sweep(pli_body* body, const rigid_faces_state* state, float dt, bool with_velocities) {
+/* False when no contact had anything to do. */
+static bool rigid_faces_sweep(pli_body* body, const rigid_faces_state* state, float dt, bool with_velocities) {
+    bool has_acted = false;
     for (int i = 0; i < state->count; ++i) {
         const rigid_face_contact* contact = &state->contacts[i];
         const pli_vec3 n = contact->normal;
@@ -497,18 +517,20 @@ static void rigid_faces_sweep(pli_body* body, const rigid_faces_state* state, fl
         rigid_faces_push(body, contact, impulse, dt, with_velocities);
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
         contact->rigid->was_held_back = true;
+        has_acted = true;
     }
+    return has_acted;
 }
 
 static void rigid_faces_solve(pli_body* body, void* data, const plii_step* step) {
-    rigid_faces_sweep(body, data, step->dt, false);
+    (void)rigid_faces_sweep(body, data, step->dt, false);
 }
 
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
 static int rigid_faces_review(pli_body* body, rigid_faces_state* state) {
     const int before = state->count;
     for (int i = 0; i < state->meeting_count; ++i) {
-        rigid_faces_pass pass = rigid_faces_make_pass(body, state, &state->meetings[i]);
+        rigid_faces_pass pass = rigid_faces_make_pass(body, state, &state->meetings[i], i);
         pass.is_review = true;
         if (rigid_faces_collide_elements(&pass) != PLI_OK) { break; }
     }
@@ -521,17 +543,19 @@ static void rigid_faces_finish(pli_body* body, void* data, const plii_step* step
     if (state->meeting_count == 0) { return; }
     for (int i = 0; i < RIGID_FACES_REVIEWS; ++i) {
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            rigid_faces_sweep(body, state, step->dt, true);
+            if (!rigid_faces_sweep(body, state, step->dt, true)) { break; }
         }
-        if (rigid_faces_review(body, state) == 0) { break; }
+        /* Drift iterations lose the start of the step. */
+        if (body->solver.drift_iterations > 0 || rigid_faces_review(body, state) == 0) { break; }
     }
+    rigid_faces_forget_meetings(state, 0);
 }
 
 // -------------------------------------------------------------------------------------------------------- the feature
 
 static void rigid_faces_forget_all(rigid_faces_state* state) {
     state->count = 0;
-    state->meeting_count = 0;
+    rigid_faces_forget_meetings(state, 0);
 }
 
 static void rigid_faces_clear(pli_body* body, void* data, const plii_step* step) {
@@ -548,11 +572,6 @@ static void rigid_faces_forget_rigid(pli_body* body, void* data, const pli_rigid
         if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
     }
     state->count = kept;
-    kept = 0;
-    for (int i = 0; i < state->meeting_count; ++i) {
-        if (state->meetings[i].rigid != rigid) { state->meetings[kept++] = state->meetings[i]; }
-    }
-    state->meeting_count = kept;
 }
 
 static pli_status rigid_faces_enable(pli_body* body, void* data) {
@@ -564,6 +583,7 @@ static pli_status rigid_faces_enable(pli_body* body, void* data) {
 static void rigid_faces_disable(pli_body* body, void* data) {
     rigid_faces_state* state = data;
     --body->sweeping_features;
+    rigid_faces_forget_all(state);
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
     plii_release(body->context, state->meetings, (size_t)state->meeting_capacity * sizeof *state->meetings);
 }

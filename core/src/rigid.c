@@ -248,7 +248,7 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
 
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
     const pli_rigid_state* state = &rigid->state;
-    const pli_transform end = plii_rigid_move_pose(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
     const pli_bounds here = plii_rigid_bounds(rigid), there = rigid_bounds_at(rigid, end);
     return (pli_bounds){plii_vec3_min(here.min, there.min), plii_vec3_max(here.max, there.max)};
 }
@@ -270,7 +270,7 @@ static pli_mat3 rigid_rotation(pli_vec3 turn) {
     return pli_mat3_from_quat((pli_quat){turn.x * scale, turn.y * scale, turn.z * scale, cosf(half)});
 }
 
-pli_transform plii_rigid_move_pose(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
+pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
     const pli_mat3 turn = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
     return (pli_transform){rigid_orthonormalize(pli_mat3_mul(turn, pose.rotation)),
                            pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
@@ -287,7 +287,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     if (rigid->kind == PLI_RIGID_DYNAMIC) {
         state->linear_velocity = pli_vec3_add(state->linear_velocity, pli_vec3_scale(gravity, dt));
     }
-    state->pose = plii_rigid_move_pose(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    state->pose = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
     const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state->angular_velocity, dt));
     state->inverse_inertia_world =
         pli_mat3_mul(pli_mat3_mul(turn, state->inverse_inertia_world), pli_mat3_transpose(turn));

@@ -31,7 +31,7 @@ pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 /* World bounds over all shapes. */
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 /* Where velocities bring a body. */
-pli_transform plii_rigid_move_pose(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
+pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
 /* Of the body here and there. */
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
 

@@ -5,7 +5,7 @@
 
 cmake_minimum_required(VERSION 3.25)
 
-set(forbidden_words aero pressure volume "(^|_)pose" polar anchor soft_contact read_obj
+set(forbidden_words aero pressure volume "(^|_)pose" polar anchor soft_contact face_contact read_obj
     read_tetgen lattice triangle_mesh convex_hull convex_distance gjk penetration "^ccd" rotation_batch self_ node_hash
     crossings)
 foreach(module IN LISTS ALLOWED) # what may be linked may be named

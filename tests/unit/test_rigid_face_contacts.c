@@ -1,0 +1,577 @@
+/* Contacts of faces with convex rigid bodies: nothing small or fast passes a coarse cloth, momentum balances, contacts
+   that are not needed do nothing, ropes, life of contacts, errors. */
+
+#include "check.h"
+
+#include "pierced.h"
+
+#include <pliant/contact.h>
+#include <pliant/cut.h>
+#include <pliant/generate.h>
+#include <pliant/world.h>
+
+#include <stdlib.h>
+
+static const pli_vec3 gravity = {0, -10, 0};
+
+typedef struct fixture {
+    pli_context* context;
+    pli_world* world;
+} fixture;
+
+static int setup(void** state) {
+    fixture* f = calloc(1, sizeof *f);
+    if (f == NULL || pli_context_create(NULL, &f->context) != PLI_OK) { return -1; }
+    *state = f;
+    return pli_world_create(f->context, NULL, &f->world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** state) {
+    fixture* f = *state;
+    pli_world_destroy(f->world);
+    const size_t left = pli_context_allocated_bytes(f->context);
+    pli_context_destroy(f->context);
+    free(f);
+    return left == 0 ? 0 : -1;
+}
+
+/* 1 m x 1 m in cells of 10 cm, 0.2 kg, at y = 0. */
+static pli_body* make_cloth(pli_world* world, int pins, float margin, int iterations) {
+    pli_context* context = pli_world_get_context(world);
+    pli_patch_def sheet = pli_patch_def_default();
+    sheet.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
+    sheet.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
+    sheet.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
+    sheet.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
+    sheet.columns = sheet.rows = 11;
+    sheet.diagonals = true;
+    sheet.pins = pins;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(context, &sheet, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass_from_faces(mesh, 0.2f), PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    def.solver.position_iterations = iterations;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static void enable_faces(pli_body* body) {
+    const pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
+    assert_int_equal(pli_body_enable_rigid_face_contacts(body, &faces), PLI_OK);
+}
+static void enable_nodes(pli_body* body) {
+    const pli_rigid_contacts_def nodes = pli_rigid_contacts_def_default();
+    assert_int_equal(pli_body_enable_rigid_contacts(body, &nodes), PLI_OK);
+}
+
+/* Takes over the shape. `inertia` is diagonal, in the frame of the body. */
+static pli_rigid* make_rigid(pli_world* world, pli_shape* shape, float mass, pli_vec3 inertia, pli_transform pose,
+                             pli_vec3 velocity) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shape_count = 1;
+    def.shapes = &shape;
+    def.state.pose = pose;
+    if (mass > 0) {
+        def.kind = PLI_RIGID_DYNAMIC;
+        def.state.inverse_mass = 1 / mass;
+        def.state.linear_velocity = velocity;
+        const pli_mat3 local = {{{1 / inertia.x, 0, 0}, {0, 1 / inertia.y, 0}, {0, 0, 1 / inertia.z}}};
+        def.state.inverse_inertia_world =
+            pli_mat3_mul(pli_mat3_mul(pose.rotation, local), pli_mat3_transpose(pose.rotation));
+    }
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(world, &def, &rigid), PLI_OK);
+    pli_shape_release(shape);
+    return rigid;
+}
+
+static pli_transform at(float x, float y, float z) {
+    pli_transform pose = pli_transform_identity();
+    pose.origin = pli_vec3_make(x, y, z);
+    return pose;
+}
+
+static pli_rigid* make_ball(pli_world* world, float radius, float mass, pli_vec3 position, pli_vec3 velocity) {
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_sphere(pli_world_get_context(world), radius, &shape), PLI_OK);
+    const float i = 0.4f * mass * radius * radius;
+    return make_rigid(world, shape, mass, pli_vec3_make(i, i, i), at(position.x, position.y, position.z), velocity);
+}
+
+/* A cube with a corner down. */
+static pli_rigid* make_box(pli_world* world, float half, float mass, pli_vec3 position) {
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_box(pli_world_get_context(world), pli_vec3_make(half, half, half), &shape),
+                     PLI_OK);
+    pli_transform pose = at(position.x, position.y, position.z);
+    const float a = 1 / sqrtf(3), b = 1 / sqrtf(2);
+    const pli_vec3 x = {b, -b, 0}, y = {-a, -a, -a};
+    pose.rotation = (pli_mat3){{x, y, pli_vec3_cross(x, y)}};
+    const float i = mass * half * half * 2 / 3;
+    return make_rigid(world, shape, mass, pli_vec3_make(i, i, i), pose, pli_vec3_make(0, 0, 0));
+}
+
+/* A rod of 30 cm along x. */
+static pli_rigid* make_stick(pli_world* world, float mass, pli_vec3 position, pli_vec3 velocity) {
+    const float radius = 0.005f;
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_capsule(pli_world_get_context(world), pli_vec3_make(0.15f, 0, 0), radius, &shape),
+                     PLI_OK);
+    const float across = mass * 0.09f / 12, along = mass * radius * radius / 2;
+    return make_rigid(world, shape, mass, pli_vec3_make(along, across, across), at(position.x, position.y, position.z),
+                      velocity);
+}
+
+/* Steps in which the centre of the body went through the cloth. */
+static int run(pli_world* world, pli_body* cloth, pli_rigid* rigid, float seconds, float dt) {
+    int count = 0;
+    const int steps = (int)(seconds / dt + 0.5f);
+    for (int i = 0; i < steps; ++i) {
+        const pierced_moment before = pierced_look(cloth, pli_rigid_get_state(rigid).pose.origin);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        assert_int_equal(pli_rigid_integrate(rigid, gravity, dt), PLI_OK);
+        const pierced_moment after = pierced_look(cloth, pli_rigid_get_state(rigid).pose.origin);
+        count += pierced_face(cloth, &before, &after) != PLI_NULL_INDEX;
+    }
+    assert_false(pli_body_is_frozen(cloth));
+    return count;
+}
+
+// ------------------------------------------------------------------------------------------------- nothing passes
+
+/* Middle of a face, edge, near a node, edge of two cells. */
+static const float spots[4][2] = {{0.03f, 0.02f}, {0.0f, 0.05f}, {0.003f, 0.002f}, {0.05f, 0.05f}};
+
+static int shoot_ball(fixture* f, float radius, float mass, const float* spot, float height, float dt, int iterations,
+                      bool with_faces, bool with_nodes) {
+    const float margin = 0.005f;
+    pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_CORNERS, margin, iterations);
+    if (with_nodes) { enable_nodes(cloth); }
+    if (with_faces) { enable_faces(cloth); }
+    pli_rigid* ball = make_ball(f->world, radius, mass, pli_vec3_make(spot[0], radius + margin + height, spot[1]),
+                                pli_vec3_make(0, -5, 0));
+    const int count = run(f->world, cloth, ball, 1.0f, dt);
+    pli_rigid_destroy(ball);
+    pli_body_destroy(cloth);
+    return count;
+}
+
+/* Balls of 2 and 4 cm diameter at 5 m/s: 8 cm in a step of 1/60 s. */
+static void test_balls_do_not_pass_a_coarse_cloth(void** state) {
+    fixture* f = *state;
+    for (int c = 0; c < 64; ++c) {
+        const float radius = (c & 1) != 0 ? 0.02f : 0.01f;
+        const float mass = (c & 2) != 0 ? 1 : 0.001f;
+        const float dt = 1.0f / ((c & 4) != 0 ? 120 : 60);
+        const int iterations = (c & 8) != 0 ? 10 : 1;
+        const int passed = shoot_ball(f, radius, mass, spots[c >> 4], 0.03f + 0.007f * (float)(c % 5), dt, iterations,
+                                      true, c % 3 == 0);
+        if (passed != 0) { fail_msg("case %d: the ball passed", c); }
+    }
+}
+
+/* What the feature is for: node contacts alone let the same balls through. */
+static void test_balls_pass_without_face_contacts(void** state) {
+    fixture* f = *state;
+    for (int spot = 0; spot < 2; ++spot) {
+        assert_int_not_equal(shoot_ball(f, 0.01f, 0.001f, spots[spot], 0.03f, 1.0f / 60, 10, false, true), 0);
+        assert_int_not_equal(shoot_ball(f, 0.02f, 1, spots[spot], 0.03f, 1.0f / 60, 10, false, true), 0);
+    }
+}
+
+/* A cube of 10 cm falls 1 m, a corner first; a rod falls flat. */
+static void test_boxes_and_sticks_do_not_pass_a_coarse_cloth(void** state) {
+    fixture* f = *state;
+    for (int c = 0; c < 32; ++c) {
+        const float* spot = spots[c >> 3];
+        const float dt = 1.0f / ((c & 1) != 0 ? 120 : 60);
+        const bool is_box = (c & 4) == 0;
+        /* A box of 1 kg stretches the cloth to twice its size; steps of 1/60 s are too long for that. */
+        const float heavy = is_box ? ((c & 1) != 0 ? 1.0f : 0.1f) : 0.2f;
+        const float mass = (c & 2) != 0 ? heavy : is_box ? 0.05f : 0.01f;
+        pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_CORNERS, 0.005f, 10);
+        enable_nodes(cloth);
+        enable_faces(cloth);
+        pli_rigid* rigid =
+            is_box ? make_box(f->world, 0.05f, mass, pli_vec3_make(spot[0], 1.09f, spot[1]))
+                   : make_stick(f->world, mass, pli_vec3_make(spot[0], 0.04f, spot[1]), pli_vec3_make(0, -3, 0));
+        const int passed = run(f->world, cloth, rigid, 1.0f, dt);
+        if (passed != 0) { fail_msg("case %d: it passed", c); }
+        pli_rigid_destroy(rigid);
+        pli_body_destroy(cloth);
+    }
+}
+
+/* The cloth moves, the needle stands. */
+static void test_a_static_point_stops_a_falling_cloth(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.005f, 10);
+    enable_faces(cloth);
+    assert_int_equal(pli_body_add_velocity(cloth, pli_vec3_make(0, -6, 0)), PLI_OK);
+    pli_rigid* ball = make_ball(f->world, 0.01f, 0, pli_vec3_make(0.03f, -0.2f, 0.02f), pli_vec3_make(0, 0, 0));
+    assert_int_equal(run(f->world, cloth, ball, 0.5f, 1.0f / 60), 0);
+    /* It is thrown about by the ball; in free fall it would be at -4.5. */
+    const pli_bounds bounds = pli_body_get_bounds(cloth);
+    assert_true(bounds.max.y > -0.5f);
+    assert_true(bounds.min.y > -1.2f);
+}
+
+/* A rope has no faces: its links meet a rod that falls across between two nodes. */
+static void test_a_stick_does_not_pass_a_rope(void** state) {
+    fixture* f = *state;
+    for (int with = 0; with < 2; ++with) {
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_rope(f->context, pli_vec3_make(0, 0, -0.4f), pli_vec3_make(0, 0, 0.4f), 3,
+                                              PLI_ROPE_PIN_FIRST | PLI_ROPE_PIN_LAST, &mesh),
+                         PLI_OK);
+        assert_int_equal(pli_mesh_set_total_mass(mesh, 0.1f), PLI_OK);
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.005f;
+        def.solver.position_iterations = 10;
+        pli_body* rope = NULL;
+        assert_int_equal(pli_body_create(f->world, mesh, &def, &rope), PLI_OK);
+        pli_mesh_destroy(mesh);
+        enable_nodes(rope);
+        if (with != 0) { enable_faces(rope); }
+        pli_rigid* stick = make_stick(f->world, 0.05f, pli_vec3_make(0, 0.1f, 0.09f), pli_vec3_make(0, -5, 0));
+        int contacts = 0;
+        float y = 0;
+        for (int i = 0; i < 12; ++i) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+            pli_rigid_face_contact contact;
+            if (pli_body_get_rigid_face_contacts(rope, 1, &contact) > 0) {
+                ++contacts;
+                assert_int_equal(contact.face, PLI_NULL_INDEX);
+                assert_in_range(contact.link, 0, 3);
+                check_near(contact.weights[0] + contact.weights[1], 1, 1e-6);
+                check_near(contact.weights[2], 0, 0);
+            }
+            assert_int_equal(pli_rigid_integrate(stick, gravity, 1.0f / 60), PLI_OK);
+            y = pli_rigid_get_state(stick).pose.origin.y;
+        }
+        assert_int_equal(contacts > 0, with);
+        assert_int_equal(y > -0.4f, with); /* free fall: -1.1 */
+        pli_rigid_destroy(stick);
+        pli_body_destroy(rope);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------- physics
+
+static void test_face_contacts_keep_momentum(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+    enable_faces(cloth);
+    const float mass = 0.05f;
+    pli_rigid* ball = make_ball(f->world, 0.02f, mass, pli_vec3_make(0.03f, 0.06f, 0.02f), pli_vec3_make(1, -5, 0.5f));
+    bool was_held_back = false;
+    for (int i = 0; i < 30; ++i) {
+        const pli_vec3 before =
+            pli_vec3_add(pli_body_momentum(cloth), pli_vec3_scale(pli_rigid_get_state(ball).linear_velocity, mass));
+        assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+        const pli_vec3 after =
+            pli_vec3_add(pli_body_momentum(cloth), pli_vec3_scale(pli_rigid_get_state(ball).linear_velocity, mass));
+        check_at_most(pli_vec3_length(pli_vec3_sub(after, before)), 1e-6);
+        assert_true(pli_rigid_was_touched(ball) || !pli_rigid_was_held_back(ball));
+        was_held_back = was_held_back || pli_rigid_was_held_back(ball);
+        assert_int_equal(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), 1.0f / 60), PLI_OK);
+    }
+    assert_true(was_held_back);
+    /* The ball hit 0.2 kg with 0.25 kg m/s. */
+    assert_true(pli_body_momentum(cloth).y < -0.1f);
+}
+
+/* One face of pinned nodes: the ball loses exactly the speed that would bring it nearer than the margin. */
+static void test_a_pinned_face_stops_a_ball_at_the_margin(void** state) {
+    fixture* f = *state;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+    const pli_vec3 corners[3] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}};
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(pli_mesh_append_node(mesh, corners[i], 0, NULL), PLI_OK);
+    }
+    assert_int_equal(pli_mesh_append_face(mesh, 0, 1, 2, 0, NULL), PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.01f;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(f->world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    enable_faces(body);
+    pli_rigid* ball = make_ball(f->world, 0.02f, 1, pli_vec3_make(0.25f, 0.1f, 0.5f), pli_vec3_make(0, -30, 0));
+    const float dt = 1.0f / 60;
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    pli_rigid_face_contact contact;
+    assert_int_equal(pli_body_get_rigid_face_contacts(body, 1, &contact), 1);
+    assert_int_equal(contact.face, 0);
+    assert_int_equal(contact.link, PLI_NULL_INDEX);
+    assert_ptr_equal(contact.rigid, ball);
+    assert_int_equal(contact.shape, 0);
+    check_near(contact.weights[0], 0.25, 1e-6);
+    check_near(contact.weights[1], 0.5, 1e-6);
+    check_near(contact.weights[2], 0.25, 1e-6);
+    check_near(contact.normal.y, -1, 1e-6);
+    check_near(contact.distance, 0.1 - 0.5 - 0.02 - 0.01, 1e-6);
+    check_near(pli_rigid_get_state(ball).linear_velocity.y, -(0.1 - 0.03) * 60, 2e-5);
+    /* On its way up again nothing holds it. */
+    pli_rigid_state up = pli_rigid_get_state(ball);
+    up.linear_velocity = pli_vec3_make(0, 1, 0);
+    up.pose.origin.y = 0.035f;
+    assert_int_equal(pli_rigid_set_state(ball, &up), PLI_OK);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    check_near(pli_rigid_get_state(ball).linear_velocity.y, 1, 0);
+    assert_false(pli_rigid_was_held_back(ball));
+}
+
+/* A host that moves its bodies before the solve, as Bullet does, and once more after it ends at the same place. */
+static void test_hosts_that_move_bodies_before_the_solve(void** state) {
+    fixture* f = *state;
+    const float dt = 1.0f / 60;
+    pli_rigid_state ends[2];
+    for (int moves_early = 0; moves_early < 2; ++moves_early) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+        enable_faces(cloth);
+        pli_rigid* ball =
+            make_ball(f->world, 0.01f, 0.01f, pli_vec3_make(0.03f, 0.05f, 0.02f), pli_vec3_make(0.3f, -5, 0));
+        for (int i = 0; i < 5; ++i) {
+            const pli_rigid_state begin = pli_rigid_get_state(ball);
+            assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+            assert_int_equal(pli_world_collide_rigid(f->world, cloth, ball), PLI_OK);
+            pli_rigid_state moved = begin;
+            moved.pose.origin = pli_vec3_add(moved.pose.origin, pli_vec3_scale(begin.linear_velocity, dt));
+            if (moves_early != 0) { assert_int_equal(pli_rigid_set_state(ball, &moved), PLI_OK); }
+            assert_int_equal(pli_world_solve(f->world), PLI_OK);
+            pli_rigid_state end = pli_rigid_get_state(ball);
+            const pli_vec3 change = pli_vec3_sub(end.linear_velocity, begin.linear_velocity);
+            end.pose.origin = pli_vec3_add(moved.pose.origin, pli_vec3_scale(change, dt));
+            if (pli_rigid_was_held_back(ball)) { assert_true(pli_vec3_length(change) > 0); }
+            assert_int_equal(pli_rigid_set_state(ball, &end), PLI_OK);
+        }
+        ends[moves_early] = pli_rigid_get_state(ball);
+        pli_rigid_destroy(ball);
+        pli_body_destroy(cloth);
+    }
+    assert_true(ends[0].linear_velocity.y > -4.0f);
+    check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].pose.origin, ends[1].pose.origin)), 2e-4);
+    check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].linear_velocity, ends[1].linear_velocity)), 2e-2);
+}
+
+/* Contacts stay as they were made when the host changes the shapes before the solve. */
+static void test_shapes_may_change_before_the_solve(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+    enable_faces(cloth);
+    pli_rigid* ball = make_ball(f->world, 0.01f, 0.1f, pli_vec3_make(0.03f, 0.05f, 0.02f), pli_vec3_make(0, -5, 0));
+    assert_int_equal(pli_world_predict(f->world, 1.0f / 60), PLI_OK);
+    assert_int_equal(pli_world_collide_rigid(f->world, cloth, ball), PLI_OK);
+    assert_int_equal(pli_rigid_set_shapes(ball, 0, NULL, NULL), PLI_OK);
+    assert_int_equal(pli_world_solve(f->world), PLI_OK);
+    assert_true(pli_rigid_was_held_back(ball));
+    assert_true(pli_rigid_get_state(ball).linear_velocity.y > -4.9f);
+}
+
+/* Cloth that lies on a table lies there as with node contacts alone. */
+static void test_resting_cloth_is_as_with_nodes_alone(void** state) {
+    fixture* f = *state;
+    float heights[2];
+    for (int with = 0; with < 2; ++with) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+        enable_nodes(cloth);
+        if (with != 0) { enable_faces(cloth); }
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(2, 0.5f, 2), &shape), PLI_OK);
+        pli_rigid* table =
+            make_rigid(f->world, shape, 0, pli_vec3_make(1, 1, 1), at(0, -0.53f, 0), pli_vec3_make(0, 0, 0));
+        for (int i = 0; i < 240; ++i) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+        }
+        const pli_body_view view = pli_body_get_view(cloth);
+        heights[with] = 0;
+        for (int i = 0; i < view.node_count; ++i) {
+            heights[with] += view.positions[i].y / (float)view.node_count;
+        }
+        check_at_most(pli_body_kinetic_energy(cloth), 1e-3);
+        pli_rigid_destroy(table);
+        pli_body_destroy(cloth);
+    }
+    check_near(heights[0], -0.01, 3e-3);
+    check_near(heights[1], heights[0], 1e-3);
+}
+
+static uint64_t hash_of_a_run(fixture* f) {
+    pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10, 0.005f, 4);
+    enable_faces(cloth);
+    pli_rigid* box = make_box(f->world, 0.05f, 0.1f, pli_vec3_make(0.03f, 0.2f, 0.02f));
+    (void)run(f->world, cloth, box, 0.5f, 1.0f / 60);
+    const uint64_t hash = pli_body_state_hash(cloth);
+    pli_rigid_destroy(box);
+    pli_body_destroy(cloth);
+    return hash;
+}
+
+static void test_face_contacts_repeat_bit_for_bit(void** state) {
+    fixture* f = *state;
+    assert_true(hash_of_a_run(f) == hash_of_a_run(f));
+}
+
+// ------------------------------------------------------------------------------------------------ life of contacts
+
+static void test_face_contacts_come_and_go(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+    const size_t bytes = pli_body_bytes(cloth);
+    enable_faces(cloth);
+    pli_rigid* ball = make_ball(f->world, 0.02f, 0.1f, pli_vec3_make(0.03f, 0.03f, 0.02f), pli_vec3_make(0, -5, 0));
+    assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    const int count = pli_body_get_rigid_face_contacts(cloth, 0, NULL);
+    assert_true(count > 0);
+    /* No room: nothing is written, the count is told. */
+    pli_rigid_face_contact contact = {.face = 77};
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, &contact), count);
+    assert_int_equal(contact.face, 77);
+    const size_t bytes_enabled = pli_body_bytes(cloth);
+    assert_true(bytes_enabled > bytes);
+
+    pli_rigid_destroy(ball);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+    ball = make_ball(f->world, 0.02f, 0.1f, pli_vec3_make(0.03f, -0.07f, 0.02f), pli_vec3_make(0, 0, 0));
+    pli_body_disable_rigid_face_contacts(cloth);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+    assert_true(pli_body_bytes(cloth) < bytes_enabled);
+    pli_body_disable_rigid_face_contacts(cloth);
+    assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    assert_false(pli_rigid_was_touched(ball));
+}
+
+static void test_cutting_ends_face_contacts(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+    enable_faces(cloth);
+    make_ball(f->world, 0.02f, 0.1f, pli_vec3_make(0.03f, 0.03f, 0.02f), pli_vec3_make(0, -5, 0));
+    assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    assert_true(pli_body_get_rigid_face_contacts(cloth, 0, NULL) > 0);
+    assert_int_equal(pli_body_cut_link(cloth, 0, 1, 0.5f), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    }
+    assert_false(pli_body_is_frozen(cloth));
+}
+
+static void test_steps_with_face_contacts_allocate_nothing(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_CORNERS, 0.005f, 10);
+    enable_faces(cloth);
+    pli_rigid* ball = make_ball(f->world, 0.02f, 0.005f, pli_vec3_make(0.03f, 0.03f, 0.02f), pli_vec3_make(0, -1, 0));
+    assert_int_equal(run(f->world, cloth, ball, 2, 1.0f / 60), 0);
+    const uint64_t before = pli_context_allocation_count(f->context);
+    assert_int_equal(run(f->world, cloth, ball, 1, 1.0f / 60), 0);
+    assert_int_equal(pli_context_allocation_count(f->context) - before, 0);
+    assert_true(pli_body_get_rigid_face_contacts(cloth, 0, NULL) > 0);
+}
+
+/* Planes and open shapes without a support function are left to the nodes. */
+static void test_planes_have_no_face_contacts(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+    enable_faces(cloth);
+    pli_shape* plane = NULL;
+    assert_int_equal(pli_shape_create_plane(f->context, pli_vec3_make(0, 1, 0), 0, &plane), PLI_OK);
+    make_rigid(f->world, plane, 0, pli_vec3_make(1, 1, 1), pli_transform_identity(), pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+}
+
+static void bad_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                          pli_vec3* normals) {
+    (void)user;
+    (void)points;
+    (void)max_distance;
+    for (int i = 0; i < count; ++i) {
+        distances[i] = 1;
+        normals[i] = pli_vec3_make(0, 1, 0);
+    }
+}
+static pli_bounds bad_bounds(const void* user) {
+    (void)user;
+    return (pli_bounds){{-1, -1, -1}, {1, 1, 1}};
+}
+static pli_vec3 bad_support(const void* user, pli_vec3 direction) {
+    (void)user;
+    (void)direction;
+    return pli_vec3_make(NAN, 0, 0);
+}
+
+static void test_a_broken_support_makes_no_contacts(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+    enable_faces(cloth);
+    pli_shape_def def = pli_shape_def_default();
+    def.distances = bad_distances;
+    def.bounds = bad_bounds;
+    def.support = bad_support;
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create(f->context, &def, &shape), PLI_OK);
+    make_rigid(f->world, shape, 0, pli_vec3_make(1, 1, 1), pli_transform_identity(), pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_face_contacts(cloth, 0, NULL), 0);
+    assert_false(pli_body_is_frozen(cloth));
+}
+
+static void check_refused(fixture* f, pli_body* body, pli_rigid_face_contacts_def def, pli_status status,
+                          const char* message) {
+    assert_int_equal(pli_body_enable_rigid_face_contacts(body, &def), status);
+    assert_non_null(strstr(pli_last_error(f->context), message));
+}
+
+static void test_face_contacts_refuse_bad_input(void** state) {
+    fixture* f = *state;
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+    const pli_rigid_face_contacts_def good = pli_rigid_face_contacts_def_default();
+    pli_rigid_face_contacts_def def = good;
+    assert_int_equal(pli_body_enable_rigid_face_contacts(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_enable_rigid_face_contacts(cloth, NULL), PLI_ERROR_NULL_ARGUMENT);
+    def.cookie = 0;
+    check_refused(f, cloth, def, PLI_ERROR_INVALID_DEF, "pli_rigid_face_contacts_def_default");
+    def = good;
+    def.friction = -1;
+    check_refused(f, cloth, def, PLI_ERROR_INVALID_VALUE, "friction is -1");
+    def.friction = NAN;
+    check_refused(f, cloth, def, PLI_ERROR_NOT_FINITE, "friction");
+    def = good;
+    def.dynamic_hardness = 1.5f;
+    check_refused(f, cloth, def, PLI_ERROR_INVALID_VALUE, "dynamic_hardness is 1.5");
+    def = good;
+    def.static_hardness = INFINITY;
+    check_refused(f, cloth, def, PLI_ERROR_NOT_FINITE, "static_hardness");
+    assert_int_equal(pli_body_get_rigid_face_contacts(NULL, 0, NULL), 0);
+    pli_body_disable_rigid_face_contacts(NULL);
+    assert_false(pli_rigid_was_held_back(NULL));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_balls_do_not_pass_a_coarse_cloth, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_balls_pass_without_face_contacts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_boxes_and_sticks_do_not_pass_a_coarse_cloth, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_static_point_stops_a_falling_cloth, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_stick_does_not_pass_a_rope, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_face_contacts_keep_momentum, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_pinned_face_stops_a_ball_at_the_margin, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hosts_that_move_bodies_before_the_solve, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_face_contacts_come_and_go, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_cutting_ends_face_contacts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_steps_with_face_contacts_allocate_nothing, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_planes_have_no_face_contacts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
