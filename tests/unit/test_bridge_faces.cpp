@@ -55,7 +55,7 @@ int shoot(btCollisionShape* shape, btScalar mass, btVector3 position, btScalar s
     const pli_body* cloth = add_cloth(bridge, with_faces);
     btRigidBody& body = stock.add_body(shape, mass, position, rotation);
     body.setLinearVelocity(btVector3(0, -speed, 0));
-    return run(stock, cloth, body, 1.0, dt);
+    return run(stock, cloth, body, 0.8, dt);
 }
 
 const btScalar spots[4][2] = {{btScalar(0.03), btScalar(0.02)},
@@ -64,11 +64,11 @@ const btScalar spots[4][2] = {{btScalar(0.03), btScalar(0.02)},
                               {btScalar(0.05), btScalar(0.05)}};
 
 void test_balls_do_not_pass_a_coarse_cloth(void**) {
-    for (int c = 0; c < 32; ++c) {
+    for (int c = 0; c < 16; ++c) {
         const btScalar radius = (c & 1) != 0 ? btScalar(0.02) : btScalar(0.01);
         const btScalar mass = (c & 2) != 0 ? btScalar(1) : btScalar(0.001);
         const btScalar dt = btScalar(1) / ((c & 4) != 0 ? 120 : 60);
-        const btScalar* spot = spots[c >> 3];
+        const btScalar* spot = spots[(c + (c >> 2)) & 3];
         const btScalar height = radius + btScalar(0.035) + btScalar(0.007) * btScalar(c % 5);
         const int passed = shoot(new btSphereShape(radius), mass, btVector3(spot[0], height, spot[1]), 5,
                                  btQuaternion::getIdentity(), dt, pliant::CollisionMode::exact, true);
