@@ -59,6 +59,9 @@ void Bridge::forget(const btCollisionObject& object) {
 void Bridge::refresh(const btCollisionObject& object) {
     impl_->refresh(object);
 }
+pli_status Bridge::use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def) {
+    return impl_->use_sampled_mesh(object, def);
+}
 void Bridge::set_before_solve(std::function<void()> hook) {
     impl_->before_solve = std::move(hook);
 }

@@ -133,7 +133,7 @@ pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
     if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
     std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
     if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
-    if (proxy->prepare({context, mode, surface_thickness}, world) != PLI_OK && proxy->rigid() == nullptr) {
+    if (proxy->prepare({context, mode, surface_thickness, nullptr}, world) != PLI_OK && proxy->rigid() == nullptr) {
         if (proxy->pair_count == 0) { proxies_.erase(&object); }
         return nullptr;
     }
@@ -150,12 +150,38 @@ void Bridge::Impl::forget(const btCollisionObject& object) {
         proxies_.erase(place);
     } else {
         place->second->drop_rigid();
+        place->second->use_sampled_mesh(std::nullopt);
     }
 }
 
 void Bridge::Impl::refresh(const btCollisionObject& object) {
     const auto place = proxies_.find(&object);
     if (place != proxies_.end()) { place->second->refresh(); }
+}
+
+pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def) {
+    if (status != PLI_OK) { return status; }
+    if (bullet_world_ == nullptr || is_stepping()) { return PLI_ERROR_WRONG_STATE; }
+    const btCollisionShape* shape = object.getCollisionShape();
+    if (shape == nullptr || !has_triangles(*shape)) { return PLI_ERROR_INVALID_VALUE; }
+    const bool was_known = proxies_.count(&object) > 0;
+    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
+    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    const ShapeOptions options{context, mode, surface_thickness, nullptr};
+    const std::optional<pli_sampled_mesh_def> before = proxy->sampled_mesh();
+    proxy->use_sampled_mesh(def);
+    const pli_status result = proxy->prepare(options, world);
+    if (result == PLI_OK) {
+        proxy->is_pinned = true;
+        return proxy->set_present_state();
+    }
+    if (!was_known) {
+        proxies_.erase(&object);
+        return result;
+    }
+    proxy->use_sampled_mesh(before);
+    (void)proxy->prepare(options, world);
+    return result;
 }
 
 // A pinned proxy whose object was removed from the world must not be read: the object may be deleted.
@@ -227,7 +253,7 @@ void Bridge::Impl::collide_pairs() {
             return place_a < place_b;
         });
     }
-    const ShapeOptions options{context, mode, surface_thickness};
+    const ShapeOptions options{context, mode, surface_thickness, nullptr};
     for (PairAlgorithm* pair : pairs_) {
         if (pair == nullptr) { continue; }
         pair->collected_index = -1;
@@ -246,7 +272,7 @@ void Bridge::Impl::collide_pairs() {
 void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.present_step == step_) { return; }
     proxy.present_step = step_;
-    note(proxy.prepare({context, mode, surface_thickness}, world));
+    note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
 }
 

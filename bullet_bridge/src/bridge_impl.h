@@ -46,6 +46,7 @@ public:
     pli_rigid* pin_proxy(const btCollisionObject& object);
     void forget(const btCollisionObject& object);
     void refresh(const btCollisionObject& object);
+    pli_status use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def);
     void detach();
 
     pli_status status = PLI_OK;

@@ -93,7 +93,9 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     if (fingerprint == fingerprint_) { return shape_status_; }
     fingerprint_ = fingerprint;
     parts_.clear();
-    shape_status_ = make_shape_parts(*object_->getCollisionShape(), options, parts_);
+    ShapeOptions own_options = options;
+    own_options.sampled_mesh = sampled_mesh_ ? &*sampled_mesh_ : nullptr;
+    shape_status_ = make_shape_parts(*object_->getCollisionShape(), own_options, parts_);
     shapes_.clear();
     poses_.clear();
     convex_shapes_.clear();

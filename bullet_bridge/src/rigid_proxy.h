@@ -6,6 +6,8 @@
 #include "bridge_impl.h"
 #include "shapes.h"
 
+#include <optional>
+
 class btRigidBody;
 
 namespace pliant {
@@ -43,6 +45,12 @@ public:
     void drop_rigid();
     /// The shapes were edited in place.
     void refresh() { fingerprint_ = 0; }
+    /// Whether and how triangles are sampled, from the next prepare() on.
+    void use_sampled_mesh(const std::optional<pli_sampled_mesh_def>& def) {
+        sampled_mesh_ = def;
+        refresh();
+    }
+    const std::optional<pli_sampled_mesh_def>& sampled_mesh() const { return sampled_mesh_; }
 
     int pair_count = 0;        ///< algorithms that use it
     bool is_pinned = false;    ///< the user has it
@@ -61,6 +69,7 @@ private:
     pli_rigid_state captured_{};
     btTransform captured_pose_;
     pli_rigid_state present_{};
+    std::optional<pli_sampled_mesh_def> sampled_mesh_;
     std::vector<ShapePart> parts_;
     bool has_slabs_ = false;
     std::uint64_t fingerprint_ = 0;

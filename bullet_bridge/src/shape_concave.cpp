@@ -4,13 +4,12 @@
 
 #include "convert.h"
 #include "shapes.h"
+#include "triangle_copy.h"
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <new>
 
 namespace pliant {
@@ -131,33 +130,6 @@ pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape,
     return status;
 }
 
-// ----------------------------------------------------------------------------------- triangles copied into the core
-
-class TriangleCopy final : public btTriangleCallback {
-public:
-    static constexpr std::size_t limit = 65536; ///< triangles; more are not worth a copy
-
-    void processTriangle(btVector3* corners, int, int) override {
-        if (++count_ > limit) { return; }
-        for (int i = 0; i < 3; ++i) {
-            const pli_vec3 p = to_pli(corners[i]);
-            // Corners are shared when they are the same point: the sign at edges needs the neighbours.
-            const auto [place, is_new] = index_.try_emplace({p.x, p.y, p.z}, static_cast<int>(points.size()));
-            if (is_new) { points.push_back(p); }
-            triangles.push_back(place->second);
-        }
-    }
-
-    bool is_complete() const { return count_ <= limit; }
-
-    std::vector<pli_vec3> points;
-    std::vector<int> triangles;
-
-private:
-    std::size_t count_ = 0;
-    std::map<std::array<float, 3>, int> index_;
-};
-
 } // namespace
 
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
@@ -166,7 +138,7 @@ pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape,
     const int type = shape.getShapeType();
     const bool may_change = type == TERRAIN_SHAPE_PROXYTYPE || type == GIMPACT_SHAPE_PROXYTYPE;
     if (!may_change) {
-        TriangleCopy copy;
+        TriangleCopy copy(65536); // more are not worth a copy
         btVector3 low, high;
         shape.getAabb(btTransform::getIdentity(), low, high);
         shape.processAllTriangles(&copy, low, high);

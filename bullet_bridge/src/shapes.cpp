@@ -77,6 +77,9 @@ pli_status make_exact_convex(pli_context* context, const btConvexShape& shape, S
 }
 
 pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options, ShapePart& part) {
+    if (options.sampled_mesh != nullptr && has_triangles(shape)) {
+        return make_sampled_shape(shape, options, part.shape);
+    }
     const bool is_reference = options.mode == CollisionMode::reference;
     if (shape.isConvex()) {
         const auto& convex = static_cast<const btConvexShape&>(shape);

@@ -33,7 +33,8 @@ struct ShapePart {
 struct ShapeOptions {
     pli_context* context;
     CollisionMode mode;
-    float surface_thickness; ///< m, of open triangle surfaces
+    float surface_thickness;                  ///< m, of open triangle surfaces
+    const pli_sampled_mesh_def* sampled_mesh; ///< null: triangles are not sampled
 };
 
 /// Appends the leaves of `shape`. Leaves that the core cannot use (a radius of zero) are left out and reported by the
@@ -55,6 +56,11 @@ pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, 
 /// point.
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
                               ShapePointer& result);
+
+/// Whether a shape or one of its children is a mesh of triangles.
+bool has_triangles(const btCollisionShape& shape);
+/// The solid inside of the triangles of such a leaf.
+pli_status make_sampled_shape(const btCollisionShape& shape, const ShapeOptions& options, ShapePointer& result);
 
 /// Bounds at the identity transform.
 pli_bounds local_bounds(const btCollisionShape& shape);

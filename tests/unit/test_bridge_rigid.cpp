@@ -2,6 +2,7 @@
 #include "check.h"
 #include "test_bridge_world.h"
 
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletSoftBody/btSoftBody.h>
 
 using namespace bridge_test;
@@ -332,6 +333,165 @@ static void test_a_foreign_soft_body_is_left_alone(void**) {
     stock.world->removeCollisionObject(&soft);
 }
 
+// ------------------------------------------------------------------------------------- triangle meshes, sampled
+
+namespace {
+
+constexpr int mesh_rings = 12, mesh_segments = 24;
+
+// A pear of 2 m height, round the y axis, faces outward.
+class PearMesh {
+public:
+    explicit PearMesh(int removed = 0) {
+        const int points = mesh_rings * mesh_segments;
+        const double pi = 3.14159265358979;
+        for (int i = 0; i < mesh_rings; ++i) {
+            const double polar = pi * (i + 1) / (mesh_rings + 1);
+            const double radius = std::sin(polar) * (0.65 - 0.25 * std::cos(polar));
+            for (int j = 0; j < mesh_segments; ++j) {
+                const double turn = 2 * pi * j / mesh_segments;
+                add_point(radius * std::cos(turn), std::cos(polar), radius * std::sin(turn));
+            }
+        }
+        add_point(0, 1, 0);
+        add_point(0, -1, 0);
+        for (int j = 0; j < mesh_segments; ++j) {
+            const int next = (j + 1) % mesh_segments, last = (mesh_rings - 1) * mesh_segments;
+            add_triangle(points, next, j);
+            add_triangle(points + 1, last + j, last + next);
+            for (int i = 0; i + 1 < mesh_rings; ++i) {
+                const int a = i * mesh_segments + j, b = i * mesh_segments + next;
+                add_triangle(a, b, a + mesh_segments);
+                add_triangle(b, b + mesh_segments, a + mesh_segments);
+            }
+        }
+        indices.resize(indices.size() - static_cast<std::size_t>(3 * removed));
+        mesh = std::make_unique<btTriangleIndexVertexArray>(static_cast<int>(indices.size() / 3), indices.data(),
+                                                            static_cast<int>(3 * sizeof(int)), points + 2,
+                                                            coordinates.data(), static_cast<int>(3 * sizeof(btScalar)));
+    }
+
+    std::vector<btScalar> coordinates;
+    std::vector<int> indices;
+    std::unique_ptr<btTriangleIndexVertexArray> mesh;
+
+private:
+    void add_point(double x, double y, double z) {
+        for (const double c : {x, y, z}) {
+            coordinates.push_back(static_cast<btScalar>(c));
+        }
+    }
+    void add_triangle(int a, int b, int c) { indices.insert(indices.end(), {a, b, c}); }
+};
+
+float deepest_in(const pli_rigid* rigid, const pli_shape* shape, const pli_body* body) {
+    const pli_transform pose = pli_rigid_get_state(rigid).pose;
+    const pli_body_view view = pli_body_get_view(body);
+    float deepest = 10;
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 p = view.positions[i];
+        const pli_vec3 local = pli_transform_inverse_point(pose, pli_vec3_make(p.x, p.y, p.z));
+        deepest = std::min(deepest, pli_shape_distance(shape, local, nullptr));
+    }
+    return deepest;
+}
+
+pli_shape* exact_pear(pli_context* context, const PearMesh& pear) {
+    std::vector<pli_vec3> points;
+    for (std::size_t i = 0; i < pear.coordinates.size(); i += 3) {
+        points.push_back(pli_vec3_make(static_cast<float>(pear.coordinates[i]),
+                                       static_cast<float>(pear.coordinates[i + 1]),
+                                       static_cast<float>(pear.coordinates[i + 2])));
+    }
+    pli_shape* shape = nullptr;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, static_cast<int>(points.size()), points.data(),
+                                                    static_cast<int>(pear.indices.size() / 3), pear.indices.data(),
+                                                    0.1f, &shape),
+                     PLI_OK);
+    return shape;
+}
+
+} // namespace
+
+// The pear turns slowly under the sheet, in either mode.
+static void test_a_sheet_falls_on_a_kinematic_sampled_mesh(void**) {
+    for (const pliant::CollisionMode mode : {pliant::CollisionMode::exact, pliant::CollisionMode::reference}) {
+        StockWorld stock;
+        PearMesh pear;
+        btRigidBody& body = stock.add_body(new btBvhTriangleMeshShape(pear.mesh.get(), true), 0, btVector3(1, 0, 2));
+        body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+        body.setActivationState(DISABLE_DEACTIVATION);
+        body.setFriction(1);
+        pliant::BridgeDef def;
+        def.mode = mode;
+        pliant::Bridge bridge(*stock.world, def);
+        pli_sampled_mesh_def sampling = pli_sampled_mesh_def_default();
+        sampling.cell_size = 0.06f;
+        assert_int_equal(bridge.use_sampled_mesh(body, sampling), PLI_OK);
+        pli_body* sheet = add_sheet(bridge, 1.6f, 1.3f, 21, 0, 1, 2, 0.05f);
+        pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+        contacts.static_hardness = 1;
+        contacts.friction = 1;
+        pli_body_disable_rigid_contacts(sheet);
+        assert_int_equal(pli_body_enable_rigid_contacts(sheet, &contacts), PLI_OK);
+        pli_shape* shape = exact_pear(bridge.context(), pear);
+        float deepest = 1;
+        for (int i = 0; i < 70; ++i) {
+            btTransform pose(btQuaternion(btVector3(0, 1, 0), btScalar(0.005) * btScalar(i)), btVector3(1, 0, 2));
+            body.getMotionState()->setWorldTransform(pose);
+            stock.step(1);
+            assert_int_equal(bridge.step_status(), PLI_OK);
+            deepest = std::min(deepest, deepest_in(bridge.rigid(body), shape, sheet));
+        }
+        pli_shape_release(shape);
+        assert_true(deepest > -0.05f);
+        assert_true(highest(sheet) > 0.9f);
+        assert_true(lowest(sheet) > -0.5f);
+    }
+}
+
+// Movable: a convex mesh, with a scaling.
+static void test_momentum_is_conserved_when_a_sampled_mesh_hits_a_free_sheet(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    PearMesh pear;
+    auto* shape = new btConvexTriangleMeshShape(pear.mesh.get());
+    shape->setLocalScaling(btVector3(btScalar(0.5), btScalar(0.5), btScalar(0.5)));
+    btRigidBody& body = stock.add_body(shape, 1, btVector3(btScalar(0.1), 1, 0));
+    body.setLinearVelocity(btVector3(0, -2, btScalar(0.2)));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 0, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* sheet = add_sheet(bridge, 2, 0, 21);
+    assert_int_equal(bridge.use_sampled_mesh(body), PLI_OK);
+    const btVector3 before = total_momentum(body, sheet);
+    stock.step(60);
+    const btVector3 after = total_momentum(body, sheet);
+    assert_true(body.getLinearVelocity().y() > btScalar(-1.5));
+    check_at_most((after - before).length() / before.length(), 1e-5);
+}
+
+static void test_use_of_sampled_meshes_is_refused_where_there_is_no_solid(void**) {
+    StockWorld stock;
+    PearMesh pear;
+    constexpr int some = mesh_rings * mesh_segments * 2 - 20;
+    PearMesh shred(some);
+    btRigidBody& box = stock.add_box(btVector3(1, 1, 1), 1, btVector3(0, 0, 0));
+    btRigidBody& closed = stock.add_body(new btBvhTriangleMeshShape(pear.mesh.get(), true), 0, btVector3(3, 0, 0));
+    btRigidBody& open = stock.add_body(new btBvhTriangleMeshShape(shred.mesh.get(), true), 0, btVector3(6, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    assert_int_equal(bridge.use_sampled_mesh(box), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(bridge.use_sampled_mesh(open), PLI_ERROR_INVALID_MESH);
+    assert_non_null(bridge.rigid(open)); // as it was
+    pli_sampled_mesh_def tiny = pli_sampled_mesh_def_default();
+    tiny.cell_size = 0.001f;
+    assert_int_equal(bridge.use_sampled_mesh(closed, tiny), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(bridge.use_sampled_mesh(closed), PLI_OK);
+    assert_int_equal(bridge.use_sampled_mesh(closed, tiny), PLI_ERROR_INVALID_VALUE);
+    bridge.forget(closed);
+    bridge.detach();
+    assert_int_equal(bridge.use_sampled_mesh(closed), PLI_ERROR_WRONG_STATE);
+}
+
 int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_pinned_sheet_catches_a_ball),
@@ -348,6 +508,10 @@ int main() {
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),
         cmocka_unit_test(test_a_foreign_soft_body_is_left_alone),
+        cmocka_unit_test(test_a_sheet_falls_on_a_kinematic_sampled_mesh),
+        cmocka_unit_test(test_momentum_is_conserved_when_a_sampled_mesh_hits_a_free_sheet),
+        cmocka_unit_test(test_use_of_sampled_meshes_is_refused_where_there_is_no_solid),
     };
+
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

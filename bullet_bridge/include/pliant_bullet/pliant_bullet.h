@@ -78,6 +78,16 @@ public:
     /// pointer, the type, scaling, margin and children are noticed without it.
     void refresh(const btCollisionObject& object);
 
+    /// From now on the triangle meshes of an object (btBvhTriangleMeshShape, btGImpactMeshShape,
+    /// btConvexTriangleMeshShape and others that yield triangles, also in compounds) are solids on a sampled grid, see
+    /// pli_shape_create_sampled_mesh; for closed meshes, in either mode. Cell size and padding are those of the scaled
+    /// shape. Samples that exist are made anew when the shape changes in a way that Pliant notices, or by refresh().
+    /// Like rigid() it holds until forget(), or until the object is no longer in the Bullet world.
+    /// @return PLI_ERROR_INVALID_VALUE when the object has no triangles; PLI_ERROR_WRONG_STATE inside a step or after
+    ///         detach(); the errors of pli_shape_create_sampled_mesh. After an error the object is as it was.
+    pli_status use_sampled_mesh(const btCollisionObject& object,
+                                const pli_sampled_mesh_def& def = pli_sampled_mesh_def_default());
+
     /// Called in each step when all contacts are made and nothing is solved yet, for regression tests.
     void set_before_solve(std::function<void()> hook);
 

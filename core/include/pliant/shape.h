@@ -60,6 +60,31 @@ PLI_API pli_status pli_shape_create_triangle_mesh(pli_context* context, int poin
                                                   int triangle_count, const int* triangles, float thickness,
                                                   pli_shape** shape);
 
+/// How a triangle mesh is sampled.
+typedef struct pli_sampled_mesh_def {
+    float cell_size; ///< m, distance of the samples; default 0: the diagonal of the mesh's bounds / 64
+    /// m, how far outside of the bounds of the mesh distances are sampled, a cell at least; default 0: 4 cells
+    float padding;
+    uint32_t cookie; ///< set by the default function
+} pli_sampled_mesh_def;
+
+/// Samples of one grid; each takes 4 bytes, and 5 more while the shape is made.
+#define PLI_SAMPLED_MESH_MAX_SAMPLES 16777216
+
+PLI_API pli_sampled_mesh_def pli_sampled_mesh_def_default(void);
+/// The solid inside of triangles, by signed distances that are sampled on a grid once and interpolated: a query costs
+/// the same for any number of triangles. Inside is where the winding number is above one half, whatever way each part
+/// of the surface is turned: holes are closed by a surface of their own, parts may overlap (triangles that lie inside as
+/// a whole do not count) or lie inside of each other (turned the same way: solid, turned the other way: a cavity),
+/// triangles may be doubled or have no area. Details below a cell are lost. Outside of the grid the distance is a lower
+/// bound, up to the error of interpolation; let `padding` be the largest collision margin at least.
+/// @param triangles [3 * triangle_count] indices of points
+/// @return PLI_ERROR_INVALID_MESH when the triangles enclose nothing, PLI_ERROR_INVALID_VALUE when the cells are too
+///         small or the grid would need more than PLI_SAMPLED_MESH_MAX_SAMPLES
+PLI_API pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, const pli_vec3* points,
+                                                 int triangle_count, const int* triangles,
+                                                 const pli_sampled_mesh_def* def, pli_shape** shape);
+
 /// Wrap a shape in a lattice of sampled distances: values are taken at multiples of `voxel_size` (m, > 0), cached, and
 /// interpolated trilinearly; the normal is the gradient of the interpolant. This is how Bullet sees rigid shapes
 /// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`. The cache takes 9 MB at
