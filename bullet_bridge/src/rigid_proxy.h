@@ -38,8 +38,8 @@ public:
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
     /// From the captured state to the one after Bullet's solver.
     pli_status set_present_state();
-    /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it back,
-    /// and wakes it if something acted on it.
+    /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
+    /// back, and wakes it if something acted on it.
     void write_back(btScalar dt);
     /// Destroys the core's body with its anchors; prepare() makes another one.
     void drop_rigid();

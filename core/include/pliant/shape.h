@@ -74,8 +74,8 @@ typedef struct pli_sampled_mesh_def {
 PLI_API pli_sampled_mesh_def pli_sampled_mesh_def_default(void);
 /// The solid inside of triangles, by signed distances that are sampled on a grid once and interpolated: a query costs
 /// the same for any number of triangles. Inside is where the winding number is above one half, whatever way each part
-/// of the surface is turned: holes are closed by a surface of their own, parts may overlap (triangles that lie inside as
-/// a whole do not count) or lie inside of each other (turned the same way: solid, turned the other way: a cavity),
+/// of the surface is turned: holes are closed by a surface of their own, parts may overlap (triangles that lie inside
+/// as a whole do not count) or lie inside of each other (turned the same way: solid, turned the other way: a cavity),
 /// triangles may be doubled or have no area. Details below a cell are lost. Outside of the grid the distance is a lower
 /// bound, up to the error of interpolation; let `padding` be the largest collision margin at least.
 /// @param triangles [3 * triangle_count] indices of points
