@@ -3,6 +3,7 @@
 
 #include "anchor_impl.h"
 #include "body_impl.h"
+#include "id_pool.h"
 #include "rigid_impl.h"
 
 #include <string.h>
@@ -17,20 +18,12 @@ typedef struct anchor_item {
     pli_mat3 impulse_matrix;
 } anchor_item;
 
-/* What an id points at. */
-typedef struct anchor_slot {
-    uint32_t generation; /* raised when the anchor goes */
-    int item;            /* PLI_NULL_INDEX when free */
-    int next_free;       /* slot, PLI_NULL_INDEX at the end */
-} anchor_slot;
-
 /* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
 typedef struct anchor_state {
     float hardness;
     anchor_item* items; /* in the order of creation */
     int item_count, item_capacity;
-    anchor_slot* slots;
-    int slot_count, slot_capacity, first_free;
+    plii_id_pool ids;
 } anchor_state;
 
 static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -73,11 +66,7 @@ static void anchor_release_marks(pli_body* body) {
 
 /* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
 static void anchor_retire(anchor_state* anchors, anchor_item* anchor) {
-    anchor_slot* slot = &anchors->slots[anchor->slot];
-    slot->generation += 1;
-    slot->item = PLI_NULL_INDEX;
-    slot->next_free = anchors->first_free;
-    anchors->first_free = anchor->slot;
+    plii_id_pool_give_back(&anchors->ids, anchor->slot);
     anchor->slot = PLI_NULL_INDEX;
 }
 
@@ -89,7 +78,7 @@ static void anchor_compact(pli_body* body, anchor_state* anchors) {
         body->anchored[anchor.node] = 0;
         if (anchor.slot == PLI_NULL_INDEX) { continue; }
         anchors->items[kept] = anchor;
-        anchors->slots[anchor.slot].item = kept++;
+        anchors->ids.slots[anchor.slot].item = kept++;
     }
     anchors->item_count = kept;
     /* A node may have several anchors. */
@@ -115,22 +104,20 @@ static pli_status anchor_enable(pli_body* body, void* state) {
     (void)body;
     anchor_state* anchors = state;
     anchors->hardness = 0.7f;
-    anchors->first_free = PLI_NULL_INDEX;
     return PLI_OK;
 }
 
 static void anchor_disable(pli_body* body, void* state) {
     anchor_state* anchors = state;
     plii_release(body->context, anchors->items, (size_t)anchors->item_capacity * sizeof *anchors->items);
-    plii_release(body->context, anchors->slots, (size_t)anchors->slot_capacity * sizeof *anchors->slots);
+    plii_id_pool_release(body->context, &anchors->ids);
     anchor_release_marks(body);
 }
 
 static size_t anchor_bytes(const pli_body* body, const void* state) {
     const anchor_state* anchors = state;
     const size_t marks = body->anchored != NULL ? (size_t)body->node_count * sizeof *body->anchored : 0;
-    return marks + (size_t)anchors->item_capacity * sizeof *anchors->items +
-           (size_t)anchors->slot_capacity * sizeof *anchors->slots;
+    return marks + (size_t)anchors->item_capacity * sizeof *anchors->items + plii_id_pool_bytes(&anchors->ids);
 }
 
 static int anchor_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
@@ -197,17 +184,6 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
     return PLI_OK;
 }
 
-/* Makes sure that there is a free slot. */
-static bool anchor_reserve_slot(pli_context* context, anchor_state* anchors) {
-    if (anchors->first_free != PLI_NULL_INDEX) { return true; }
-    if (!PLII_RESERVE(context, &anchors->slots, &anchors->slot_capacity, anchors->slot_count + 1)) { return false; }
-    anchors->first_free = anchors->slot_count++;
-    anchors->slots[anchors->first_free].generation = 1;
-    anchors->slots[anchors->first_free].item = PLI_NULL_INDEX;
-    anchors->slots[anchors->first_free].next_free = PLI_NULL_INDEX;
-    return true;
-}
-
 /* Rounded as btTransform::inverse() times the point. */
 static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
     const pli_transform pose = rigid->state.pose;
@@ -225,7 +201,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
 
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
-        !anchor_reserve_slot(body->context, anchors)) {
+        !plii_id_pool_reserve(body->context, &anchors->ids)) {
         goto fail;
     }
     if (body->anchored == NULL) {
@@ -237,22 +213,19 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
         if (status != PLI_OK) { goto fail; }
     }
 
-    const int slot = anchors->first_free;
-    anchors->first_free = anchors->slots[slot].next_free;
     anchor_item* anchor = &anchors->items[anchors->item_count];
     memset(anchor, 0, sizeof *anchor);
     anchor->node = def->node;
-    anchor->slot = slot;
+    anchor->slot = plii_id_pool_take(&anchors->ids, anchors->item_count);
     anchor->rigid = def->rigid;
     anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
                                              : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
     anchor->influence = def->influence;
-    anchors->slots[slot].item = anchors->item_count;
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
     if (id != NULL) {
-        id->index1 = slot + 1;
-        id->generation = anchors->slots[slot].generation;
+        id->index1 = anchor->slot + 1;
+        id->generation = anchors->ids.slots[anchor->slot].generation;
     }
     return PLI_OK;
 
@@ -265,13 +238,12 @@ fail:
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
     PLII_TRY(plii_check_body(body, __func__));
     anchor_state* anchors = plii_feature_state(body, &anchor_class);
-    const bool is_in_range = anchors != NULL && id.index1 > 0 && id.index1 <= anchors->slot_count;
-    const anchor_slot* slot = is_in_range ? &anchors->slots[id.index1 - 1] : NULL;
-    if (slot == NULL || slot->item == PLI_NULL_INDEX || slot->generation != id.generation) {
+    const int item = anchors != NULL ? plii_id_pool_find(&anchors->ids, id.index1, id.generation) : PLI_NULL_INDEX;
+    if (item == PLI_NULL_INDEX) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
                          (unsigned)id.generation);
     }
-    anchor_retire(anchors, &anchors->items[slot->item]);
+    anchor_retire(anchors, &anchors->items[item]);
     anchor_compact(body, anchors);
     return PLI_OK;
 }
