@@ -129,6 +129,13 @@ void Bridge::Impl::collect(PairAlgorithm& pair) {
     if (pair.proxy != nullptr && !pair.proxy->is_captured(step_)) { pair.proxy->capture(step_); }
 }
 
+const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
+    for (const auto& [object, proxy] : proxies_) {
+        if (proxy->rigid() == &rigid) { return proxy.get(); }
+    }
+    return nullptr;
+}
+
 pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
     if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
     std::unique_ptr<RigidProxy>& proxy = proxies_[&object];

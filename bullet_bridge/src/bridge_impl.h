@@ -43,6 +43,8 @@ public:
     pli_status add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask);
     pli_status remove_body(pli_body* body);
     SoftObject* find(const pli_body* body) const;
+    /// Null: the core's body is not of this bridge.
+    const RigidProxy* find_proxy(const pli_rigid& rigid) const;
     pli_rigid* pin_proxy(const btCollisionObject& object);
     void forget(const btCollisionObject& object);
     void refresh(const btCollisionObject& object);

@@ -62,15 +62,17 @@ private:
 
 } // namespace
 
-bool bullet_cluster_distance(const pli_body* body, pli_cluster_contact* contact, void*) {
+bool bullet_cluster_distance(const pli_body* body, pli_cluster_contact* contact, void* user) {
     const ClusterShape cluster(body, contact->cluster);
     if (!cluster.is_valid()) { return false; }
     const btTransform here = btTransform::getIdentity();
     btGjkEpaSolver2::sResults results;
     bool is_found = false;
     if (contact->rigid != nullptr) {
+        if (user == nullptr) { return false; }
         btTransform pose;
-        const btConvexShape* shape = RigidProxy::of(*contact->rigid).convex_shape(contact->shape, pose);
+        const RigidProxy* proxy = static_cast<Bridge*>(user)->impl_->find_proxy(*contact->rigid);
+        const btConvexShape* shape = proxy != nullptr ? proxy->convex_shape(contact->shape, pose) : nullptr;
         if (shape == nullptr) { return false; }
         is_found = btGjkEpaSolver2::SignedDistance(&cluster, here, shape, pose, btVector3(1, 0, 0), results);
     } else {

@@ -30,10 +30,6 @@ void RigidProxy::drop_rigid() {
     fingerprint_ = 0;
 }
 
-const RigidProxy& RigidProxy::of(const pli_rigid& rigid) {
-    return *static_cast<const RigidProxy*>(pli_rigid_get_user_data(&rigid));
-}
-
 const btConvexShape* RigidProxy::convex_shape(int shape, btTransform& pose) const {
     const auto index = static_cast<std::size_t>(shape);
     if (index >= convex_shapes_.size()) { return nullptr; }
@@ -80,7 +76,6 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
         def.friction = friction;
         def.linear_factor = linear_factor;
         def.angular_factor = angular_factor;
-        def.user_data = this;
         status = pli_rigid_create(world, &def, &rigid_);
     } else {
         if (pli_rigid_get_kind(rigid_) != present_kind) { status = pli_rigid_set_kind(rigid_, present_kind, &state); }

@@ -23,8 +23,6 @@ public:
 
     const btCollisionObject* object() const { return object_; }
     pli_rigid* rigid() const { return rigid_; }
-    /// The proxy that a core's body was made by.
-    static const RigidProxy& of(const pli_rigid& rigid);
     /// Bullet's shape behind a shape of the core's body and where it was at the start of the step; null: not convex.
     const btConvexShape* convex_shape(int shape, btTransform& pose) const;
 

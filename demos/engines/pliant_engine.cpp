@@ -93,7 +93,10 @@ void PliantEngine::enable_clusters(pli_body* body, const scene_soft_def& def) {
     check(pli_body_set_cluster_settings(body, 0, &settings));
     if (!def.has_cluster_contacts) { return; }
     pli_cluster_contacts_def contacts = def.cluster_contacts;
-    if (options_.bullet_witness) { contacts.distance = pliant::bullet_cluster_distance; }
+    if (options_.bullet_witness) {
+        contacts.distance = pliant::bullet_cluster_distance;
+        contacts.distance_user = bridge_.get();
+    }
     check(pli_body_enable_cluster_contacts(body, &contacts));
 }
 

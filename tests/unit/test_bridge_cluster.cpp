@@ -279,6 +279,12 @@ void test_distances_equal_those_of_bullet(void**) {
     print_message("           %d distances, apart by at most %.3g m\n", compared, largest);
     assert_true(compared > 100);
     check_at_most(largest, 1e-4);
+    pli_rigid_def foreign_def = pli_rigid_def_default();
+    pli_cluster_contact foreign = {};
+    assert_int_equal(pli_rigid_create(bridge.world(), &foreign_def, &foreign.rigid), PLI_OK);
+    assert_false(pliant::bullet_cluster_distance(torus, &foreign, &bridge));
+    assert_false(pliant::bullet_cluster_distance(torus, &foreign, nullptr));
+    pli_rigid_destroy(foreign.rigid);
     pli_cluster_contact unknown = {};
     assert_false(pliant::bullet_cluster_distance(torus, &unknown, nullptr));
     unknown.cluster = 99;
