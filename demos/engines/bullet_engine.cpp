@@ -283,6 +283,7 @@ BulletEngine::~BulletEngine() {
 void BulletEngine::step() {
     const Stopwatch watch;
     drive_.advance(frames_);
+    run_control_events(frames_);
     for (const CutRecord& cut : description_.cuts) {
         if (cut.frame != frames_) { continue; }
         Sphere sphere;
@@ -293,6 +294,10 @@ void BulletEngine::step() {
     ++frames_;
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
+}
+
+void BulletEngine::set_wind(int soft, pli_vec3 wind) {
+    body(soft).setWindVelocity(to_bullet(wind));
 }
 
 SoftState BulletEngine::soft(int index) const {

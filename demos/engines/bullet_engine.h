@@ -24,9 +24,12 @@ public:
     double step_milliseconds() const override { return milliseconds_; }
     SoftState soft(int index) const override;
     RigidState rigid(int index) const override { return rigids_.state(index); }
+    void set_wind(int soft, pli_vec3 wind) override;
+    void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
+    void steer(float angle) override { drive_.take_angle(angle); }
 
     RigidWorld& rigids() { return rigids_; }
-    int soft_count() const { return static_cast<int>(softs_.size()); }
+    int soft_count() const override { return static_cast<int>(softs_.size()); }
     btSoftBody& body(int index) const { return *softs_.at(static_cast<size_t>(index)); }
 
     // Called in each step when all contacts are made and nothing of the soft bodies is solved yet.

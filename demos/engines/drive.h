@@ -1,7 +1,7 @@
 #ifndef DEMOS_DRIVE_H
 #define DEMOS_DRIVE_H
 
-// What a scene's script drives and steers, the same for both engines.
+// What a scene's script, or the user, drives and steers, the same for both engines.
 
 #include "engine.h"
 
@@ -17,8 +17,24 @@ public:
     // To be called before the step that follows `frame` frames.
     void advance(int frame) {
         while (next_ < script_.size() && script_[next_].frame <= frame) {
-            present_ = script_[next_++];
+            const DriveRecord& now = script_[next_++];
+            if (!speed_taken_) {
+                present_.speed = now.speed;
+                present_.largest_change = now.largest_change;
+            }
+            if (!angle_taken_) { present_.angle = now.angle; }
         }
+    }
+
+    // What is set by hand goes before what the script says from then on.
+    void take_speed(float speed, float largest_change) {
+        present_.speed = speed;
+        present_.largest_change = largest_change;
+        speed_taken_ = true;
+    }
+    void take_angle(float angle) {
+        present_.angle = angle;
+        angle_taken_ = true;
     }
 
     // Relative speed that a driven joint goes for, rad/s.
@@ -36,6 +52,7 @@ public:
 private:
     const std::vector<DriveRecord>& script_;
     size_t next_ = 0;
+    bool speed_taken_ = false, angle_taken_ = false;
     DriveRecord present_{};
 };
 

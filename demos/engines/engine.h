@@ -10,6 +10,15 @@
 #include <string>
 #include <vector>
 
+// What the functions behind a scene's controls act on.
+struct scene_run {
+    virtual ~scene_run() = default;
+    virtual void set_wind(int soft, pli_vec3 wind) = 0; // `soft` is in range
+    virtual int soft_count() const = 0;
+    virtual void drive(float speed, float largest_change) = 0;
+    virtual void steer(float angle) = 0;
+};
+
 namespace demos {
 
 // Every failure that a user can cause; what() is one line.
@@ -73,6 +82,16 @@ struct CutRecord {
     float radius;
 };
 
+struct ControlRecord {
+    std::string name;
+    scene_control def; // without its name
+};
+
+struct ControlEvent {
+    int frame, control;
+    float value;
+};
+
 struct MeshDeleter {
     void operator()(pli_mesh* mesh) const { pli_mesh_destroy(mesh); }
 };
@@ -106,6 +125,8 @@ public:
     std::vector<JointRecord> joints;
     std::vector<DriveRecord> drives; // in the order of frames
     std::vector<CutRecord> cuts;
+    std::vector<ControlRecord> controls;
+    std::vector<ControlEvent> control_events;
     pli_vec3 gravity{0, -10, 0};
     bool has_camera = false;
     scene_camera camera{};
@@ -137,9 +158,8 @@ struct RigidState {
     pli_vec3 linear_velocity, angular_velocity;
 };
 
-class Engine {
+class Engine : public scene_run {
 public:
-    virtual ~Engine() = default;
     virtual EngineKind kind() const = 0;
     virtual std::string name() const = 0; // "pliant" or "bullet"
     virtual const Description& description() const = 0;
@@ -151,6 +171,17 @@ public:
 
     virtual SoftState soft(int index) const = 0;
     virtual RigidState rigid(int index) const = 0;
+
+    // Clamped to the range of the control. Throws Error when the engine cannot follow.
+    void set_control(int index, float value);
+    float control(int index) const;
+
+protected:
+    // To be called before the step that follows `frame` frames.
+    void run_control_events(int frame);
+
+private:
+    std::vector<float> changed_controls_; // values, when any control was set
 };
 
 std::unique_ptr<Engine> make_engine(EngineKind kind, const Description& description, const EngineOptions& options);

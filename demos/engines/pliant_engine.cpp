@@ -183,6 +183,7 @@ pli_rigid* PliantEngine::proxy(int rigid) {
 void PliantEngine::step() {
     const Stopwatch watch;
     drive_.advance(frames_);
+    run_control_events(frames_);
     for (const CutRecord& record : description_.cuts) {
         if (record.frame == frames_) { cut(record); }
     }
@@ -190,6 +191,11 @@ void PliantEngine::step() {
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
     check(bridge_->step_status());
+}
+
+void PliantEngine::set_wind(int soft, pli_vec3 wind) {
+    const pli_aero_def& def = description_.softs.at(static_cast<size_t>(soft)).def.aero;
+    if (def.lift > 0.0f || def.drag > 0.0f) { check(pli_body_set_wind(body(soft), wind)); }
 }
 
 static pli_vec3 xyz(const pli_vec4& v) {

@@ -22,10 +22,13 @@ public:
     double step_milliseconds() const override { return milliseconds_; }
     SoftState soft(int index) const override;
     RigidState rigid(int index) const override { return rigids_.state(index); }
+    void set_wind(int soft, pli_vec3 wind) override;
+    void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
+    void steer(float angle) override { drive_.take_angle(angle); }
 
     RigidWorld& rigids() { return rigids_; }
     pliant::Bridge& bridge() { return *bridge_; }
-    int soft_count() const { return static_cast<int>(bodies_.size()); }
+    int soft_count() const override { return static_cast<int>(bodies_.size()); }
     pli_body* body(int index) const { return bodies_.at(static_cast<size_t>(index)); }
     // The proxy of a rigid body, made when there is none yet.
     pli_rigid* proxy(int rigid);

@@ -40,6 +40,14 @@ static void aero_flyers_build(scene_builder* builder) {
     }
 }
 
+static const pli_vec3 aero_wind = {4, -12, -25};
+
+/* Turned about the vertical. */
+static void aero_turn_wind(scene_run* run, float degrees) {
+    const pli_quat turn = pli_quat_from_yaw_pitch_roll(degrees * pi / 180, 0, 0);
+    scene_run_set_wind(run, -1, pli_mat3_mul_vec3(pli_mat3_from_quat(turn), aero_wind));
+}
+
 static void aero_flags_build(scene_builder* builder) {
     part_ground(builder);
     scene_soft_def def = scene_soft_def_default();
@@ -49,7 +57,7 @@ static void aero_flags_build(scene_builder* builder) {
     def.aero.model = PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG;
     def.aero.lift = 0.05f;
     def.aero.drag = 0.01f;
-    def.aero.wind = pli_vec3_make(4, -12, -25);
+    def.aero.wind = aero_wind;
     const pli_quat upright = {sinf(pi / 4), 0, 0, cosf(pi / 4)};
     for (int i = 0; i < 5; ++i) {
         pli_patch_def sheet = pli_patch_def_default();
@@ -67,6 +75,12 @@ static void aero_flags_build(scene_builder* builder) {
         scene_check(builder, pli_mesh_interleave_links(mesh));
         scene_add_soft(builder, mesh, &def);
     }
+    const scene_control wind = {.name = "wind direction (degrees)",
+                                .low = -180,
+                                .high = 180,
+                                .keys = SCENE_KEYS_LEFT_RIGHT,
+                                .apply = aero_turn_wind};
+    scene_add_control(builder, &wind);
     scene_set_camera(builder, (scene_camera){{-18, 4, -6}, 66, 20, -14});
 }
 

@@ -3,6 +3,8 @@
 #include "parts.h"
 #include "scenes.h"
 
+#include <math.h>
+
 static const float half_pi = 1.5707963f;
 static const pli_vec3 car_origin = {100, 80, 0};
 
@@ -43,6 +45,28 @@ static int car_add_wheel(scene_builder* builder, pli_vec3 place, float width) {
     return scene_add_soft(builder, mesh, &def);
 }
 
+/* The wheels turn freely when the car is not driven. */
+static void car_drive(scene_run* run, float value) {
+    scene_run_drive(run, value, fabsf(value) > 0.0f ? 10.0f : 0.0f);
+}
+
+static void car_add_controls(scene_builder* builder) {
+    const scene_control drive = {.name = "drive (rad/s)",
+                                 .low = -3,
+                                 .high = 3,
+                                 .keys = SCENE_KEYS_UP_DOWN,
+                                 .springs_back = true,
+                                 .apply = car_drive};
+    const scene_control steer = {.name = "steer (rad)",
+                                 .low = -0.6f,
+                                 .high = 0.6f,
+                                 .keys = SCENE_KEYS_LEFT_RIGHT,
+                                 .springs_back = true,
+                                 .apply = scene_run_steer};
+    scene_add_control(builder, &drive);
+    scene_add_control(builder, &steer);
+}
+
 static void cluster_car_build(scene_builder* builder) {
     part_wavy_ground(builder);
     const pli_vec3 places[4] = {{8, -4, 8}, {-8, -4, 8}, {9, -4, -8}, {-9, -4, -8}}; /* the front ones first */
@@ -67,6 +91,7 @@ static void cluster_car_build(scene_builder* builder) {
     scene_drive_at(builder, 240, 1, 10, 0.3f);
     scene_drive_at(builder, 330, 1, 10, -0.3f);
     scene_drive_at(builder, 450, 0, 0, 0);
+    car_add_controls(builder);
     scene_set_camera(builder, (scene_camera){{92, 68, 0}, 56, 27, -18});
 }
 

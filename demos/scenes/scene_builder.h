@@ -140,6 +140,34 @@ void scene_drive_at(scene_builder* builder, int frame, float speed, float larges
 /* When `frame` frames have passed, the soft body is cut along a sphere around where one of its nodes is then. */
 void scene_cut_at(scene_builder* builder, int frame, int soft, int node, float radius);
 
+// -------------------------------------------------------------------------------------------------- controls
+
+/* A scene that runs, as the functions behind controls see it. They act from the next step on. */
+typedef struct scene_run scene_run;
+
+/* The wind on a soft body with aerodynamics, or on all such bodies (soft < 0), m/s. */
+void scene_run_set_wind(scene_run* run, int soft, pli_vec3 wind);
+/* As scene_drive_at; what it says of the same thing, speed or angle, holds no longer. */
+void scene_run_drive(scene_run* run, float speed, float largest_change);
+void scene_run_steer(scene_run* run, float angle);
+
+typedef enum scene_keys { SCENE_KEYS_NONE, SCENE_KEYS_LEFT_RIGHT, SCENE_KEYS_UP_DOWN } scene_keys;
+
+/* A figure that the user turns while the scene runs: `pliant view` shows a slider. */
+typedef struct scene_control {
+    const char* name; /* with its unit: "wind direction (degrees)" */
+    float low, high;
+    float initial;     /* what the scene starts with: `apply` is called only when the value changes */
+    scene_keys keys;   /* arrow keys that move it: right and up to `high`, left and down to `low` */
+    bool springs_back; /* to `initial` when the keys are let go */
+    void (*apply)(scene_run* run, float value);
+} scene_control;
+
+/* Index of the control in the order of adding. */
+int scene_add_control(scene_builder* builder, const scene_control* control);
+/* When `frame` frames have passed, the control gets the value, whatever it is then. */
+void scene_set_control_at(scene_builder* builder, int frame, int control, float value);
+
 // ----------------------------------------------------------------------------------------------------- scene
 
 /* Of soft and rigid bodies, m/s^2; default (0, -10, 0). */

@@ -379,6 +379,22 @@ const WrongScene wrong_scenes[] = {
      },
      "soft: node 2 is out of range, the mesh has 2 nodes"},
     {[](scene_builder* b) { scene_cut_at(b, 0, 0, 0, 0); }, "the radius of a cut must be positive"},
+    {[](scene_builder* b) {
+         const scene_control control = {"wind", 0, 1, 2, SCENE_KEYS_NONE, false, scene_run_steer};
+         scene_add_control(b, &control);
+     },
+     "wind: a control needs a range with its first value in it"},
+    {[](scene_builder* b) {
+         const scene_control control = {"wind", 0, 1, 0, SCENE_KEYS_NONE, false, nullptr};
+         scene_add_control(b, &control);
+     },
+     "wind: a control needs something to apply"},
+    {[](scene_builder* b) { scene_set_control_at(b, 0, 0, 1); }, "there is no control 0, the scene has 0 yet"},
+    {[](scene_builder* b) {
+         const scene_control control = {"wind", 0, 1, 0, SCENE_KEYS_NONE, false, scene_run_steer};
+         scene_set_control_at(b, 0, scene_add_control(b, &control), 2);
+     },
+     "wind: the value is out of range"},
     {[](scene_builder* b) { scene_tetra_mesh(b, "torus"); }, "there is no tetrahedral mesh \"torus\""},
     {[](scene_builder* b) {
          scene_set_velocity(b, 0, {1, 0, 0});

@@ -1,0 +1,81 @@
+// Figures that the user, or the script of a scene, turns while it runs.
+
+#include "recorder_checks.h"
+
+#include <algorithm>
+
+namespace demos {
+
+static void set_initial(const Description& description, std::vector<float>& values) {
+    if (!values.empty()) { return; }
+    for (const ControlRecord& control : description.controls) {
+        values.push_back(control.def.initial);
+    }
+}
+
+void Engine::set_control(int index, float value) {
+    const std::vector<ControlRecord>& controls = description().controls;
+    if (index < 0 || static_cast<size_t>(index) >= controls.size()) {
+        throw Error("there is no control " + std::to_string(index));
+    }
+    const scene_control& def = controls[static_cast<size_t>(index)].def;
+    if (!std::isfinite(value)) { throw Error(controls[static_cast<size_t>(index)].name + ": the value is not finite"); }
+    set_initial(description(), changed_controls_);
+    float& present = changed_controls_[static_cast<size_t>(index)];
+    present = std::clamp(value, def.low, def.high);
+    def.apply(this, present);
+}
+
+float Engine::control(int index) const {
+    const auto at = static_cast<size_t>(index);
+    return changed_controls_.empty() ? description().controls.at(at).def.initial : changed_controls_.at(at);
+}
+
+void Engine::run_control_events(int frame) {
+    for (const ControlEvent& event : description().control_events) {
+        if (event.frame == frame) { set_control(event.control, event.value); }
+    }
+}
+
+} // namespace demos
+
+void scene_run_set_wind(scene_run* run, int soft, pli_vec3 wind) {
+    const int first = soft < 0 ? 0 : soft, end = soft < 0 ? run->soft_count() : soft + 1;
+    for (int i = first; i < end && i < run->soft_count(); ++i) {
+        run->set_wind(i, wind);
+    }
+}
+
+void scene_run_drive(scene_run* run, float speed, float largest_change) {
+    run->drive(speed, largest_change);
+}
+
+void scene_run_steer(scene_run* run, float angle) {
+    run->steer(angle);
+}
+
+int scene_add_control(scene_builder* builder, const scene_control* control) {
+    builder->guard([&] {
+        demos::require(control != nullptr && control->name != nullptr, "a control needs a definition with a name");
+        const std::string name = control->name;
+        demos::require(control->apply != nullptr, name + ": a control needs something to apply");
+        demos::require(std::isfinite(control->low) && std::isfinite(control->high) && control->low < control->high &&
+                           control->initial >= control->low && control->initial <= control->high,
+                       name + ": a control needs a range with its first value in it");
+        builder->description.controls.push_back({name, *control});
+        builder->description.controls.back().def.name = nullptr; // the record's name is the copy that lasts
+    });
+    return static_cast<int>(builder->description.controls.size()) - 1;
+}
+
+void scene_set_control_at(scene_builder* builder, int frame, int control, float value) {
+    builder->guard([&] {
+        const std::vector<demos::ControlRecord>& controls = builder->description.controls;
+        demos::checked_index(control, controls.size(), "control");
+        const demos::ControlRecord& record = controls[static_cast<size_t>(control)];
+        demos::require(frame >= 0, record.name + ": a control needs a frame that is not negative");
+        demos::require(value >= record.def.low && value <= record.def.high,
+                       record.name + ": the value is out of range");
+        builder->description.control_events.push_back({frame, control, value});
+    });
+}
