@@ -31,6 +31,7 @@ typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     void (*solve)(pli_body* body);
+    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
 } plii_solver_class;
 
 struct pli_body {

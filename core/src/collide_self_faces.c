@@ -27,7 +27,6 @@ typedef struct self_faces_pair {
 
 typedef struct self_faces_state {
     pli_self_faces_def def;
-    bool is_substepped;
     float travel;           /* m that a node may move in this step */
     float mean_edge_length; /* m, at rest */
     pli_vec3* rest;         /* [node_count] */
@@ -238,8 +237,7 @@ static float self_faces_wanted_travel(const pli_body* body, const self_faces_sta
     return plii_min(most, 1.25f * sqrtf(squared) + 0.5f * state->def.thickness);
 }
 
-void plii_self_faces_begin(pli_body* body, void* data) {
-    self_faces_state* state = data;
+static void self_faces_begin(pli_body* body, self_faces_state* state) {
     state->report = (pli_self_faces_report){0};
     state->pair_count = 0;
     state->travel = self_faces_wanted_travel(body, state);
@@ -254,9 +252,8 @@ void plii_self_faces_begin(pli_body* body, void* data) {
 
 // --------------------------------------------------------------------------------------------------------- contacts
 
-void plii_self_faces_restart(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_faces_state* state = data;
-    (void)body;
+/* Contacts as they are at the start of a step or substep. */
+static void self_faces_restart(self_faces_state* state, const plii_self_nodes* nodes) {
     for (int i = 0; i < state->pair_count; ++i) {
         self_faces_pair* pair = &state->pairs[i];
         pli_vec3 x[4];
@@ -307,11 +304,9 @@ static bool self_faces_part(const plii_self_nodes* nodes, const self_faces_pair*
     return true;
 }
 
-void plii_self_faces_solve(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_faces_state* state = data;
+static void self_faces_solve(self_faces_state* state, const plii_self_nodes* nodes) {
     const float near = state->def.thickness;
     int contacts = 0;
-    (void)body;
     for (int i = 0; i < state->pair_count; ++i) {
         const self_faces_pair* pair = &state->pairs[i];
         if (!pair->is_known || pair->distance > pair->target + near) { continue; }
@@ -323,7 +318,7 @@ void plii_self_faces_solve(pli_body* body, void* data, const plii_self_nodes* no
 // ----------------------------------------------------------------------------------------------- cutting motions short
 
 static void self_faces_limit_travel(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
-    const pli_vec4* step_starts = state->is_substepped ? body->previous : state->starts;
+    const pli_vec4* step_starts = body->solver_class->has_substeps ? body->previous : state->starts;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(step_starts[i]));
         const float squared = pli_vec3_length_squared(moved);
@@ -374,8 +369,8 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const self_faces_pa
     return is_shortened;
 }
 
-void plii_self_faces_finish(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_faces_state* state = data;
+/* After all constraints of a step or substep. */
+static void self_faces_finish(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
     self_faces_limit_travel(body, state, nodes);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
@@ -388,11 +383,6 @@ void plii_self_faces_finish(pli_body* body, void* data, const plii_self_nodes* n
             }
         }
     }
-}
-
-void plii_self_faces_set_substepped(void* data, bool is_substepped) {
-    self_faces_state* state = data;
-    state->is_substepped = is_substepped;
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -408,30 +398,45 @@ static void self_faces_run_prepare(pli_body* body, void* data, const plii_step* 
         state->starts[i] = body->previous[i];
     }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
-    plii_self_faces_begin(body, state);
-    plii_self_faces_restart(body, state, &nodes);
+    self_faces_begin(body, state);
+    self_faces_restart(state, &nodes);
 }
 
 static void self_faces_run_position(pli_body* body, void* data, const plii_step* step) {
     const plii_self_nodes nodes = self_faces_nodes(body, data);
     (void)step;
-    plii_self_faces_solve(body, data, &nodes);
+    self_faces_solve(data, &nodes);
 }
 
 /* After velocities were taken from positions: they follow. */
 static void self_faces_run_finish(pli_body* body, void* data, const plii_step* step) {
     self_faces_state* state = data;
-    if (state->is_substepped) { return; }
+    if (body->solver_class->has_substeps) { return; }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
     for (int i = 0; i < body->node_count; ++i) {
         state->was[i] = plii_xyz(body->positions[i]);
     }
-    plii_self_faces_finish(body, state, &nodes);
+    self_faces_finish(body, state, &nodes);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, step->inverse_dt)));
     }
+}
+
+static void self_faces_begin_substeps(pli_body* body, void* data) {
+    self_faces_begin(body, data);
+}
+
+static void self_faces_restart_substep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_faces_restart(data, &nodes);
+}
+
+static void self_faces_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_faces_solve(data, &nodes);
+    self_faces_finish(body, data, &nodes);
 }
 
 enum { SELF_FACES_BLOCKS = 5 };
@@ -521,12 +526,16 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
     state->pair_count = 0;
 }
 
-const plii_feature_class plii_self_faces_class = {
+static const plii_feature_class self_faces_class;
+static const plii_xpbd_kind self_faces_kind = {PLII_XPBD_ORDER_SELF_FACES, &self_faces_class, self_faces_begin_substeps,
+                                               self_faces_restart_substep, self_faces_sweep};
+static const plii_feature_class self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(self_faces_state),
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, PLII_ORDER_SELF_COLLISION},
                [PLII_STAGE_POSITION] = {self_faces_run_position, PLII_ORDER_SELF_COLLISION},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, PLII_ORDER_SELF_FACES_LAST}},
+    .substepped = &self_faces_kind,
     .enable = self_faces_enable,
     .disable = self_faces_disable,
     .bytes = self_faces_bytes,
@@ -554,7 +563,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_faces_class, &data));
+    PLII_TRY(plii_feature_enable(body, &self_faces_class, &data));
     self_faces_state* state = data;
     state->def = *def;
     return PLI_OK;
@@ -563,12 +572,12 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
 pli_status pli_body_disable_self_faces(pli_body* body) {
     PLII_TRY(plii_check_body(body, __func__));
     PLII_TRY(plii_self_check_change(body, __func__));
-    plii_feature_disable(body, &plii_self_faces_class);
+    plii_feature_disable(body, &self_faces_class);
     return PLI_OK;
 }
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
     const self_faces_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_faces_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_faces_class) : NULL;
     return state != NULL ? state->report : (pli_self_faces_report){0};
 }

@@ -13,7 +13,6 @@
 
 typedef struct self_nodes_state {
     pli_self_collision_def def;
-    bool is_substepped;
     float reach;        /* m */
     pli_vec3* rest;     /* [node_count] positions */
     pli_vec3* searched; /* [node_count] positions at the last search */
@@ -87,11 +86,10 @@ static void self_nodes_search(pli_body* body, self_nodes_state* state, const pli
     state->report.is_cut_short = state->report.is_cut_short || !has_memory || state->pairs.is_cut_short;
 }
 
-void plii_self_nodes_begin(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_nodes_state* state = data;
+static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const float thickness = state->def.thickness;
-    const int limited = state->report.limited_nodes;
-    state->report = (pli_self_collision_report){.limited_nodes = state->is_substepped ? 0 : limited};
+    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
+    state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
     state->reach = plii_clamp(0.5f * self_nodes_spread_of_prediction(body) + SELF_NODES_MIN_REACH * thickness,
                               SELF_NODES_MIN_REACH * thickness, SELF_NODES_MAX_REACH * thickness);
     self_nodes_search(body, state, nodes);
@@ -106,8 +104,7 @@ static float self_nodes_limit_scale(const self_nodes_state* state, pli_vec3 moti
     return squared > limit * limit ? limit / sqrtf(squared) : 1.0f;
 }
 
-void plii_self_nodes_limit(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_nodes_state* state = data;
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 motion = plii_self_motion(nodes, i);
@@ -140,8 +137,7 @@ static bool self_nodes_part(const plii_self_nodes* nodes, int a, int b, float ta
     return true;
 }
 
-void plii_self_nodes_solve(pli_body* body, void* data, const plii_self_nodes* nodes) {
-    self_nodes_state* state = data;
+static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     if (self_nodes_spread_since_search(body, state, nodes) > 2.0f * state->reach) {
         self_nodes_search(body, state, nodes);
     }
@@ -156,17 +152,12 @@ void plii_self_nodes_solve(pli_body* body, void* data, const plii_self_nodes* no
     state->report.contacts = contacts;
 }
 
-void plii_self_nodes_set_substepped(void* data, bool is_substepped) {
-    self_nodes_state* state = data;
-    state->is_substepped = is_substepped;
-}
-
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static void self_nodes_run_update(pli_body* body, void* data, const plii_step* step) {
     self_nodes_state* state = data;
     (void)step;
-    if (state->is_substepped) { return; }
+    if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
     if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
@@ -174,19 +165,34 @@ static void self_nodes_run_update(pli_body* body, void* data, const plii_step* s
         const float scale = self_nodes_limit_scale(state, plii_self_motion(&nodes, i));
         if (scale < 1.0f) { plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), scale)); }
     }
-    plii_self_nodes_limit(body, state, &nodes);
+    self_nodes_limit(body, state, &nodes);
 }
 
 static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
     (void)step;
-    plii_self_nodes_begin(body, data, &nodes);
+    self_nodes_begin(body, data, &nodes);
 }
 
 static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
     (void)step;
-    plii_self_nodes_solve(body, data, &nodes);
+    self_nodes_solve(body, data, &nodes);
+}
+
+static void self_nodes_begin_substeps(pli_body* body, void* data) {
+    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    self_nodes_begin(body, data, &nodes);
+}
+
+static void self_nodes_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_nodes_limit(body, data, &nodes);
+}
+
+static void self_nodes_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_nodes_solve(body, data, &nodes);
 }
 
 static size_t self_nodes_vectors_size(int node_count) {
@@ -240,12 +246,16 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
     state->report = (pli_self_collision_report){0};
 }
 
-const plii_feature_class plii_self_nodes_class = {
+static const plii_feature_class self_nodes_class;
+static const plii_xpbd_kind self_nodes_kind = {PLII_XPBD_ORDER_SELF_COLLISION, &self_nodes_class,
+                                               self_nodes_begin_substeps, self_nodes_restart, self_nodes_sweep};
+static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, PLII_ORDER_SPEED_LIMIT},
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, PLII_ORDER_SELF_COLLISION},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, PLII_ORDER_SELF_COLLISION}},
+    .substepped = &self_nodes_kind,
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,
@@ -275,7 +285,7 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     PLII_TRY(self_nodes_check(body, def, __func__));
     PLII_TRY(plii_self_check_change(body, __func__));
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_self_nodes_class, &data));
+    PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
     self_nodes_state* state = data;
     state->def = *def;
     return PLI_OK;
@@ -284,12 +294,12 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
 pli_status pli_body_disable_self_collision(pli_body* body) {
     PLII_TRY(plii_check_body(body, __func__));
     PLII_TRY(plii_self_check_change(body, __func__));
-    plii_feature_disable(body, &plii_self_nodes_class);
+    plii_feature_disable(body, &self_nodes_class);
     return PLI_OK;
 }
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
     const self_nodes_state* state =
-        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &plii_self_nodes_class) : NULL;
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_nodes_class) : NULL;
     return state != NULL ? state->report : (pli_self_collision_report){0};
 }

@@ -91,6 +91,8 @@ typedef struct plii_topology_change {
 
 #define PLII_MAX_TOPOLOGY_BLOCKS 16
 
+struct plii_xpbd_kind;
+
 typedef struct plii_feature_class {
     const char* name;
     size_t state_size; /* bytes, zeroed when enabled, freed with the feature */
@@ -100,6 +102,9 @@ typedef struct plii_feature_class {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
     } stages[PLII_STAGE_COUNT];
+    /* How it takes part in the substeps of a solver that has them, where POSITION is not run (xpbd_impl.h). NULL: not.
+     */
+    const struct plii_xpbd_kind* substepped;
 
     /* All optional. */
     pli_status (*enable)(pli_body* body, void* state); /* after the needs; must leave nothing behind on failure */

@@ -3,8 +3,8 @@
 
 /* Self-collision as solvers see it: solvers differ in where they keep nodes, and in how often a step solves. */
 
-#include "body_impl.h"
 #include "pliant/self_collision.h"
+#include "xpbd_impl.h"
 
 /* A node is at base + offset. */
 typedef struct plii_self_nodes {
@@ -40,6 +40,11 @@ static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
     return (plii_self_nodes){NULL, body->positions, body->previous};
 }
 
+/* And as XPBD does in a substep. */
+static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_xpbd_substep* substep) {
+    return (plii_self_nodes){body->positions, substep->displacements, substep->carried};
+}
+
 /* A unit vector that depends on the indices only, for points that coincide. */
 pli_vec3 plii_self_direction(int a, int b);
 /* PLI_OK when self-collision may be enabled, changed or disabled: not while stepping. */
@@ -51,28 +56,5 @@ pli_status plii_self_check_value(const pli_body* body, float value, float low, f
 /* Positions at rest of old and of new nodes. */
 void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
                           pli_vec3* rest);
-
-/* Hashed self-collision of nodes; its state is opaque. A solver with substeps calls these, others run its stages. */
-extern const plii_feature_class plii_self_nodes_class;
-/* While on, the stages of the feature do nothing. */
-void plii_self_nodes_set_substepped(void* state, bool is_substepped);
-/* Once per step: pairs for all that follows. */
-void plii_self_nodes_begin(pli_body* body, void* state, const plii_self_nodes* nodes);
-/* After free motion, before constraints: the speed limit. */
-void plii_self_nodes_limit(pli_body* body, void* state, const plii_self_nodes* nodes);
-/* With the other constraints: parts the pairs. */
-void plii_self_nodes_solve(pli_body* body, void* state, const plii_self_nodes* nodes);
-
-/* Self-collision of faces, likewise. */
-extern const plii_feature_class plii_self_faces_class;
-void plii_self_faces_set_substepped(void* state, bool is_substepped);
-/* Once per step: pairs in reach of body->previous. */
-void plii_self_faces_begin(pli_body* body, void* state);
-/* Before the constraints of a step or substep: contacts as they are at its start. */
-void plii_self_faces_restart(pli_body* body, void* state, const plii_self_nodes* nodes);
-void plii_self_faces_solve(pli_body* body, void* state, const plii_self_nodes* nodes);
-/* After all constraints: cuts motions short; body->previous is still where the step started. Nothing may move nodes
- * after that in this step or substep. */
-void plii_self_faces_finish(pli_body* body, void* state, const plii_self_nodes* nodes);
 
 #endif

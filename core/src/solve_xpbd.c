@@ -5,20 +5,46 @@
 #include "world_impl.h"
 #include "xpbd_impl.h"
 
-enum { XPBD_MAX_KINDS = 8 };
+enum { XPBD_MAX_KINDS = 16 };
+
+/* By order; equals as they came. */
+typedef struct xpbd_kinds {
+    int count;
+    const plii_xpbd_kind* at[XPBD_MAX_KINDS];
+    void* states[XPBD_MAX_KINDS];
+} xpbd_kinds;
 
 typedef struct xpbd_state {
     pli_xpbd_def def;
-    bool had_links; /* on positions, before this solver came */
-    const plii_xpbd_kind* kinds[XPBD_MAX_KINDS];
-    void* kind_states[XPBD_MAX_KINDS];
-    int kind_count;
+    bool had_links;          /* on positions, before this solver came */
+    xpbd_kinds kinds;        /* that only this solver has */
     pli_vec4* displacements; /* [node_count], as all that follow */
     pli_vec4* carried;
     pli_vec3* accelerations; /* m/s^2 without constraints, in this step */
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
+
+static void xpbd_insert_kind(xpbd_kinds* kinds, const plii_xpbd_kind* kind, void* kind_state) {
+    int place = kinds->count++;
+    for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
+        kinds->at[place] = kinds->at[place - 1];
+        kinds->states[place] = kinds->states[place - 1];
+    }
+    kinds->at[place] = kind;
+    kinds->states[place] = kind_state;
+}
+
+/* Those of other features too. */
+static xpbd_kinds xpbd_all_kinds(const pli_body* body, const xpbd_state* state) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    xpbd_kinds all = state->kinds;
+    for (int i = 0; i < pipeline->feature_count && all.count < XPBD_MAX_KINDS; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        if (feature->klass->substepped != NULL) { xpbd_insert_kind(&all, feature->klass->substepped, feature->state); }
+    }
+    return all;
+}
 
 // -------------------------------------------------------------------------------------------------------- the step
 
@@ -85,14 +111,14 @@ static void xpbd_finish_substep(pli_body* body, xpbd_state* state, const plii_xp
     }
 }
 
-static void xpbd_substep(pli_body* body, xpbd_state* state, const plii_xpbd_substep* substep) {
+static void xpbd_substep(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds, const plii_xpbd_substep* substep) {
     xpbd_move_freely(body, state, substep->dt);
-    for (int k = 0; k < state->kind_count; ++k) {
-        if (state->kinds[k]->restart != NULL) { state->kinds[k]->restart(body, state->kind_states[k], substep); }
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
     }
     for (int s = 0; s < state->def.sweeps; ++s) {
-        for (int k = 0; k < state->kind_count; ++k) {
-            state->kinds[k]->sweep(body, state->kind_states[k], substep);
+        for (int k = 0; k < kinds->count; ++k) {
+            kinds->at[k]->sweep(body, kinds->states[k], substep);
         }
     }
     xpbd_finish_substep(body, state, substep);
@@ -106,8 +132,9 @@ static void xpbd_solve(pli_body* body) {
                                  .inverse_dt = step->inverse_dt * parts,
                                  .displacements = state->displacements,
                                  .carried = state->carried};
-    for (int k = 0; k < state->kind_count; ++k) {
-        if (state->kinds[k]->begin != NULL) { state->kinds[k]->begin(body, state->kind_states[k]); }
+    const xpbd_kinds kinds = xpbd_all_kinds(body, state);
+    for (int k = 0; k < kinds.count; ++k) {
+        if (kinds.at[k]->begin != NULL) { kinds.at[k]->begin(body, kinds.states[k]); }
     }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
@@ -115,7 +142,7 @@ static void xpbd_solve(pli_body* body) {
         state->carried[i] = (pli_vec4){0};
     }
     for (substep.index = 0; substep.index < state->def.substeps; ++substep.index) {
-        xpbd_substep(body, state, &substep);
+        xpbd_substep(body, state, &kinds, &substep);
     }
     const float kept = 1.0f - body->solver.velocity_damping;
     for (int i = 0; i < body->node_count; ++i) {
@@ -126,7 +153,7 @@ static void xpbd_solve(pli_body* body) {
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
 }
 
-static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve};
+static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve, true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -191,29 +218,19 @@ static const plii_feature_class xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-static int xpbd_find_kind(const xpbd_state* state, const plii_xpbd_kind* kind) {
-    for (int k = 0; k < state->kind_count; ++k) {
-        if (state->kinds[k] == kind) { return k; }
+static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_xpbd_kind* kind) {
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k] == kind) { return k; }
     }
     return PLI_NULL_INDEX;
 }
 
-static void xpbd_insert_kind(xpbd_state* state, const plii_xpbd_kind* kind, void* kind_state) {
-    int place = state->kind_count++;
-    for (; place > 0 && state->kinds[place - 1]->order > kind->order; --place) {
-        state->kinds[place] = state->kinds[place - 1];
-        state->kind_states[place] = state->kind_states[place - 1];
-    }
-    state->kinds[place] = kind;
-    state->kind_states[place] = kind_state;
-}
-
-static void xpbd_remove_kind(pli_body* body, xpbd_state* state, int place) {
-    const plii_xpbd_kind* kind = state->kinds[place];
-    state->kind_count -= 1;
-    for (int k = place; k < state->kind_count; ++k) {
-        state->kinds[k] = state->kinds[k + 1];
-        state->kind_states[k] = state->kind_states[k + 1];
+static void xpbd_remove_kind(pli_body* body, xpbd_kinds* kinds, int place) {
+    const plii_xpbd_kind* kind = kinds->at[place];
+    kinds->count -= 1;
+    for (int k = place; k < kinds->count; ++k) {
+        kinds->at[k] = kinds->at[k + 1];
+        kinds->states[k] = kinds->states[k + 1];
     }
     plii_feature_disable(body, kind->klass);
 }
@@ -226,17 +243,17 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, con
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     }
     PLII_TRY(plii_feature_enable(body, kind->klass, state));
-    if (xpbd_find_kind(solver, kind) == PLI_NULL_INDEX) { xpbd_insert_kind(solver, kind, *state); }
+    if (xpbd_find_kind(&solver->kinds, kind) == PLI_NULL_INDEX) { xpbd_insert_kind(&solver->kinds, kind, *state); }
     return PLI_OK;
 }
 
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     xpbd_state* solver = plii_feature_state(body, &xpbd_class);
-    const int place = solver != NULL ? xpbd_find_kind(solver, kind) : PLI_NULL_INDEX;
+    const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    xpbd_remove_kind(body, solver, place);
+    xpbd_remove_kind(body, &solver->kinds, place);
     return PLI_OK;
 }
 
@@ -291,8 +308,8 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
-    while (state->kind_count > 0) {
-        xpbd_remove_kind(body, state, state->kind_count - 1);
+    while (state->kinds.count > 0) {
+        xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
     }
     plii_feature_disable(body, &xpbd_class);
     return PLI_OK;

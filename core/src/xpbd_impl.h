@@ -17,6 +17,8 @@ typedef struct plii_xpbd_substep {
 
 typedef void plii_xpbd_run_fn(pli_body* body, void* state, const plii_xpbd_substep* substep);
 
+/* Kinds that only XPBD has are enabled by plii_xpbd_enable_kind; features of other solvers name theirs in their class
+   and take part whenever the body is stepped by XPBD. */
 typedef struct plii_xpbd_kind {
     int order;
     const plii_feature_class* klass;
@@ -32,8 +34,10 @@ enum {
     PLII_XPBD_ORDER_VOLUME = 30,
     PLII_XPBD_ORDER_LINKS = 40,
     PLII_XPBD_ORDER_ANCHORS = 50,
+    PLII_XPBD_ORDER_SELF_COLLISION = 55, /* rigid bodies have the last word */
     PLII_XPBD_ORDER_RIGID_CONTACTS = 60,
-    PLII_XPBD_ORDER_SOFT_CONTACTS = 70
+    PLII_XPBD_ORDER_SOFT_CONTACTS = 70,
+    PLII_XPBD_ORDER_SELF_FACES = 1000 /* nothing may move nodes after this */
 };
 
 /* Enables the feature of a kind and lets it take part in sweeps; fails unless the body is stepped by XPBD. */

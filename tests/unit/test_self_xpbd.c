@@ -1,0 +1,230 @@
+/* Self-collision under XPBD: enabled as with other solvers, before or after it; rules of the response in a substep;
+   cloth in folds against a search of all pairs; all three modules. */
+
+#include "self_cloth.h"
+
+static void enable_xpbd(pli_body* body, int substeps, bool has_links) {
+    pli_xpbd_def def = pli_xpbd_def_default();
+    def.substeps = substeps;
+    assert_int_equal(pli_body_enable_xpbd(body, &def), PLI_OK);
+    if (!has_links) { return; }
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+    const pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
+    assert_int_equal(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_OK);
+}
+
+// ----------------------------------------------------------------------------------------------------- the response
+
+/* Loose nodes, no gravity; one substep, so that a step can be told by hand. */
+static pli_body* make_loose(self_scene* scene, int count, const pli_vec3* positions, const float* masses) {
+    assert_int_equal(pli_world_set_gravity(scene->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(scene->context, &mesh), PLI_OK);
+    for (int i = 0; i < count; ++i) {
+        assert_int_equal(pli_mesh_append_node(mesh, positions[i], masses[i], NULL), PLI_OK);
+    }
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static pli_self_collision_def make_def(float thickness, float friction, float speed_limit_ratio) {
+    pli_self_collision_def def = pli_self_collision_def_default();
+    def.thickness = thickness;
+    def.friction = friction;
+    def.speed_limit_ratio = speed_limit_ratio;
+    return def;
+}
+
+static void test_pairs_are_parted_by_inverse_mass(void** data) {
+    self_scene* scene = *data;
+    const pli_vec3 rest[4] = {{0, 0, 0}, {1, 0, 0}, {0, 5, 0}, {1, 5, 0}};
+    const float masses[4] = {1, 3, 0, 2};
+    const pli_vec3 near[4] = {{0, 0, 0}, {0.06f, 0, 0}, {0, 5, 0}, {0.06f, 5, 0}};
+    for (int order = 0; order < 2; ++order) { /* of enabling */
+        pli_body* body = make_loose(scene, 4, rest, masses);
+        const pli_self_collision_def def = make_def(0.1f, 0, 0);
+        if (order == 0) { enable_xpbd(body, 1, false); }
+        assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+        if (order == 1) { enable_xpbd(body, 1, false); }
+        assert_int_equal(pli_body_set_state(body, near, NULL), PLI_OK);
+        self_steps(scene, 1);
+        const pli_vec4* x = pli_body_get_view(body).positions;
+        check_near(x[0].x, -0.03, 1e-7); /* 3/4 of 0.04 */
+        check_near(x[1].x, 0.07, 1e-7);
+        check_near(x[2].x, 0.0, 0.0); /* pinned */
+        check_near(x[3].x, 0.1, 1e-7);
+        const pli_self_collision_report report = pli_body_get_self_collision_report(body);
+        assert_int_equal(report.pairs, 2);
+        assert_int_equal(report.contacts, 2);
+        assert_int_equal(report.searches, 1);
+        pli_body_destroy(body);
+    }
+}
+
+static void test_smaller_distance_at_rest_is_kept_instead(void** data) {
+    self_scene* scene = *data;
+    const pli_vec3 rest[3] = {{0, 0, 0}, {0.05f, 0, 0}, {0.05f, 0, 0}}, near[3] = {{0, 0, 0}, {0.02f, 0, 0}, {9, 0, 0}};
+    const float masses[3] = {1, 1, 1};
+    pli_body* body = make_loose(scene, 3, rest, masses);
+    const pli_self_collision_def def = make_def(0.1f, 0, 0);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    enable_xpbd(body, 1, false);
+    self_steps(scene, 1);
+    check_near(self_smallest_distance(body), 0.0, 0.0); /* as at rest: nothing happens */
+    assert_int_equal(pli_body_set_state(body, near, NULL), PLI_OK);
+    self_steps(scene, 1);
+    const pli_body_view view = pli_body_get_view(body);
+    check_near(self_distance(&view, 0, 1), 0.05, 1e-7);
+}
+
+/* The limit is that of a substep: ratio * thickness * substeps / dt. */
+static void test_speed_limit_is_that_of_a_substep(void** data) {
+    self_scene* scene = *data;
+    const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}}, velocities[2] = {{0, 30, 0}, {0, 10, 0}};
+    const float masses[2] = {1, 1};
+    pli_body* body = make_loose(scene, 2, rest, masses);
+    const pli_self_collision_def def = make_def(0.1f, 0, 0.2f);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    enable_xpbd(body, 10, false);
+    assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
+    self_steps(scene, 1);
+    check_near(pli_body_get_view(body).velocities[0].y, 0.2 * 0.1 * 600, 1e-4);
+    check_near(pli_body_get_view(body).velocities[1].y, 10, 1e-4);
+    assert_true(pli_body_get_self_collision_report(body).limited_nodes > 0); /* of all substeps */
+}
+
+// ------------------------------------------------------------------------------------------------- cloth in folds
+
+enum { FOLD_NODES = 24 };
+static const float fold_spacing = 0.02f, fold_thickness = 0.018f;
+
+static pli_body* make_folding_cloth(self_scene* scene) {
+    self_scene_add_floor(scene);
+    pli_mesh* mesh = self_sheet_mesh(scene->context, FOLD_NODES, fold_spacing, pli_vec3_make(0, 0.27f, 0), true);
+    pli_body* body = self_make_body(scene, mesh, 0.01f, 0.02f);
+    enable_xpbd(body, 10, true);
+    return body;
+}
+
+static double fold_speed(const pli_body* body) {
+    return sqrt(2.0 * (double)pli_body_kinetic_energy(body) / (double)pli_body_total_mass(body));
+}
+
+/* Smallest distance of unlinked nodes after the first second, in thicknesses. */
+static double run_fold(self_scene* scene, const pli_body* body, int frames) {
+    double smallest = 1e30;
+    for (int frame = 0; frame < frames; ++frame) {
+        self_steps(scene, 1);
+        if (frame >= 60 && frame % 10 == 0) {
+            smallest = fmin(smallest, self_smallest_distance(body) / (double)fold_thickness);
+        }
+    }
+    assert_false(pli_body_is_frozen(body));
+    return smallest;
+}
+
+static void test_folding_cloth_keeps_its_distance(void** data) {
+    self_scene* scene = *data;
+    pli_body* body = make_folding_cloth(scene);
+    const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    const double smallest = run_fold(scene, body, 600);
+    print_message("smallest distance %.3f thicknesses, speed %.4f m/s\n", smallest, fold_speed(body));
+    assert_true(smallest > 0.5);
+}
+
+/* The measure can fail. */
+static void test_folding_cloth_without_self_collision_collapses(void** data) {
+    self_scene* scene = *data;
+    const pli_body* body = make_folding_cloth(scene);
+    const double smallest = run_fold(scene, body, 300);
+    print_message("without: smallest distance %.3f thicknesses, speed %.4f m/s\n", smallest, fold_speed(body));
+    check_at_most(smallest, 0.2);
+}
+
+static void test_grids_work_after_the_step(void** data) {
+    self_scene* scene = *data;
+    pli_body* body = make_folding_cloth(scene);
+    pli_self_grids_def def = pli_self_grids_def_default();
+    def.distance = fold_thickness;
+    assert_int_equal(pli_body_enable_self_grids(body, &def), PLI_OK);
+    const double smallest = run_fold(scene, body, 300);
+    print_message("grids: smallest distance %.3f thicknesses, speed %.4f m/s\n", smallest, fold_speed(body));
+    assert_true(pli_body_get_self_grids_report(body).pairs > 0);
+}
+
+static void test_faces_do_not_cross(void** data) {
+    self_scene* scene = *data;
+    self_scene_add_floor(scene);
+    pli_mesh* mesh = self_sheet_mesh(scene->context, 10, 0.05f, pli_vec3_make(0, 0.27f, 0), true);
+    pli_body* body = self_make_body(scene, mesh, 0.01f, 0.02f);
+    enable_xpbd(body, 5, true);
+    pli_self_faces_def def = pli_self_faces_def_default();
+    assert_int_equal(pli_body_enable_self_faces(body, &def), PLI_OK);
+    int worst = 0;
+    for (int i = 0; i < 200; ++i) {
+        int now = 0;
+        self_steps(scene, 1);
+        assert_int_equal(pli_body_count_crossings(body, &now), PLI_OK);
+        worst = now > worst ? now : worst;
+    }
+    assert_int_equal(worst, 0);
+    assert_true(pli_body_get_self_faces_report(body).pairs > 0);
+    assert_false(pli_body_is_frozen(body));
+}
+
+static void test_solver_can_be_changed_on_the_way(void** data) {
+    self_scene* scene = *data;
+    pli_body* body = make_folding_cloth(scene);
+    const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    self_steps(scene, 60);
+    assert_int_equal(pli_body_disable_xpbd(body), PLI_OK);
+    self_steps(scene, 60);
+    assert_true(pli_body_get_self_collision_report(body).pairs > 0);
+    const pli_implicit_def implicit = pli_implicit_def_default();
+    assert_int_equal(pli_body_enable_implicit(body, &implicit), PLI_OK);
+    self_steps(scene, 10);
+    assert_true(pli_body_get_self_collision_report(body).pairs > 0);
+    assert_false(pli_body_is_frozen(body));
+}
+
+static void test_steps_repeat_bit_for_bit_without_allocation(void** unused) {
+    (void)unused;
+    uint64_t hashes[2];
+    for (int run = 0; run < 2; ++run) {
+        void* data = NULL;
+        assert_int_equal(self_scene_setup(&data), 0);
+        self_scene* scene = data;
+        pli_body* body = make_folding_cloth(scene);
+        const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+        assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+        self_steps(scene, 200);
+        const uint64_t allocations = pli_context_allocation_count(scene->context);
+        self_steps(scene, 40);
+        assert_true(pli_context_allocation_count(scene->context) == allocations);
+        hashes[run] = pli_body_state_hash(body);
+        assert_int_equal(self_scene_teardown(&data), 0);
+    }
+    assert_true(hashes[0] == hashes[1]);
+}
+
+#define SELF_TEST(name) cmocka_unit_test_setup_teardown(name, self_scene_setup, self_scene_teardown)
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        SELF_TEST(test_pairs_are_parted_by_inverse_mass),
+        SELF_TEST(test_smaller_distance_at_rest_is_kept_instead),
+        SELF_TEST(test_speed_limit_is_that_of_a_substep),
+        SELF_TEST(test_folding_cloth_keeps_its_distance),
+        SELF_TEST(test_folding_cloth_without_self_collision_collapses),
+        SELF_TEST(test_grids_work_after_the_step),
+        SELF_TEST(test_faces_do_not_cross),
+        SELF_TEST(test_solver_can_be_changed_on_the_way),
+        cmocka_unit_test(test_steps_repeat_bit_for_bit_without_allocation),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
