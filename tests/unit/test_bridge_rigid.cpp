@@ -95,7 +95,8 @@ static void test_momentum_is_conserved_with_continuous_collision(void**) {
     // Sweeps of the game see the sheet.
     btSphereShape probe(btScalar(0.1));
     const pli_vec3 c = center(sheet);
-    const btVector3 above(c.x, c.y + 5, c.z), below(c.x, c.y - 5, c.z);
+    const btVector3 middle{btScalar(c.x), btScalar(c.y), btScalar(c.z)};
+    const btVector3 above = middle + btVector3(0, 5, 0), below = middle - btVector3(0, 5, 0);
     btCollisionWorld::ClosestConvexResultCallback hit(above, below);
     hit.m_collisionFilterMask = btBroadphaseProxy::AllFilter;
     stock.world->convexSweepTest(&probe, btTransform(btQuaternion::getIdentity(), above),
