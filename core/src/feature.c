@@ -2,7 +2,7 @@
 
 #include "feature.h"
 
-#include "body_impl.h"
+#include "world_impl.h"
 
 static int feature_find(const pli_body* body, const plii_feature_class* klass) {
     const plii_pipeline* pipeline = &body->pipeline;
@@ -169,4 +169,50 @@ size_t plii_feature_bytes(const pli_body* body) {
         if (feature->klass->bytes != NULL) { bytes += feature->klass->bytes(body, feature->state); }
     }
     return bytes;
+}
+
+// ------------------------------------------------------------------------------------------------------- run
+
+static const char* feature_name_at(const plii_pipeline* pipeline, plii_stage stage, const plii_pipeline_entry* entry) {
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        if (feature->state == entry->state && feature->klass->stages[stage].run == entry->run) {
+            return feature->klass->name;
+        }
+    }
+    return NULL;
+}
+
+static void feature_run_stage_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                       const plii_step* step) {
+    static const char* const names[PLII_STAGE_COUNT] = {
+        [PLII_STAGE_FORCES] = "forces",
+        [PLII_STAGE_UPDATE] = "update",
+        [PLII_STAGE_JOINT_PREPARE] = "joint prepare",
+        [PLII_STAGE_JOINT_SOLVE] = "joint solve",
+        [PLII_STAGE_JOINT_FINISH] = "joint finish",
+        [PLII_STAGE_PREPARE] = "prepare",
+        [PLII_STAGE_VELOCITY] = "velocity",
+        [PLII_STAGE_POSITION] = "position",
+        [PLII_STAGE_DRIFT] = "drift",
+        [PLII_STAGE_FINISH] = "finish",
+        [PLII_STAGE_REFRESH] = "refresh",
+    };
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        const plii_pipeline_entry* entry = &pipeline->entries[i];
+        const char* name = feature_name_at(pipeline, stage, entry);
+        plii_world_profile(body->world, names[stage], name, true);
+        entry->run(body, entry->state, step);
+        plii_world_profile(body->world, names[stage], name, false);
+    }
+}
+
+void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+    if (body->world->profile != NULL) {
+        feature_run_stage_profiled(body, pipeline, stage, step);
+        return;
+    }
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        pipeline->entries[i].run(body, pipeline->entries[i].state, step);
+    }
 }

@@ -158,11 +158,6 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
 
-static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                  const plii_step* step) {
-    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        pipeline->entries[i].run(body, pipeline->entries[i].state, step);
-    }
-}
+void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
 
 #endif

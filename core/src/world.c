@@ -81,6 +81,14 @@ pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     return PLI_OK;
 }
 
+pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user) {
+    PLII_TRY(plii_check_world(world, __func__));
+    if (world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "not while stepping"); }
+    world->profile = profile;
+    world->profile_user = user;
+    return PLI_OK;
+}
+
 // ---------------------------------------------------------------------------------------------------- lists
 
 pli_status plii_world_add_body(pli_world* world, pli_body* body) {
@@ -196,9 +204,11 @@ pli_status pli_world_predict(pli_world* world, float dt) {
         world->rigids[i]->was_touched = false;
         world->rigids[i]->was_held_back = false;
     }
+    plii_world_profile(world, "predict", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->predict(world->bodies[i], dt); }
     }
+    plii_world_profile(world, "predict", NULL, false);
     return PLI_OK;
 }
 
@@ -221,9 +231,11 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     if (body->is_frozen || pli_body_ignores_rigid(body, rigid)) { return PLI_OK; }
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->collide_rigid != NULL) {
-            PLII_TRY(feature->klass->collide_rigid(body, feature->state, rigid));
-        }
+        if (feature->klass->collide_rigid == NULL) { continue; }
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        const pli_status status = feature->klass->collide_rigid(body, feature->state, rigid);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+        PLII_TRY(status);
     }
     return PLI_OK;
 }
@@ -239,9 +251,11 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
         const plii_feature* feature = &body_a->pipeline.features[i];
         if (feature->klass->collide_body == NULL) { continue; }
         void* other_state = plii_feature_state(body_b, feature->klass);
-        if (other_state != NULL) {
-            PLII_TRY(feature->klass->collide_body(body_a, feature->state, body_b, other_state));
-        }
+        if (other_state == NULL) { continue; }
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        const pli_status status = feature->klass->collide_body(body_a, feature->state, body_b, other_state);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+        PLII_TRY(status);
     }
     return PLI_OK;
 }
@@ -272,15 +286,21 @@ static void world_solve_joints(pli_world* world) {
 pli_status pli_world_solve(pli_world* world) {
     PLII_TRY(plii_check_world(world, __func__));
     if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+    plii_world_profile(world, "joints", NULL, true);
     world_solve_joints(world);
+    plii_world_profile(world, "joints", NULL, false);
+    plii_world_profile(world, "solve", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->solve(world->bodies[i]); }
     }
+    plii_world_profile(world, "solve", NULL, false);
     /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
+    plii_world_profile(world, "refresh", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
         if (!body->is_frozen && !plii_solver_freeze_if_not_finite(body)) { plii_body_refresh(body); }
     }
+    plii_world_profile(world, "refresh", NULL, false);
     world->is_stepping = false;
     return PLI_OK;
 }

@@ -20,6 +20,8 @@ struct pli_world {
     int rigid_count, rigid_capacity;
     pli_event* events;
     int event_count, event_capacity;
+    pli_profile_fn* profile; /* NULL: off */
+    void* profile_user;
 };
 
 #define PLII_WORLD_MAGIC 0x70776c64u
@@ -30,6 +32,10 @@ void plii_world_remove_body(pli_world* world, pli_body* body);
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_add_event(pli_world* world, pli_event event);
+
+static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
+    if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
+}
 
 pli_status plii_check_world(const pli_world* world, const char* function);
 

@@ -28,6 +28,15 @@ struct CompareOptions {
     bool json = false;
 };
 
+struct BenchOptions {
+    std::vector<std::string> scenes;
+    std::string series; // in place of scenes
+    int frames = 0;     // 0: 300, or 60 when quick; in a series by size
+    bool is_quick = false;
+    std::string csv_file;
+    bool json = false;
+};
+
 struct DemoOptions {
     std::string folder = "pliant-demo";
     int frames = 300;
@@ -36,6 +45,7 @@ struct DemoOptions {
 int run_list(const ListOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
+int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
 
 } // namespace app

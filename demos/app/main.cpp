@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+using app::BenchOptions;
 using app::CompareOptions;
 using app::DemoOptions;
 using app::ListOptions;
@@ -70,6 +71,19 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
     command->callback([&] { chosen = [&] { return app::run_compare(options); }; });
 }
 
+static void add_bench(CLI::App& program, BenchOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("bench", "Measure what soft bodies cost, in Pliant and in btSoftBody");
+    command->add_option("scenes", options.scenes, "Names of scenes, or all")->type_name("SCENE");
+    command->add_option("--series", options.series, "Scenes of growing size instead: sheet, sphere or bodies")
+        ->check(CLI::IsMember({"sheet", "sphere", "bodies"}).description(""))
+        ->type_name("NAME");
+    add_frames(command, options.frames, "Frames of 1/60 s (default: 300, or 60 with --quick)");
+    command->add_flag("--quick", options.is_quick, "Fewer frames, and each only once");
+    command->add_option("--csv", options.csv_file, "Write one line per scene")->type_name("FILE");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_bench(options); }; });
+}
+
 static void add_demo(CLI::App& program, DemoOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("demo", "Run four scenes on both engines and make a page of pictures");
     command->add_option("--out", options.folder, "Folder for the page and its pictures (default: pliant-demo)")
@@ -99,6 +113,7 @@ static int run_program(int argument_count, char** arguments) {
     ListOptions list;
     RunOptions run;
     CompareOptions compare;
+    BenchOptions bench;
     DemoOptions demo;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
@@ -107,6 +122,7 @@ static int run_program(int argument_count, char** arguments) {
     add_list(program, list, chosen);
     add_run(program, run, chosen);
     add_compare(program, compare, chosen);
+    add_bench(program, bench, chosen);
     add_demo(program, demo, chosen);
     try {
         program.parse(argument_count, arguments);

@@ -4,12 +4,14 @@
 
 #include "stopwatch.h"
 
+#include <BulletSoftBody/btDefaultSoftBodySolver.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <optional>
 
 namespace demos {
 
@@ -175,6 +177,7 @@ struct Sphere final : btSoftBody::ImplicitFn {
 } // namespace
 
 void BulletEngine::add_soft(const SoftRecord& record) {
+    const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory
     require_connected(record);
     std::unique_ptr<btSoftBody> body = make_body(info_, pli_mesh_get_view(record.mesh.get()));
     configure(*body, record.def);
@@ -190,11 +193,33 @@ void BulletEngine::add_soft(const SoftRecord& record) {
 
 // ------------------------------------------------------------------------------------------------------ engine
 
+// Predicts, and closes what on_tick opens: everything of btSoftBody that follows the rigid half of a step.
+class BulletEngine::TimedSolver final : public btDefaultSoftBodySolver {
+public:
+    explicit TimedSolver(SoftClock& clock) : clock_(clock) {}
+
+    void predictMotion(btScalar seconds) override {
+        const SoftClock::Window window(clock_, SoftPart::predict);
+        btDefaultSoftBodySolver::predictMotion(seconds);
+    }
+    void begin_solve() { solve_.emplace(clock_, SoftPart::solve); }
+    void updateSoftBodies() override {
+        btDefaultSoftBodySolver::updateSoftBodies();
+        solve_.reset();
+    }
+
+private:
+    SoftClock& clock_;
+    std::optional<SoftClock::Window> solve_;
+};
+
 BulletEngine::BulletEngine(const Description& description)
     : description_(description), drive_(description.drives),
       rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
-    rigids_.adopt(std::make_unique<btSoftRigidDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
-                                                             &rigids_.solver(), &rigids_.configuration()),
+    solver_ = std::make_unique<TimedSolver>(rigids_.clock());
+    rigids_.adopt(std::make_unique<TimedWorld<btSoftRigidDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
+                                                                         &rigids_.broadphase(), &rigids_.solver(),
+                                                                         &rigids_.configuration(), solver_.get()),
                   description.gravity);
     info_.m_broadphase = &rigids_.broadphase();
     info_.m_dispatcher = &rigids_.dispatcher();
@@ -212,6 +237,7 @@ BulletEngine::BulletEngine(const Description& description)
     while (next_rigid < description.rigids.size()) {
         rigids_.add(description.rigids[next_rigid++]);
     }
+    const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory
     for (size_t i = 0; i < softs_.size(); ++i) {
         for (const AnchorRecord& anchor : description.softs[i].anchors) {
             softs_[i]->appendAnchor(anchor.node, rigids_.body(anchor.rigid), anchor.disable_collision,
@@ -274,6 +300,7 @@ void BulletEngine::add_joint(const JointRecord& record) {
 void BulletEngine::on_tick(btDynamicsWorld* world, btScalar) {
     const auto* self = static_cast<const BulletEngine*>(world->getWorldUserInfo());
     if (self->before_solve_) { self->before_solve_(); }
+    self->solver_->begin_solve();
 }
 
 BulletEngine::~BulletEngine() {
@@ -286,18 +313,26 @@ void BulletEngine::step() {
     run_control_events(frames_);
     for (const CutRecord& cut : description_.cuts) {
         if (cut.frame != frames_) { continue; }
+        const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory: times start after it
         Sphere sphere;
         sphere.center = body(cut.soft).m_nodes[cut.node].m_x;
         sphere.radius = cut.radius;
         body(cut.soft).refine(&sphere, cut_accuracy, true);
     }
     ++frames_;
+    rigids_.clock().start_step();
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
 }
 
 void BulletEngine::set_wind(int soft, pli_vec3 wind) {
     body(soft).setWindVelocity(to_bullet(wind));
+}
+
+size_t BulletEngine::soft_bytes() const {
+    // The cells of the sampled distances do not go through Bullet's allocator.
+    const auto cells = static_cast<size_t>(info_.m_sparsesdf.ncells) * sizeof(btSparseSdf<3>::Cell);
+    return static_cast<size_t>(std::max<int64_t>(rigids_.clock().live_bytes(), 0)) + cells;
 }
 
 SoftState BulletEngine::soft(int index) const {

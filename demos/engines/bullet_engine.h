@@ -22,6 +22,9 @@ public:
     const Description& description() const override { return description_; }
     void step() override;
     double step_milliseconds() const override { return milliseconds_; }
+    const StepTimes& step_times() const override { return rigids_.clock().times(); }
+    size_t soft_bytes() const override;
+    uint64_t soft_allocations() const override { return rigids_.clock().allocations(); }
     SoftState soft(int index) const override;
     RigidState rigid(int index) const override { return rigids_.state(index); }
     void set_wind(int soft, pli_vec3 wind) override;
@@ -37,6 +40,7 @@ public:
 
 private:
     struct JointControl;
+    class TimedSolver;
 
     void add_soft(const SoftRecord& record);
     void add_joint(const JointRecord& record);
@@ -48,6 +52,7 @@ private:
     std::vector<std::unique_ptr<JointControl>> controls_;
     std::vector<std::unique_ptr<btSoftBody>> softs_; // the world goes before its bodies
     RigidWorld rigids_;
+    std::unique_ptr<TimedSolver> solver_;
     std::function<void()> before_solve_;
     int frames_ = 0;
     double milliseconds_ = 0;

@@ -158,6 +158,16 @@ struct RigidState {
     pli_vec3 linear_velocity, angular_velocity;
 };
 
+// Where a step calls soft bodies.
+enum class SoftPart { predict, collide, solve };
+constexpr int soft_part_count = 3;
+
+// Of one step, ms; the rigid bodies' own work is in none of them.
+struct StepTimes {
+    double parts[soft_part_count] = {};
+    double sum() const { return parts[0] + parts[1] + parts[2]; }
+};
+
 class Engine : public scene_run {
 public:
     virtual EngineKind kind() const = 0;
@@ -168,6 +178,12 @@ public:
     virtual void step() = 0;
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.
     virtual double step_milliseconds() const = 0;
+    // What the soft bodies took of it.
+    virtual const StepTimes& step_times() const = 0;
+    // Of the soft bodies at present; for btSoftBody only when count_bullet_memory() was called first.
+    virtual size_t soft_bytes() const = 0;
+    // Allocations that the soft bodies have made so far; as above.
+    virtual uint64_t soft_allocations() const = 0;
 
     virtual SoftState soft(int index) const = 0;
     virtual RigidState rigid(int index) const = 0;
@@ -192,6 +208,7 @@ struct Measures {
     int nodes = 0, links = 0, faces = 0, tetras = 0, clusters = 0;
     bool finite = true;
     double max_stretch = 0;    // largest |length / rest - 1|
+    double rms_stretch = 0;    // root mean square over the links
     double kinetic_energy = 0; // J, soft bodies
     uint64_t state_hash = 0;   // bits of positions and velocities of all soft bodies
 };

@@ -41,15 +41,21 @@ void measure_nodes(const SoftState& state, Measures& measures) {
     }
 }
 
-void measure_links(const SoftState& state, Measures& measures) {
+// Adds squares to `rms_stretch`, and returns how many.
+int measure_links(const SoftState& state, Measures& measures) {
+    int measured = 0;
     for (size_t i = 0; i < state.rest_lengths.size(); ++i) {
         const double rest = static_cast<double>(state.rest_lengths[i]);
         if (!(rest > 0.0)) { continue; }
         const pli_vec3 a = state.positions[static_cast<size_t>(state.link_nodes[2 * i])];
         const pli_vec3 b = state.positions[static_cast<size_t>(state.link_nodes[2 * i + 1])];
         const double length = std::sqrt(length_squared(pli_vec3_sub(b, a)));
-        measures.max_stretch = std::fmax(measures.max_stretch, std::fabs(length / rest - 1.0));
+        const double stretch = std::fabs(length / rest - 1.0);
+        measures.max_stretch = std::fmax(measures.max_stretch, stretch);
+        measures.rms_stretch += stretch * stretch;
+        ++measured;
     }
+    return measured;
 }
 
 } // namespace
@@ -58,6 +64,7 @@ Measures measure(const Engine& engine) {
     Measures measures;
     measures.state_hash = 14695981039346656037u;
     const size_t count = engine.description().softs.size();
+    int measured_links = 0;
     for (size_t i = 0; i < count; ++i) {
         const SoftState state = engine.soft(static_cast<int>(i));
         measures.nodes += static_cast<int>(state.positions.size());
@@ -66,8 +73,9 @@ Measures measure(const Engine& engine) {
         measures.tetras += static_cast<int>(state.tetra_nodes.size() / 4);
         measures.clusters += state.cluster_count;
         measure_nodes(state, measures);
-        measure_links(state, measures);
+        measured_links += measure_links(state, measures);
     }
+    if (measured_links > 0) { measures.rms_stretch = std::sqrt(measures.rms_stretch / measured_links); }
     return measures;
 }
 

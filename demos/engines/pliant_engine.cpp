@@ -6,19 +6,24 @@
 
 #include <pliant_bullet/cluster_distance.h>
 
+#include <algorithm>
+
 namespace demos {
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
     : description_(description), options_(options), drive_(description.drives),
       rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
-    rigids_.adopt(std::make_unique<btDiscreteDynamicsWorld>(&rigids_.dispatcher(), &rigids_.broadphase(),
-                                                            &rigids_.solver(), &rigids_.configuration()),
+    rigids_.adopt(std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
+                                                                        &rigids_.broadphase(), &rigids_.solver(),
+                                                                        &rigids_.configuration()),
                   description.gravity);
+    rigids_.world().addAction(&start_);
     pliant::BridgeDef def;
     def.world.gravity = description.gravity;
     def.mode = options_.reference ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
     bridge_ = std::make_unique<pliant::Bridge>(rigids_.world(), def);
     check(bridge_->status());
+    rigids_.world().addAction(&end_);
 
     size_t next_rigid = 0;
     for (const SoftRecord& soft : description.softs) {
@@ -188,6 +193,7 @@ void PliantEngine::step() {
         if (record.frame == frames_) { cut(record); }
     }
     ++frames_;
+    rigids_.clock().start_step();
     rigids_.world().stepSimulation(frame_seconds, 0);
     milliseconds_ = watch.milliseconds();
     check(bridge_->step_status());
@@ -196,6 +202,20 @@ void PliantEngine::step() {
 void PliantEngine::set_wind(int soft, pli_vec3 wind) {
     const pli_aero_def& def = description_.softs.at(static_cast<size_t>(soft)).def.aero;
     if (def.lift > 0.0f || def.drag > 0.0f) { check(pli_body_set_wind(body(soft), wind)); }
+}
+
+size_t PliantEngine::soft_bytes() const {
+    size_t bytes = pli_context_allocated_bytes(bridge_->context());
+    for (const pli_body* body : bodies_) {
+        // Lists that bodies share with their mesh, which is of another context.
+        const pli_body_view view = pli_body_get_view(body);
+        bytes += static_cast<size_t>(3 * view.face_count + 4 * view.tetra_count) * sizeof(int);
+    }
+    return bytes + static_cast<size_t>(std::max<int64_t>(rigids_.clock().live_bytes(), 0));
+}
+
+uint64_t PliantEngine::soft_allocations() const {
+    return pli_context_allocation_count(bridge_->context()) + rigids_.clock().allocations();
 }
 
 static pli_vec3 xyz(const pli_vec4& v) {

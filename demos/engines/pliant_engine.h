@@ -8,6 +8,8 @@
 
 #include <pliant_bullet/pliant_bullet.h>
 
+#include <optional>
+
 namespace demos {
 
 class PliantEngine final : public Engine {
@@ -20,6 +22,9 @@ public:
     const Description& description() const override { return description_; }
     void step() override;
     double step_milliseconds() const override { return milliseconds_; }
+    const StepTimes& step_times() const override { return rigids_.clock().times(); }
+    size_t soft_bytes() const override;
+    uint64_t soft_allocations() const override;
     SoftState soft(int index) const override;
     RigidState rigid(int index) const override { return rigids_.state(index); }
     void set_wind(int soft, pli_vec3 wind) override;
@@ -51,7 +56,24 @@ private:
     };
     Drive drive_;
     std::vector<std::unique_ptr<JointControl>> controls_;
+    // Actions around that of the bridge, which holds all of its step that follows the rigid half.
+    struct StartAction final : btActionInterface {
+        explicit StartAction(SoftClock& of) : clock(of) {}
+        void updateAction(btCollisionWorld*, btScalar) override { solve.emplace(clock, SoftPart::solve); }
+        void debugDraw(btIDebugDraw*) override {}
+        SoftClock& clock;
+        std::optional<SoftClock::Window> solve;
+    };
+    struct EndAction final : btActionInterface {
+        explicit EndAction(StartAction& of) : start(of) {}
+        void updateAction(btCollisionWorld*, btScalar) override { start.solve.reset(); }
+        void debugDraw(btIDebugDraw*) override {}
+        StartAction& start;
+    };
+
     RigidWorld rigids_;
+    StartAction start_{rigids_.clock()};
+    EndAction end_{start_};
     std::unique_ptr<pliant::Bridge> bridge_; // goes before the Bullet world
     std::vector<pli_body*> bodies_;
     int frames_ = 0;

@@ -31,7 +31,7 @@ static pli_transform from_bullet(const btTransform& t) {
 
 RigidWorld::RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration)
     : configuration_(std::move(configuration)),
-      dispatcher_(std::make_unique<btCollisionDispatcher>(configuration_.get())),
+      dispatcher_(std::make_unique<TimedDispatcher>(configuration_.get(), clock_)),
       broadphase_(std::make_unique<btAxisSweep3>(btVector3(-1000, -1000, -1000), btVector3(1000, 1000, 1000),
                                                  static_cast<unsigned short>(32766))),
       solver_(std::make_unique<btSequentialImpulseConstraintSolver>()) {}

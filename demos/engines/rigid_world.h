@@ -4,7 +4,7 @@
 // The rigid half of a scene in Bullet, the same for both engines: broad phase, solver, shapes and bodies as the demos
 // of Bullet set them up.
 
-#include "engine.h"
+#include "timed_world.h"
 
 #include <btBulletDynamicsCommon.h>
 
@@ -26,6 +26,8 @@ public:
     btConstraintSolver& solver() { return *solver_; }
     btCollisionConfiguration& configuration() { return *configuration_; }
     btDiscreteDynamicsWorld& world() { return *world_; }
+    SoftClock& clock() { return clock_; }
+    const SoftClock& clock() const { return clock_; }
 
     int object_count() const { return static_cast<int>(objects_.size()); }
     btCollisionObject& object(int index) const { return *objects_.at(static_cast<size_t>(index)); }
@@ -43,6 +45,7 @@ private:
         std::unique_ptr<btCollisionShape> shape;
     };
 
+    SoftClock clock_;
     // In the order in which they must be made; Bullet's parts hold plain pointers to each other.
     std::unique_ptr<btCollisionConfiguration> configuration_;
     std::unique_ptr<btCollisionDispatcher> dispatcher_;

@@ -28,6 +28,9 @@ static void test_cli_subcommands(void**) {
     expect_failure("run", 2, "scene is required (see pliant run --help)");
     expect_failure("run Bunny Cloth", 2, "not expected: Cloth");
     expect_failure("compare", 2, "scenes is required (see pliant compare --help)");
+    expect_failure("bench", 1, "bench takes either names of scenes or --series");
+    expect_failure("bench Bunny --series sheet", 1, "bench takes either names of scenes or --series");
+    expect_failure("bench --series cube", 2, "--series: cube not in {sheet,sphere,bodies}");
 }
 
 static void test_cli_scene_names(void**) {
@@ -36,6 +39,7 @@ static void test_cli_scene_names(void**) {
     expect_failure("run xyzzy", 1, "there is no scene named xyzzy; pliant list shows all");
     expect_failure("run ''", 1, "there is no scene named ");
     expect_failure("compare Bunny Pressur", 1, "there is no scene named Pressur; did you mean Pressure?");
+    expect_failure("bench all nowhere", 1, "there is no scene named nowhere");
     expect_failure("compare all nowhere", 1, "there is no scene named nowhere");
 }
 
@@ -45,6 +49,7 @@ static void test_cli_frames(void**) {
     }
     expect_failure("run Bunny --frames", 2, "--frames: 1 required N missing");
     expect_failure("compare Bunny --frames 0", 2, "--frames: Value 0 not in range 1 to 1000000");
+    expect_failure("bench Bunny --frames 0", 2, "--frames: Value 0 not in range 1 to 1000000");
     expect_failure("demo --frames 0", 2, "--frames: Value 0 not in range 1 to 1000000");
 }
 

@@ -264,6 +264,40 @@ static void test_same_input_gives_the_same_bits(void** unused) {
     assert_true(hashes[0] == hashes[1]);
 }
 
+typedef struct part_log {
+    int depth, calls;
+    int predicts, link_iterations;
+} part_log;
+
+static void log_part(const char* stage, const char* feature, bool begins, void* user) {
+    part_log* log = user;
+    log->calls += 1;
+    log->depth += begins ? 1 : -1;
+    assert_in_range(log->depth, 0, 2);
+    if (!begins) { return; }
+    if (strcmp(stage, "predict") == 0 && feature == NULL) { log->predicts += 1; }
+    if (strcmp(stage, "position") == 0 && strcmp(feature, "links") == 0) { log->link_iterations += 1; }
+}
+
+static void test_profile_names_what_a_step_does(void** unused) {
+    (void)unused;
+    make_rope(pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 6, PLI_ROPE_PIN_FIRST, 1.0f, 4);
+    part_log log = {0};
+    assert_int_equal(pli_world_set_profile(NULL, log_part, &log), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_world_set_profile(world, log_part, &log), PLI_OK);
+    step_many(3, 1.0f / 60.0f);
+    assert_int_equal(log.depth, 0);
+    assert_int_equal(log.predicts, 3);
+    assert_int_equal(log.link_iterations, 3 * 4);
+    assert_int_equal(pli_world_predict(world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_world_set_profile(world, NULL, NULL), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_world_solve(world), PLI_OK);
+    const int calls = log.calls;
+    assert_int_equal(pli_world_set_profile(world, NULL, NULL), PLI_OK);
+    step_many(1, 1.0f / 60.0f);
+    assert_int_equal(log.calls, calls);
+}
+
 #define DYNAMICS_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -279,6 +313,7 @@ int main(void) {
         DYNAMICS_TEST(test_body_that_leaves_the_numbers_is_put_back_and_frozen),
         DYNAMICS_TEST(test_freezing_is_reported_once),
         DYNAMICS_TEST(test_same_input_gives_the_same_bits),
+        DYNAMICS_TEST(test_profile_names_what_a_step_does),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -64,6 +64,16 @@ typedef struct pli_event {
 /// Events of the last step; valid until the next one.
 PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
 
+// --------------------------------------------------------------------------------------------------- profile
+
+/// Called where a part of a step begins and where it ends; parts nest. `stage` is "predict", "joints", "solve" or
+/// "refresh" for all bodies together, with `feature` NULL; inside these the stage of one body's feature ("forces",
+/// "update", "position", ...), and between them "collide", each with the feature's name.
+typedef void pli_profile_fn(const char* stage, const char* feature, bool begins, void* user);
+
+/// NULL, the default, costs one comparison per stage. Not while stepping.
+PLI_API pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user);
+
 #ifdef __cplusplus
 }
 #endif

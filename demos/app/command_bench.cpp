@@ -1,0 +1,245 @@
+// pliant bench: what the soft bodies of scenes cost in Pliant and in btSoftBody.
+
+#include "commands.h"
+#include "output_file.h"
+#include "progress.h"
+#include "scene_choice.h"
+#include "table.h"
+
+#include "../engines/bench.h"
+#include "../engines/bullet_memory.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+
+namespace app {
+
+using demos::BenchResult;
+using demos::EngineCost;
+
+// ------------------------------------------------------------------------------------------------------ figures
+
+static double bytes_per_node(const BenchResult& result, const EngineCost& cost) {
+    return static_cast<double>(cost.bytes) / std::max(result.nodes, 1);
+}
+
+// Geometric mean of the ratios of those results that have one; 0 without any.
+static double mean_ratio(const std::vector<BenchResult>& results, double (BenchResult::*ratio)() const,
+                         EngineCost BenchResult::*engine) {
+    double sum = 0;
+    int count = 0;
+    for (const BenchResult& result : results) {
+        if (!result.bullet.is_measured || !(result.*engine).is_measured) { continue; }
+        sum += std::log((result.*ratio)());
+        ++count;
+    }
+    return count > 0 ? std::exp(sum / count) : 0.0;
+}
+
+// --------------------------------------------------------------------------------------------------------- JSON
+
+static nlohmann::ordered_json number_or_null(double value) {
+    return value < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(value);
+}
+
+static nlohmann::ordered_json to_json(const BenchResult& result, const EngineCost& cost) {
+    if (!cost.is_measured) { return nullptr; }
+    return {{"median_ms", cost.median},
+            {"minimum_ms", cost.minimum},
+            {"mean_ms", cost.mean},
+            {"predict_ms", cost.parts[0]},
+            {"collide_ms", cost.parts[1]},
+            {"solve_ms", cost.parts[2]},
+            {"world_step_ms", cost.whole_step},
+            {"setup_ms", cost.setup},
+            {"rms_stretch", cost.rms_stretch},
+            {"max_stretch", cost.max_stretch},
+            {"finite", cost.finite},
+            {"bytes_per_node", bytes_per_node(result, cost)},
+            {"allocations_per_step", cost.allocations_per_step},
+            {"last_allocating_frame", cost.last_allocating_frame}};
+}
+
+static nlohmann::ordered_json to_json(const BenchResult& result) {
+    const bool has_ratio = result.bullet.is_measured, has_reference = has_ratio && result.reference.is_measured;
+    nlohmann::ordered_json stages = nlohmann::ordered_json::array();
+    for (const demos::StageCost& stage : result.stages) {
+        stages.push_back({{"stage", stage.stage},
+                          {"feature", stage.feature.empty() ? nlohmann::ordered_json(nullptr)
+                                                            : nlohmann::ordered_json(stage.feature)},
+                          {"microseconds", stage.microseconds}});
+    }
+    return {{"scene", result.scene},
+            {"nodes", result.nodes},
+            {"links", result.links},
+            {"clusters", result.clusters},
+            {"bodies", result.bodies},
+            {"ratio", number_or_null(has_ratio ? result.ratio() : -1.0)},
+            {"reference_ratio", number_or_null(has_reference ? result.reference_ratio() : -1.0)},
+            {"world_step_ratio", number_or_null(has_ratio ? result.whole_ratio() : -1.0)},
+            {"pliant", to_json(result, result.pliant)},
+            {"reference", to_json(result, result.reference)},
+            {"bullet", to_json(result, result.bullet)},
+            {"ns_per_link", number_or_null(result.ns_per_link)},
+            {"ns_per_contact", number_or_null(result.ns_per_contact)},
+            {"ns_per_cluster", number_or_null(result.ns_per_cluster)},
+            {"stages", stages}};
+}
+
+// ---------------------------------------------------------------------------------------------------------- CSV
+
+static std::string csv_heading() {
+    std::string line = "scene,nodes,links,clusters,bodies,ratio,reference_ratio,world_step_ratio,ns_per_link,"
+                       "ns_per_contact,ns_per_cluster";
+    for (const char* engine : {"pliant", "reference", "bullet"}) {
+        for (const char* key :
+             {"median_ms", "minimum_ms", "mean_ms", "predict_ms", "collide_ms", "solve_ms", "world_step_ms", "setup_ms",
+              "rms_stretch", "max_stretch", "bytes_per_node", "allocations_per_step"}) {
+            line += std::string(",") + engine + "_" + key;
+        }
+    }
+    return line + "\n";
+}
+
+static std::string csv_line(const BenchResult& result) {
+    const bool has_ratio = result.bullet.is_measured, has_reference = has_ratio && result.reference.is_measured;
+    std::string line = result.scene;
+    for (const int value : {result.nodes, result.links, result.clusters, result.bodies}) {
+        line += "," + std::to_string(value);
+    }
+    const auto add = [&](bool is_there, double value) { line += "," + (is_there ? exact(value) : std::string()); };
+    add(has_ratio, result.ratio());
+    add(has_reference, result.reference_ratio());
+    add(has_ratio, result.whole_ratio());
+    for (const double value : {result.ns_per_link, result.ns_per_contact, result.ns_per_cluster}) {
+        add(value >= 0.0, value);
+    }
+    for (const EngineCost* cost : {&result.pliant, &result.reference, &result.bullet}) {
+        for (const double value : {cost->median, cost->minimum, cost->mean, cost->parts[0], cost->parts[1],
+                                   cost->parts[2], cost->whole_step, cost->setup, cost->rms_stretch, cost->max_stretch,
+                                   bytes_per_node(result, *cost), cost->allocations_per_step}) {
+            add(cost->is_measured, value);
+        }
+    }
+    return line + "\n";
+}
+
+// --------------------------------------------------------------------------------------------------------- text
+
+static std::string or_dash(bool is_there, double value, int decimals) {
+    return is_there ? fixed(value, decimals) : "-";
+}
+
+static std::string summary_text(const std::vector<BenchResult>& results) {
+    Table table({"scene", "nodes", "links", "Pliant ms", "predict", "collide", "solve", "reference ms", "Bullet ms",
+                 "ratio", "ref. ratio", "world ratio", "ns/link", "stretch", "Bullet's", "B/node", "Bullet's",
+                 "alloc/step", "Bullet's"});
+    for (const BenchResult& result : results) {
+        const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
+        table.add(
+            {result.scene, std::to_string(result.nodes), std::to_string(result.links), fixed(result.pliant.median, 4),
+             fixed(result.pliant.parts[0], 4), fixed(result.pliant.parts[1], 4), fixed(result.pliant.parts[2], 4),
+             or_dash(has_reference, result.reference.median, 4), or_dash(has_bullet, result.bullet.median, 4),
+             or_dash(has_bullet, result.ratio(), 2), or_dash(has_bullet && has_reference, result.reference_ratio(), 2),
+             or_dash(has_bullet, result.whole_ratio(), 2), or_dash(result.ns_per_link >= 0.0, result.ns_per_link, 2),
+             fixed(result.pliant.rms_stretch, 4), or_dash(has_bullet, result.bullet.rms_stretch, 4),
+             fixed(bytes_per_node(result, result.pliant), 0),
+             or_dash(has_bullet, bytes_per_node(result, result.bullet), 0),
+             fixed(result.pliant.allocations_per_step, 2), or_dash(has_bullet, result.bullet.allocations_per_step, 2)});
+    }
+    return table.text();
+}
+
+static std::string stages_text(const BenchResult& result) {
+    Table table({"us per step", "stage", "feature"});
+    for (const demos::StageCost& stage : result.stages) {
+        table.add({fixed(stage.microseconds, 2), stage.stage, stage.feature});
+    }
+    return table.text();
+}
+
+static void print_text(const std::vector<BenchResult>& results) {
+    std::cout << summary_text(results);
+    const double mean = mean_ratio(results, &BenchResult::ratio, &BenchResult::pliant);
+    if (mean > 0.0 && results.size() > 1) {
+        std::cout << "geometric mean of the ratios: " << fixed(mean, 2);
+        const double reference = mean_ratio(results, &BenchResult::reference_ratio, &BenchResult::reference);
+        if (reference > 0.0) { std::cout << ", in reference mode " << fixed(reference, 2); }
+        std::cout << '\n';
+    }
+    if (results.size() == 1) { std::cout << '\n' << stages_text(results[0]); }
+    std::cout << "\nms: median over the frames of what the soft bodies take of a step. ratio: Bullet ms / Pliant ms; "
+                 "world ratio: of whole steps,\nrigid bodies included. stretch: root mean square of the links at the "
+                 "end. alloc/step: over the second half of the frames.\n";
+}
+
+// ------------------------------------------------------------------------------------------------------ command
+
+static std::vector<BenchResult> bench_scenes(const BenchOptions& options) {
+    const std::vector<const scene*> scenes = choose_scenes(options.scenes);
+    demos::BenchOptions bench;
+    bench.frames = options.frames > 0 ? options.frames : options.is_quick ? 60 : 300;
+    bench.rounds = options.is_quick ? 1 : 3;
+    std::vector<BenchResult> results;
+    Progress progress(options.json);
+    for (const scene* which : scenes) {
+        const std::unique_ptr<demos::Description> description = demos::Description::build(*which, {});
+        progress.start(std::string(which->name) + " [" + std::to_string(results.size() + 1) + "/" +
+                       std::to_string(scenes.size()) + "]");
+        results.push_back(
+            demos::bench_scene(*description, bench, [&](int frame, int frames) { progress.show(frame, frames); }));
+    }
+    return results;
+}
+
+static std::vector<BenchResult> bench_sizes(const BenchOptions& options) {
+    const std::vector<demos::BenchSeries>& all = demos::bench_series();
+    const auto series =
+        std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == options.series; });
+    std::vector<BenchResult> results;
+    Progress progress(options.json);
+    for (const scene& which : series->sizes) {
+        const std::unique_ptr<demos::Description> description = demos::Description::build(which, {});
+        demos::BenchOptions bench = demos::series_options(*description, options.is_quick);
+        if (options.frames > 0) { bench.frames = options.frames; }
+        progress.start(which.name);
+        results.push_back(
+            demos::bench_scene(*description, bench, [&](int frame, int frames) { progress.show(frame, frames); }));
+    }
+    return results;
+}
+
+int run_bench(const BenchOptions& options) {
+    if (options.scenes.empty() == options.series.empty()) {
+        throw demos::Error("bench takes either names of scenes or --series");
+    }
+    if (!options.scenes.empty()) { choose_scenes(options.scenes); } // an unknown name before the work
+    const OutputFile csv(options.csv_file);
+    demos::count_bullet_memory();
+    const std::vector<BenchResult> results = options.series.empty() ? bench_scenes(options) : bench_sizes(options);
+    std::string lines = csv_heading();
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const BenchResult& result : results) {
+        lines += csv_line(result);
+        rows.push_back(to_json(result));
+    }
+    csv.write(lines);
+    if (!options.json) {
+        print_text(results);
+        return 0;
+    }
+    const double mean = mean_ratio(results, &BenchResult::ratio, &BenchResult::pliant);
+    const double reference_mean = mean_ratio(results, &BenchResult::reference_ratio, &BenchResult::reference);
+    std::cout << nlohmann::ordered_json{{"scenes", rows},
+                                        {"geometric_mean", number_or_null(mean > 0.0 ? mean : -1.0)},
+                                        {"reference_geometric_mean",
+                                         number_or_null(reference_mean > 0.0 ? reference_mean : -1.0)}}
+                     .dump(2)
+              << '\n';
+    return 0;
+}
+
+} // namespace app
