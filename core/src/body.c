@@ -1,6 +1,7 @@
 /* A body's life and state: cooking a mesh, access to nodes, measures. Features live in their own files. */
 
 #include "mesh_impl.h"
+#include "solve_links.h"
 #include "world_impl.h"
 
 #include <string.h>
@@ -161,6 +162,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     made->collision_margin = used.collision_margin;
     made->solver_class = &plii_position_solver;
     made->solver = used.solver;
+    made->sweep_links = plii_links_sweep;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
     pli_status status = body_allocate_arrays(made, (pli_mesh*)(uintptr_t)mesh);
     if (status == PLI_OK) {
@@ -310,6 +312,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
                          (double)rest_length, link);
     }
     body->links[link].rest_length_squared = rest_length * rest_length;
+    body->rest_revision += 1;
     return PLI_OK;
 }
 

@@ -47,6 +47,10 @@ struct pli_body {
     pli_vec4* velocities;     /* [node_count] xyz */
     plii_link* links;         /* [link_count] */
     plii_link_tag* link_tags; /* [link_count] or NULL */
+    uint32_t rest_revision;   /* counts changes of rest lengths */
+    /* One sweep over the links on positions: in their order unless a feature knows better. */
+    void (*sweep_links)(pli_body* body, void* state);
+    void* sweep_links_state;
     pli_material* materials;  /* [material_count] */
     plii_topology* topology;
 

@@ -36,6 +36,39 @@ static void context_default_release(void* block, size_t size, void* user) {
     free(block);
 }
 
+static void context_serial_for(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    (void)grain;
+    (void)user;
+    range(0, count, task);
+}
+
+static bool context_has_simd(pli_simd simd) {
+    switch (simd) {
+    case PLI_SIMD_PORTABLE:
+        return true;
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_SSE2:
+        return true;
+    case PLI_SIMD_AVX2:
+        return __builtin_cpu_supports("avx2") != 0;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return true;
+#endif
+    default:
+        return false;
+    }
+}
+
+static pli_simd context_best_simd(void) {
+    static const pli_simd best_first[] = {PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
+    for (size_t i = 0; i < sizeof best_first / sizeof *best_first; ++i) {
+        if (context_has_simd(best_first[i])) { return best_first[i]; }
+    }
+    return PLI_SIMD_PORTABLE;
+}
+
 pli_context_def pli_context_def_default(void) {
     return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL}};
 }
@@ -47,12 +80,17 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
         used.allocator = pli_context_def_default().allocator;
     }
     if (used.allocator.allocate == NULL || used.allocator.release == NULL) { return PLI_ERROR_INVALID_VALUE; }
+    if (used.simd == PLI_SIMD_BEST) { used.simd = context_best_simd(); }
+    if (!context_has_simd(used.simd)) { return PLI_ERROR_INVALID_VALUE; }
     pli_context* made = used.allocator.allocate(sizeof *made, CONTEXT_ALIGNMENT, used.allocator.user);
     if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     memset(made, 0, sizeof *made);
     made->allocator = used.allocator;
     made->log = used.log;
     made->log_user = used.log_user;
+    made->parallel_for = used.parallel_for != NULL ? used.parallel_for : context_serial_for;
+    made->parallel_user = used.parallel_user;
+    made->simd = used.simd;
     *context = made;
     return PLI_OK;
 }

@@ -11,6 +11,9 @@ struct pli_context {
     pli_allocator allocator;
     pli_log_fn* log;
     void* log_user;
+    pli_parallel_for_fn* parallel_for; /* never NULL */
+    void* parallel_user;
+    pli_simd simd; /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
     char last_error[512];
@@ -42,6 +45,15 @@ bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, 
 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
+
+static inline void plii_parallel_for(const pli_context* context, pli_range_fn* range, void* task, int count,
+                                     int grain) {
+    if (count > grain) {
+        context->parallel_for(range, task, count, grain, context->parallel_user);
+    } else if (count > 0) {
+        range(0, count, task);
+    }
+}
 
 #define PLII_DEF_COOKIE 0x706c6931u
 

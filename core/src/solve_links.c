@@ -2,7 +2,8 @@
 
 #include "solve_links.h"
 
-void plii_links_sweep(pli_body* body) {
+void plii_links_sweep(pli_body* body, void* state) {
+    (void)state;
     pli_vec4* restrict positions = body->positions;
     const plii_link* restrict links = body->links;
     for (int i = 0; i < body->link_count; ++i) {
@@ -23,7 +24,7 @@ void plii_links_sweep(pli_body* body) {
 static void links_solve(pli_body* body, void* state, const plii_step* step) {
     (void)state;
     (void)step;
-    plii_links_sweep(body);
+    body->sweep_links(body, body->sweep_links_state);
 }
 
 const plii_feature_class plii_links_class = {

@@ -3,7 +3,7 @@
 
 #include "body_impl.h"
 
-/* One Gauss-Seidel sweep over all links in their order, on positions (btSoftBody::PSolve_Links). */
-void plii_links_sweep(pli_body* body);
+/* One Gauss-Seidel sweep over all links in their order, on positions (btSoftBody::PSolve_Links); no state. */
+void plii_links_sweep(pli_body* body, void* state);
 
 #endif

@@ -42,7 +42,7 @@ static void velocity_links_solve(pli_body* body, void* state, const plii_step* s
 static void velocity_links_drift(pli_body* body, void* state, const plii_step* step) {
     (void)state;
     (void)step;
-    plii_links_sweep(body);
+    body->sweep_links(body, body->sweep_links_state);
 }
 
 static size_t velocity_links_bytes(const pli_body* body, const void* state) {

@@ -70,6 +70,22 @@ typedef enum pli_log_level { PLI_LOG_INFO = 0, PLI_LOG_WARNING = 1, PLI_LOG_ERRO
 /// Receives one line without a newline. The library is silent when no log function is set.
 typedef void pli_log_fn(pli_log_level level, const char* message, void* user);
 
+/// Work on [begin, end) of a range of work; called on any thread, parts at the same time.
+typedef void pli_range_fn(int begin, int end, void* task);
+
+/// Calls `range` for parts that make up [0, count), in any order and on any threads, and returns when all are done.
+/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted.
+typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int grain, void* user);
+
+/// Instruction sets of the inner loops. All give the same bits.
+typedef enum pli_simd {
+    PLI_SIMD_BEST = 0, ///< the fastest that the processor has
+    PLI_SIMD_PORTABLE = 1,
+    PLI_SIMD_SSE2 = 2,
+    PLI_SIMD_AVX2 = 3,
+    PLI_SIMD_NEON = 4
+} pli_simd;
+
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
 /// destroyed before it. One context is used by one thread at a time; different contexts never touch.
 typedef struct pli_context pli_context;
@@ -78,13 +94,16 @@ typedef struct pli_context_def {
     pli_allocator allocator; ///< all NULL: the C library's allocator
     pli_log_fn* log;         ///< NULL: silent
     void* log_user;
+    pli_parallel_for_fn* parallel_for; ///< NULL: everything on the calling thread
+    void* parallel_user;
+    pli_simd simd; ///< default PLI_SIMD_BEST
 } pli_context_def;
 
 PLI_API pli_context_def pli_context_def_default(void);
 
 /// @param def NULL for the defaults
-/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing),
-/// PLI_ERROR_OUT_OF_MEMORY
+/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing, or an instruction set
+/// that the processor or this build does not have), PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// NULL is allowed.

@@ -1,0 +1,71 @@
+#ifndef PLII_LINK_COLORS_H
+#define PLII_LINK_COLORS_H
+
+/* Service: the links of a body in an order fit for SIMD and threads. Links of one colour share no node, so they may be
+   solved in any order or at once. A colour holds groups of eight links of one tag (material, bending), of two kinds:
+
+   - runs: links whose nodes advance by a constant stride, as in the rows, columns and diagonals of a grid. They need no
+     indices, and most of them read their nodes in the order of memory;
+   - blocks: any links, by index.
+
+   What the last colours cannot take (nodes of very many links) stays in a serial list.
+
+   Each link has a place for numbers of its own, its slot: those of runs first, then of blocks, then of the serial list.
+   Within a group slots follow the lanes of simd.h. A block that is not full repeats its last link, which does no harm:
+   its lanes read and write the same values. */
+
+#include "body_impl.h"
+
+enum { PLII_LINK_GROUP = 8 };
+
+typedef struct plii_link_run {
+    int node, stride;      /* the first link's smaller node; from link to link */
+    int offset;            /* to the other node */
+    int link, link_stride; /* index of the first link; from link to link, 0: `link` is an index into run_links */
+    int first_group, group_count;
+    plii_link_tag tag;
+} plii_link_run;
+
+typedef struct plii_link_color {
+    int first_run, first_block; /* to those of the next colour */
+} plii_link_color;
+
+typedef struct plii_link_colors {
+    int color_count, run_count, run_link_count, block_count, serial_count;
+    int run_group_count;
+    plii_link_color* colors;   /* [color_count + 1] */
+    plii_link_run* runs;       /* [run_count] */
+    int* run_links;            /* [run_link_count] of runs whose links have no stride */
+    int (*block_nodes)[2][8];  /* [block_count] first nodes, other nodes */
+    int (*block_links)[8];     /* [block_count] */
+    plii_link_tag* block_tags; /* [block_count] */
+    int* serial_links;         /* [serial_count] */
+    void* storage;
+    size_t storage_size;
+} plii_link_colors;
+
+/* Its state is a plii_link_colors. */
+extern const plii_feature_class plii_link_colors_class;
+
+static inline plii_link_tag plii_link_colors_tag(const pli_body* body, int link) {
+    return body->link_tags != NULL ? body->link_tags[link] : (plii_link_tag)0;
+}
+static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
+    return PLII_LINK_GROUP * (colors->run_group_count + colors->block_count) + colors->serial_count;
+}
+/* Groups of a colour, those of runs first. */
+static inline int plii_link_colors_group_count(const plii_link_colors* colors, int color) {
+    const plii_link_color* own = &colors->colors[color];
+    const plii_link_run* last = own[1].first_run > 0 ? &colors->runs[own[1].first_run - 1] : NULL;
+    const int in_runs = own[1].first_run > own[0].first_run
+                            ? last->first_group + last->group_count - colors->runs[own[0].first_run].first_group
+                            : 0;
+    return in_runs + own[1].first_block - own[0].first_block;
+}
+/* No body with so many links has more slots. */
+int plii_link_colors_max_slot_count(const pli_body* body, int link_count);
+
+/* Of each slot the value of its link: values[stride * link]. */
+void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float* slots);
+
+#endif

@@ -1,0 +1,29 @@
+#ifndef PLII_LINKS_KERNEL_H
+#define PLII_LINKS_KERNEL_H
+
+/* Links on positions by colours, eight at a time; one function per instruction set, from links_kernel.inl. */
+
+#include "link_colors.h"
+
+typedef struct plii_links_task {
+    pli_body* body;
+    const plii_link_colors* colors;
+    const float* rest_squared;        /* by slot, m^2 */
+    const float* inverse_stiffnesses; /* [material_count] */
+    int color;
+} plii_links_task;
+
+/* Groups [begin, end) of a colour: those of its runs, then its blocks. */
+typedef void plii_links_color_fn(const plii_links_task* task, int begin, int end);
+/* The serial list. */
+typedef void plii_links_serial_fn(const plii_links_task* task);
+
+typedef struct plii_links_kernel {
+    plii_links_color_fn* color;
+    plii_links_serial_fn* serial;
+} plii_links_kernel;
+
+extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
+    plii_links_kernel_neon;
+
+#endif

@@ -1,0 +1,6 @@
+/* Coloured links in NEON. */
+
+#define PLII_SIMD_NEON
+#include "links_kernel.inl"
+
+const plii_links_kernel plii_links_kernel_neon = {links_color, links_serial};

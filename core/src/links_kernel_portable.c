@@ -1,0 +1,6 @@
+/* Coloured links in plain C. */
+
+#define PLII_SIMD_PORTABLE
+#include "links_kernel.inl"
+
+const plii_links_kernel plii_links_kernel_portable = {links_color, links_serial};

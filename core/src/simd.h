@@ -1,0 +1,371 @@
+#ifndef PLII_SIMD_H
+#define PLII_SIMD_H
+
+/* Eight floats at a time. Kernels are written once and compiled once per instruction set: a source file says which by
+   defining one of PLII_SIMD_AVX2, PLII_SIMD_SSE2, PLII_SIMD_NEON, PLII_SIMD_PORTABLE before it includes this header,
+   and the build gives it the flags; without any only the order of lanes is there. All operations are such that IEEE 754
+   rounds correctly, so all paths give the same bits.
+
+   Records of four floats are turned into one vector per component and back. Lane k < 4 then holds record 2 k, lane 4 +
+   k record 2 k + 1: two neighbours in memory fill a 256-bit register. */
+
+#include "vec.h"
+
+#include <stddef.h>
+
+enum { PLII_SIMD_LANES = 8 };
+
+/* Vectors passed through memory would cost more than the arithmetic. */
+#if defined(__GNUC__)
+#define PLII_SIMD_INLINE static inline __attribute__((always_inline))
+#else
+#define PLII_SIMD_INLINE static inline
+#endif
+
+/* The record in a lane. */
+static inline int plii_simd_record(int lane) {
+    return lane < 4 ? 2 * lane : 2 * lane - 7;
+}
+
+#if defined(PLII_SIMD_AVX2)
+#include <immintrin.h>
+
+typedef __m256 plii_float8;
+
+PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
+    return _mm256_loadu_ps(source);
+}
+PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
+    _mm256_storeu_ps(target, a);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return _mm256_set1_ps(value);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
+    return _mm256_add_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
+    return _mm256_sub_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
+    return _mm256_mul_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
+    return _mm256_div_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
+    return _mm256_sqrt_ps(a);
+}
+/* `value` where a > b, else 0. */
+PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
+    return _mm256_and_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ), value);
+}
+
+typedef struct plii_records8 {
+    plii_float8 x, y, z, w;
+} plii_records8;
+
+PLII_SIMD_INLINE plii_float8 plii_simd_pair(const pli_vec4* low, const pli_vec4* high) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(&low->x)), _mm_loadu_ps(&high->x), 1);
+}
+PLII_SIMD_INLINE void plii_simd_put_pair(pli_vec4* low, pli_vec4* high, plii_float8 pair) {
+    _mm_storeu_ps(&low->x, _mm256_castps256_ps128(pair));
+    _mm_storeu_ps(&high->x, _mm256_extractf128_ps(pair, 1));
+}
+
+/* Four pairs of records to components, and the same way back. */
+PLII_SIMD_INLINE plii_records8 plii_simd_turn(plii_float8 r0, plii_float8 r1, plii_float8 r2, plii_float8 r3) {
+    const __m256 xy01 = _mm256_unpacklo_ps(r0, r1), zw01 = _mm256_unpackhi_ps(r0, r1);
+    const __m256 xy23 = _mm256_unpacklo_ps(r2, r3), zw23 = _mm256_unpackhi_ps(r2, r3);
+    return (plii_records8){_mm256_shuffle_ps(xy01, xy23, 0x44), _mm256_shuffle_ps(xy01, xy23, 0xee),
+                           _mm256_shuffle_ps(zw01, zw23, 0x44), _mm256_shuffle_ps(zw01, zw23, 0xee)};
+}
+
+PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const int* indices) {
+    return plii_simd_turn(plii_simd_pair(&records[indices[0]], &records[indices[1]]),
+                          plii_simd_pair(&records[indices[2]], &records[indices[3]]),
+                          plii_simd_pair(&records[indices[4]], &records[indices[5]]),
+                          plii_simd_pair(&records[indices[6]], &records[indices[7]]));
+}
+PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const int* indices, plii_records8 r) {
+    const plii_records8 t = plii_simd_turn(r.x, r.y, r.z, r.w);
+    plii_simd_put_pair(&records[indices[0]], &records[indices[1]], t.x);
+    plii_simd_put_pair(&records[indices[2]], &records[indices[3]], t.y);
+    plii_simd_put_pair(&records[indices[4]], &records[indices[5]], t.z);
+    plii_simd_put_pair(&records[indices[6]], &records[indices[7]], t.w);
+}
+/* Records first, first + stride, ... first + 7 stride. */
+PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
+    if (stride == 1) {
+        return plii_simd_turn(_mm256_loadu_ps(&first[0].x), _mm256_loadu_ps(&first[2].x), _mm256_loadu_ps(&first[4].x),
+                              _mm256_loadu_ps(&first[6].x));
+    }
+    return plii_simd_turn(plii_simd_pair(first, first + stride), plii_simd_pair(first + 2 * stride, first + 3 * stride),
+                          plii_simd_pair(first + 4 * stride, first + 5 * stride),
+                          plii_simd_pair(first + 6 * stride, first + 7 * stride));
+}
+PLII_SIMD_INLINE void plii_records8_store(pli_vec4* first, ptrdiff_t stride, plii_records8 r) {
+    const plii_records8 t = plii_simd_turn(r.x, r.y, r.z, r.w);
+    if (stride == 1) {
+        _mm256_storeu_ps(&first[0].x, t.x);
+        _mm256_storeu_ps(&first[2].x, t.y);
+        _mm256_storeu_ps(&first[4].x, t.z);
+        _mm256_storeu_ps(&first[6].x, t.w);
+        return;
+    }
+    plii_simd_put_pair(first, first + stride, t.x);
+    plii_simd_put_pair(first + 2 * stride, first + 3 * stride, t.y);
+    plii_simd_put_pair(first + 4 * stride, first + 5 * stride, t.z);
+    plii_simd_put_pair(first + 6 * stride, first + 7 * stride, t.w);
+}
+
+#elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
+
+/* Two registers of four, or eight plain floats. */
+
+#if defined(PLII_SIMD_SSE2)
+#include <emmintrin.h>
+
+typedef __m128 plii_float4;
+
+PLII_SIMD_INLINE plii_float4 plii_float4_load(const float* source) {
+    return _mm_loadu_ps(source);
+}
+PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
+    _mm_storeu_ps(target, a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
+    return _mm_loadu_ps(&record->x);
+}
+PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
+    _mm_storeu_ps(&record->x, a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
+    return _mm_set1_ps(value);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
+    return _mm_add_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
+    return _mm_sub_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
+    return _mm_mul_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
+    return _mm_div_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return _mm_sqrt_ps(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
+    return _mm_and_ps(_mm_cmpgt_ps(a, b), value);
+}
+PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+    _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
+}
+
+#elif defined(PLII_SIMD_NEON)
+#include <arm_neon.h>
+
+typedef float32x4_t plii_float4;
+
+PLII_SIMD_INLINE plii_float4 plii_float4_load(const float* source) {
+    return vld1q_f32(source);
+}
+PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
+    vst1q_f32(target, a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
+    return vld1q_f32(&record->x);
+}
+PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
+    vst1q_f32(&record->x, a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
+    return vdupq_n_f32(value);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
+    return vaddq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
+    return vsubq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
+    return vmulq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
+    return vdivq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return vsqrtq_f32(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
+    return vreinterpretq_f32_u32(vandq_u32(vcgtq_f32(a, b), vreinterpretq_u32_f32(value)));
+}
+PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+    const float32x4x2_t xz02 = vzipq_f32(r[0], r[2]), xz13 = vzipq_f32(r[1], r[3]);
+    const float32x4x2_t xy = vzipq_f32(xz02.val[0], xz13.val[0]), zw = vzipq_f32(xz02.val[1], xz13.val[1]);
+    r[0] = xy.val[0];
+    r[1] = xy.val[1];
+    r[2] = zw.val[0];
+    r[3] = zw.val[1];
+}
+
+#else
+
+typedef struct plii_float4 {
+    float lanes[4];
+} plii_float4;
+
+PLII_SIMD_INLINE plii_float4 plii_float4_load(const float* source) {
+    return (plii_float4){{source[0], source[1], source[2], source[3]}};
+}
+PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
+    for (int k = 0; k < 4; ++k) {
+        target[k] = a.lanes[k];
+    }
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
+    return (plii_float4){{record->x, record->y, record->z, record->w}};
+}
+PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
+    *record = (pli_vec4){a.lanes[0], a.lanes[1], a.lanes[2], a.lanes[3]};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
+    return (plii_float4){{value, value, value, value}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = a.lanes[k] + b.lanes[k];
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = a.lanes[k] - b.lanes[k];
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = a.lanes[k] * b.lanes[k];
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = a.lanes[k] / b.lanes[k];
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = sqrtf(a.lanes[k]);
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
+    for (int k = 0; k < 4; ++k) {
+        value.lanes[k] = a.lanes[k] > b.lanes[k] ? value.lanes[k] : 0.0f;
+    }
+    return value;
+}
+PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+    for (int i = 0; i < 4; ++i) {
+        for (int k = i + 1; k < 4; ++k) {
+            const float kept = r[i].lanes[k];
+            r[i].lanes[k] = r[k].lanes[i];
+            r[k].lanes[i] = kept;
+        }
+    }
+}
+
+#endif
+
+typedef struct plii_float8 {
+    plii_float4 low, high;
+} plii_float8;
+
+PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
+    return (plii_float8){plii_float4_load(source), plii_float4_load(source + 4)};
+}
+PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
+    plii_float4_store(target, a.low);
+    plii_float4_store(target + 4, a.high);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return (plii_float8){plii_float4_all(value), plii_float4_all(value)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_float4_add(a.low, b.low), plii_float4_add(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_float4_sub(a.low, b.low), plii_float4_sub(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_float4_mul(a.low, b.low), plii_float4_mul(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_float4_div(a.low, b.low), plii_float4_div(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
+    return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
+    return (plii_float8){plii_float4_where_greater(a.low, b.low, value.low),
+                         plii_float4_where_greater(a.high, b.high, value.high)};
+}
+
+typedef struct plii_records8 {
+    plii_float8 x, y, z, w;
+} plii_records8;
+
+PLII_SIMD_INLINE plii_records8 plii_simd_join(plii_float4 even[4], plii_float4 odd[4]) {
+    plii_float4_turn(even);
+    plii_float4_turn(odd);
+    return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
+}
+PLII_SIMD_INLINE void plii_simd_part(plii_records8 r, plii_float4 even[4], plii_float4 odd[4]) {
+    even[0] = r.x.low, even[1] = r.y.low, even[2] = r.z.low, even[3] = r.w.low;
+    odd[0] = r.x.high, odd[1] = r.y.high, odd[2] = r.z.high, odd[3] = r.w.high;
+    plii_float4_turn(even);
+    plii_float4_turn(odd);
+}
+
+PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const int* indices) {
+    plii_float4 even[4], odd[4];
+    for (int k = 0; k < 4; ++k) {
+        even[k] = plii_float4_from(&records[indices[2 * k]]);
+        odd[k] = plii_float4_from(&records[indices[2 * k + 1]]);
+    }
+    return plii_simd_join(even, odd);
+}
+PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const int* indices, plii_records8 r) {
+    plii_float4 even[4], odd[4];
+    plii_simd_part(r, even, odd);
+    for (int k = 0; k < 4; ++k) {
+        plii_float4_to(&records[indices[2 * k]], even[k]);
+        plii_float4_to(&records[indices[2 * k + 1]], odd[k]);
+    }
+}
+PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
+    plii_float4 even[4], odd[4];
+    for (int k = 0; k < 4; ++k) {
+        even[k] = plii_float4_from(&first[2 * k * stride]);
+        odd[k] = plii_float4_from(&first[(2 * k + 1) * stride]);
+    }
+    return plii_simd_join(even, odd);
+}
+PLII_SIMD_INLINE void plii_records8_store(pli_vec4* first, ptrdiff_t stride, plii_records8 r) {
+    plii_float4 even[4], odd[4];
+    plii_simd_part(r, even, odd);
+    for (int k = 0; k < 4; ++k) {
+        plii_float4_to(&first[2 * k * stride], even[k]);
+        plii_float4_to(&first[(2 * k + 1) * stride], odd[k]);
+    }
+}
+
+#endif
+
+#endif

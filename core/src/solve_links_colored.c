@@ -1,0 +1,158 @@
+/* Links on positions, colour by colour, with SIMD and threads. The arithmetic of a link is that of
+   btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
+
+#include "links_kernel.h"
+#include "solve_links.h"
+
+enum { COLORED_LINKS_GRAIN = 128 }; /* groups of links; about 1 microsecond */
+
+typedef struct colored_links_state {
+    const plii_link_colors* colors;
+    const plii_links_kernel* kernel;
+    float* rest_squared; /* by slot */
+    size_t rest_size;    /* bytes */
+    uint32_t rest_revision;
+    bool is_stale;
+    float* inverse_stiffnesses; /* [material_count] */
+} colored_links_state;
+
+static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
+    switch (simd) {
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX2:
+        return &plii_links_kernel_avx2;
+    case PLI_SIMD_SSE2:
+        return &plii_links_kernel_sse2;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return &plii_links_kernel_neon;
+#endif
+    default:
+        return &plii_links_kernel_portable;
+    }
+}
+
+static void colored_links_refresh(pli_body* body, colored_links_state* state) {
+    for (int i = 0; i < body->material_count; ++i) {
+        state->inverse_stiffnesses[i] = 1.0f / body->materials[i].linear_stiffness;
+    }
+    if (!state->is_stale && state->rest_revision == body->rest_revision) { return; }
+    if (body->link_count > 0) {
+        plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
+                                (int)(sizeof *body->links / sizeof(float)), state->rest_squared);
+    }
+    state->rest_revision = body->rest_revision;
+    state->is_stale = false;
+}
+
+static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    colored_links_refresh(body, state);
+}
+
+typedef struct colored_links_part {
+    const colored_links_state* state;
+    plii_links_task task;
+} colored_links_part;
+
+static void colored_links_range(int begin, int end, void* data) {
+    const colored_links_part* part = data;
+    part->state->kernel->color(&part->task, begin, end);
+}
+
+static void colored_links_sweep(pli_body* body, void* data) {
+    const colored_links_state* state = data;
+    const plii_link_colors* colors = state->colors;
+    colored_links_part part = {state, {body, colors, state->rest_squared, state->inverse_stiffnesses, 0}};
+    for (int i = 0; i < colors->color_count; ++i) {
+        part.task.color = i;
+        plii_parallel_for(body->context, colored_links_range, &part, plii_link_colors_group_count(colors, i),
+                          COLORED_LINKS_GRAIN);
+    }
+    if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static size_t colored_links_stiffness_size(const pli_body* body) {
+    return (size_t)body->material_count * sizeof(float);
+}
+static size_t colored_links_max_rest_size(const pli_body* body, int link_count) {
+    return (size_t)plii_link_colors_max_slot_count(body, link_count) * sizeof(float);
+}
+
+static pli_status colored_links_enable(pli_body* body, void* data) {
+    colored_links_state* state = data;
+    state->colors = plii_feature_state(body, &plii_link_colors_class);
+    state->kernel = colored_links_kernel(body->context->simd);
+    state->rest_size = (size_t)plii_link_colors_slot_count(state->colors) * sizeof(float);
+    state->rest_squared = plii_allocate(body->context, state->rest_size);
+    state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
+    if ((state->rest_squared == NULL && state->rest_size > 0) || state->inverse_stiffnesses == NULL) {
+        plii_release(body->context, state->rest_squared, state->rest_size);
+        plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    state->is_stale = true;
+    body->sweep_links = colored_links_sweep;
+    body->sweep_links_state = state;
+    return PLI_OK;
+}
+
+static void colored_links_disable(pli_body* body, void* data) {
+    const colored_links_state* state = data;
+    plii_release(body->context, state->rest_squared, state->rest_size);
+    plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
+    body->sweep_links = plii_links_sweep;
+    body->sweep_links_state = NULL;
+}
+
+static size_t colored_links_bytes(const pli_body* body, const void* data) {
+    return ((const colored_links_state*)data)->rest_size + colored_links_stiffness_size(body);
+}
+
+static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                         size_t* sizes) {
+    (void)data;
+    sizes[0] = colored_links_max_rest_size(body, change->link_count);
+    return 1;
+}
+
+/* The colours are new already. A block that just holds them is taken where there is memory for it. */
+static void colored_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                          void** blocks) {
+    colored_links_state* state = data;
+    plii_release(body->context, state->rest_squared, state->rest_size);
+    state->rest_size = (size_t)plii_link_colors_slot_count(state->colors) * sizeof(float);
+    state->rest_squared = plii_allocate(body->context, state->rest_size);
+    if (state->rest_squared != NULL || state->rest_size == 0) {
+        plii_release(body->context, blocks[0], colored_links_max_rest_size(body, change->link_count));
+    } else {
+        state->rest_squared = blocks[0];
+        state->rest_size = colored_links_max_rest_size(body, change->link_count);
+    }
+    state->is_stale = true;
+}
+
+static const plii_feature_class* const colored_links_needs[] = {&plii_link_colors_class, NULL};
+
+static const plii_feature_class colored_links_class = {
+    .name = "colored links",
+    .state_size = sizeof(colored_links_state),
+    .needs = colored_links_needs,
+    .stages[PLII_STAGE_PREPARE] = {colored_links_prepare, PLII_ORDER_LINKS},
+    .enable = colored_links_enable,
+    .disable = colored_links_disable,
+    .bytes = colored_links_bytes,
+    .topology_blocks = colored_links_topology_blocks,
+    .topology_commit = colored_links_topology_commit,
+};
+
+pli_status pli_body_use_colored_links(pli_body* body, bool use) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
+    if (use) { return plii_feature_enable(body, &colored_links_class, NULL); }
+    plii_feature_disable(body, &colored_links_class);
+    return PLI_OK;
+}

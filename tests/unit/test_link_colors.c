@@ -1,0 +1,447 @@
+/* Coloured links: every link has its place and no two of a colour meet; results are those of the ordered links in the
+   order of colours, the same for all instruction sets and partitions; bodies that are cut; memory. */
+
+#include "check.h"
+#include "failing_allocator.h"
+#include "sample_mesh.h"
+
+#include <pliant/pliant.h>
+
+#include "link_colors.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const float dt = 1.0f / 60.0f;
+
+/* Runs ranges backwards in parts of at most `part`. */
+static void cut_into_parts(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    const int part = *(const int*)user;
+    (void)grain;
+    for (int end = count; end > 0; end -= part) {
+        range(end > part ? end - part : 0, end, task);
+    }
+}
+
+static pli_context* create_context(pli_simd simd, const int* part) {
+    pli_context_def def = pli_context_def_default();
+    def.simd = simd;
+    if (part != NULL) {
+        def.parallel_for = cut_into_parts;
+        def.parallel_user = (void*)(uintptr_t)part;
+    }
+    pli_context* context = NULL;
+    return pli_context_create(&def, &context) == PLI_OK ? context : NULL;
+}
+
+typedef pli_mesh* make_mesh_fn(pli_context* context);
+
+static pli_mesh* make_sheet(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(sample_create_sheet(context, 41, 0.1f, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10, &mesh), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_bending_sheet(pli_context* context) {
+    pli_mesh* mesh = make_sheet(context);
+    pli_material material = pli_mesh_get_view(mesh).materials[0];
+    material.linear_stiffness = 0.3f;
+    int index = 0;
+    assert_int_equal(pli_mesh_append_material(mesh, &material, &index), PLI_OK);
+    assert_int_equal(pli_mesh_append_bending_links(mesh, 2, index, NULL), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_shuffled_sheet(pli_context* context) {
+    pli_mesh* mesh = make_sheet(context);
+    assert_int_equal(pli_mesh_shuffle_links(mesh), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_sphere(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 1000, &mesh),
+                     PLI_OK);
+    assert_int_equal(pli_mesh_set_node_mass(mesh, 7, 0.0f), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_rope(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(3, 0, 0), 30, PLI_ROPE_PIN_FIRST, &mesh),
+        PLI_OK);
+    return mesh;
+}
+/* A node with more links than there are colours, some of them double, and one between pinned nodes. */
+static pli_mesh* make_star(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < 150; ++i) {
+        const float angle = 0.1f * (float)i;
+        const pli_vec3 position = pli_vec3_make((float)i * cosf(angle), (float)i * sinf(angle), 0.1f * (float)i);
+        assert_int_equal(pli_mesh_append_node(mesh, position, i < 2 ? 0.0f : 1.0f + (float)i, NULL), PLI_OK);
+    }
+    for (int i = 1; i < 150; ++i) {
+        assert_int_equal(
+            pli_mesh_append_link(mesh, i % 2 == 0 ? 40 : i, i % 2 == 0 ? i - (i == 40) : 40 + (i == 40), 0, NULL),
+            PLI_OK);
+    }
+    assert_int_equal(pli_mesh_append_link(mesh, 0, 1, 0, NULL), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_point(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(0, 0, 0), 1.0f, NULL), PLI_OK);
+    return mesh;
+}
+
+static make_mesh_fn* const meshes[] = {make_sheet, make_bending_sheet, make_shuffled_sheet, make_sphere,
+                                       make_rope,  make_star,          make_point};
+enum { MESH_COUNT = sizeof meshes / sizeof *meshes };
+
+typedef struct sample {
+    pli_context* context;
+    pli_world* world;
+    pli_body* body;
+} sample;
+
+static bool sample_create(sample* s, make_mesh_fn* make_mesh, bool is_colored, pli_simd simd, const int* part) {
+    s->context = create_context(simd, part);
+    if (s->context == NULL) { return false; }
+    assert_int_equal(pli_world_create(s->context, NULL, &s->world), PLI_OK);
+    pli_mesh* mesh = make_mesh(s->context);
+    pli_body_def def = pli_body_def_default();
+    def.solver.position_iterations = 3;
+    assert_int_equal(pli_body_create(s->world, mesh, &def, &s->body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    if (is_colored) { assert_int_equal(pli_body_use_colored_links(s->body, true), PLI_OK); }
+    return true;
+}
+
+static void sample_destroy(sample* s) {
+    pli_world_destroy(s->world);
+    assert_int_equal(pli_context_allocated_bytes(s->context), 0);
+    pli_context_destroy(s->context);
+}
+
+/* Index of the link of every slot. */
+static int list_slots(const pli_body* body, const plii_link_colors* colors, int** slots) {
+    const int count = plii_link_colors_slot_count(colors);
+    float* own = calloc((size_t)body->link_count + 1, sizeof *own);
+    float* gathered = calloc((size_t)count + 1, sizeof *gathered);
+    *slots = calloc((size_t)count + 1, sizeof **slots);
+    assert_true(own != NULL && gathered != NULL && *slots != NULL);
+    for (int i = 0; i < body->link_count; ++i) {
+        own[i] = (float)i;
+    }
+    plii_link_colors_gather(colors, own, 1, gathered);
+    for (int i = 0; i < count; ++i) {
+        (*slots)[i] = (int)gathered[i];
+    }
+    free(own);
+    free(gathered);
+    return count;
+}
+
+/* Of the runs and the blocks of a colour: slots first to end. */
+static void slots_of_color(const plii_link_colors* colors, int color, int first[2], int end[2]) {
+    const plii_link_color* own = &colors->colors[color];
+    first[0] = end[0] = 0;
+    for (int r = 0; r < own[1].first_run; ++r) {
+        if (r < own[0].first_run) { first[0] += PLII_LINK_GROUP * colors->runs[r].group_count; }
+        end[0] += PLII_LINK_GROUP * colors->runs[r].group_count;
+    }
+    first[1] = PLII_LINK_GROUP * (colors->run_group_count + own[0].first_block);
+    end[1] = PLII_LINK_GROUP * (colors->run_group_count + own[1].first_block);
+}
+
+static void check_colors(const pli_body* body) {
+    const plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
+    int* slots = NULL;
+    const int count = list_slots(body, colors, &slots);
+    assert_true(count <= plii_link_colors_max_slot_count(body, body->link_count));
+    int* seen = calloc((size_t)body->link_count + 1, sizeof *seen);
+    int* colored = calloc((size_t)body->node_count, sizeof *colored); /* colour plus 1 */
+    assert_true(seen != NULL && colored != NULL);
+    for (int c = 0; c < colors->color_count; ++c) {
+        int first[2], end[2], last_link = -1;
+        slots_of_color(colors, c, first, end);
+        for (int part = 0; part < 2; ++part) {
+            for (int i = first[part]; i < end[part]; ++i) {
+                /* Places that repeat a link are next to it, in a block that is not full. */
+                if (seen[slots[i]] > 0) {
+                    assert_int_equal(part, 1);
+                    continue;
+                }
+                last_link = slots[i];
+                seen[last_link] = 1;
+                for (int k = 0; k < 2; ++k) {
+                    int* color = &colored[body->links[last_link].nodes[k]];
+                    assert_int_not_equal(*color, c + 1);
+                    *color = c + 1;
+                }
+            }
+        }
+        assert_true(last_link >= 0);
+    }
+    for (int i = 0; i < colors->serial_count; ++i) {
+        seen[slots[count - colors->serial_count + i]] += 1;
+    }
+    for (int i = 0; i < body->link_count; ++i) {
+        assert_int_equal(seen[i], 1);
+    }
+    free(slots);
+    free(seen);
+    free(colored);
+}
+
+static void test_no_two_links_of_a_color_share_a_node(void** state) {
+    (void)state;
+    for (int m = 0; m < MESH_COUNT; ++m) {
+        sample s;
+        assert_true(sample_create(&s, meshes[m], true, PLI_SIMD_BEST, NULL));
+        check_colors(s.body);
+        sample_destroy(&s);
+    }
+}
+
+static void test_grids_become_runs_and_many_links_of_a_node_wait(void** state) {
+    (void)state;
+    sample s;
+    assert_true(sample_create(&s, make_sheet, true, PLI_SIMD_BEST, NULL));
+    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->color_count, 8); /* rows, columns, two directions of diagonals; two each */
+    assert_int_equal(colors->run_link_count, 0);
+    assert_true(8 * colors->run_group_count > s.body->link_count * 6 / 10);
+    sample_destroy(&s);
+
+    assert_true(sample_create(&s, make_shuffled_sheet, true, PLI_SIMD_BEST, NULL));
+    colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->color_count, 8);
+    assert_int_equal(colors->run_link_count, 8 * colors->run_group_count);
+    sample_destroy(&s);
+
+    assert_true(sample_create(&s, make_star, true, PLI_SIMD_BEST, NULL));
+    colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->serial_count, 149 - 64);
+    sample_destroy(&s);
+}
+
+/* The same mesh with its links in the order of slots, each once. */
+static pli_mesh* reorder(const sample* s, pli_context* context, make_mesh_fn* make_mesh) {
+    const plii_link_colors* colors = plii_feature_state(s->body, &plii_link_colors_class);
+    int* slots = NULL;
+    const int count = list_slots(s->body, colors, &slots);
+    pli_mesh* source = make_mesh(context);
+    const pli_mesh_view view = pli_mesh_get_view(source);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < view.node_count; ++i) {
+        const float inverse_mass = s->body->positions[i].w;
+        assert_int_equal(
+            pli_mesh_append_node(mesh, view.positions[i], inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f, NULL),
+            PLI_OK);
+    }
+    for (int i = 1; i < view.material_count; ++i) {
+        assert_int_equal(pli_mesh_append_material(mesh, &view.materials[i], NULL), PLI_OK);
+    }
+    char* seen = calloc((size_t)view.link_count + 1, 1);
+    assert_non_null(seen);
+    const int serial_begin = count - colors->serial_count;
+    for (int c = 0; c <= colors->color_count; ++c) {
+        int first[2] = {serial_begin, 0}, end[2] = {count, 0};
+        if (c < colors->color_count) { slots_of_color(colors, c, first, end); }
+        for (int part = 0; part < 2; ++part) {
+            for (int i = first[part]; i < end[part]; ++i) {
+                const pli_link* link = &view.links[slots[i]];
+                if (seen[slots[i]]++ == 0) {
+                    assert_int_equal(pli_mesh_append_link(mesh, link->nodes[0], link->nodes[1], link->material, NULL),
+                                     PLI_OK);
+                }
+            }
+        }
+    }
+    free(seen);
+    free(slots);
+    pli_mesh_destroy(source);
+    return mesh;
+}
+
+/* The arithmetic differs only in how the stiffness enters, so equal bits where it is 1. */
+static void test_colored_links_are_ordered_links_in_the_order_of_colors(void** state) {
+    (void)state;
+    for (int m = 0; m < MESH_COUNT; ++m) {
+        if (meshes[m] == make_bending_sheet || meshes[m] == make_point) { continue; }
+        sample s;
+        assert_true(sample_create(&s, meshes[m], true, PLI_SIMD_BEST, NULL));
+        pli_mesh* mesh = reorder(&s, s.context, meshes[m]);
+        pli_body_def def = pli_body_def_default();
+        def.solver.position_iterations = 3;
+        pli_body* ordered = NULL;
+        assert_int_equal(pli_body_create(s.world, mesh, &def, &ordered), PLI_OK);
+        pli_mesh_destroy(mesh);
+        for (int i = 0; i < s.body->node_count; ++i) {
+            ordered->positions[i].w = s.body->positions[i].w; /* bits */
+        }
+        plii_body_update_link_constants(ordered);
+        for (int i = 0; i < 10; ++i) {
+            assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+            for (int k = 0; k < s.body->node_count; ++k) {
+                check_near(s.body->positions[k].x, ordered->positions[k].x, 0);
+                check_near(s.body->positions[k].y, ordered->positions[k].y, 0);
+                check_near(s.body->positions[k].z, ordered->positions[k].z, 0);
+            }
+        }
+        sample_destroy(&s);
+    }
+}
+
+static uint64_t hash_after_steps(make_mesh_fn* make_mesh, pli_simd simd, const int* part, bool is_cut) {
+    sample s;
+    if (!sample_create(&s, make_mesh, true, simd, part)) { return 0; }
+    for (int i = 0; i < 5; ++i) {
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    }
+    if (is_cut) {
+        const int* nodes = s.body->links[s.body->link_count / 2].nodes;
+        assert_int_equal(pli_body_cut_link(s.body, nodes[0], nodes[1], 0.5f), PLI_OK);
+        check_colors(s.body);
+    }
+    assert_int_equal(pli_body_set_rest_length(s.body, s.body->link_count / 3, 0.2f), PLI_OK);
+    for (int i = 0; i < 20; ++i) {
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    }
+    const uint64_t hash = pli_body_state_hash(s.body);
+    sample_destroy(&s);
+    return hash;
+}
+
+static void test_results_are_equal_for_all_instruction_sets_and_partitions(void** state) {
+    (void)state;
+    const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON};
+    const int parts[] = {1, 3, 64, 1000};
+    int compared = 0;
+    for (int m = 0; m < MESH_COUNT; ++m) {
+        if (meshes[m] == make_point) { continue; }
+        for (int is_cut = 0; is_cut < 2; ++is_cut) {
+            if (is_cut && meshes[m] == make_star) { continue; }
+            const uint64_t expected = hash_after_steps(meshes[m], PLI_SIMD_PORTABLE, NULL, is_cut != 0);
+            for (size_t p = 0; p < sizeof paths / sizeof *paths; ++p) {
+                const uint64_t hash = hash_after_steps(meshes[m], paths[p], NULL, is_cut != 0);
+                if (hash != 0) {
+                    assert_true(hash == expected);
+                    ++compared;
+                }
+            }
+            for (size_t p = 0; p < sizeof parts / sizeof *parts; ++p) {
+                assert_true(hash_after_steps(meshes[m], PLI_SIMD_BEST, &parts[p], is_cut != 0) == expected);
+            }
+        }
+    }
+    assert_true(compared >= 11);
+}
+
+static void test_rest_lengths_and_stiffness_follow_their_changes(void** state) {
+    (void)state;
+    sample s;
+    assert_true(sample_create(&s, make_rope, true, PLI_SIMD_BEST, NULL));
+    pli_solver_settings settings = pli_body_get_solver_settings(s.body);
+    settings.position_iterations = 400;
+    assert_int_equal(pli_body_set_solver_settings(s.body, &settings), PLI_OK);
+    assert_int_equal(pli_world_set_gravity(s.world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    assert_int_equal(pli_body_set_rest_length(s.body, 3, 0.5f), PLI_OK);
+    assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    const int* nodes = s.body->links[3].nodes;
+    check_near(
+        pli_vec3_length(pli_vec3_sub(plii_xyz(s.body->positions[nodes[0]]), plii_xyz(s.body->positions[nodes[1]]))),
+        0.5f, 2e-2);
+    sample_destroy(&s);
+}
+
+static void test_unknown_instruction_sets_are_refused(void** state) {
+    (void)state;
+    pli_context_def def = pli_context_def_default();
+    pli_context* context = NULL;
+    def.simd = (pli_simd)99;
+    assert_int_equal(pli_context_create(&def, &context), PLI_ERROR_INVALID_VALUE);
+    assert_null(context);
+}
+
+static void test_steps_allocate_nothing(void** state) {
+    (void)state;
+    sample s;
+    assert_true(sample_create(&s, make_bending_sheet, true, PLI_SIMD_BEST, NULL));
+    assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    const uint64_t before = pli_context_allocation_count(s.context);
+    for (int i = 0; i < 5; ++i) {
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    }
+    assert_true(pli_context_allocation_count(s.context) == before);
+    sample_destroy(&s);
+}
+
+static void test_switching_back_restores_the_ordered_links(void** state) {
+    (void)state;
+    uint64_t hashes[2];
+    for (int i = 0; i < 2; ++i) {
+        sample s;
+        assert_true(sample_create(&s, make_sphere, i == 1, PLI_SIMD_BEST, NULL));
+        const size_t bytes = pli_body_bytes(s.body);
+        if (i == 1) {
+            assert_int_equal(pli_body_use_colored_links(s.body, true), PLI_OK);
+            assert_int_equal(pli_body_use_colored_links(s.body, false), PLI_OK);
+            assert_true(pli_body_bytes(s.body) < bytes);
+        }
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+        hashes[i] = pli_body_state_hash(s.body);
+        sample_destroy(&s);
+    }
+    assert_true(hashes[0] == hashes[1]);
+}
+
+/* Fails, or does without the block. */
+static void test_coloring_survives_a_lack_of_memory(void** state) {
+    (void)state;
+    for (long fail_at = 0; fail_at < 12; ++fail_at) {
+        failing_allocator allocator;
+        pli_context* context = failing_context(&allocator);
+        pli_world* world = NULL;
+        assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+        pli_mesh* mesh = make_sheet(context);
+        pli_body* body = NULL;
+        assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+        pli_mesh_destroy(mesh);
+        allocator.fail_at = fail_at;
+        const pli_status status = pli_body_use_colored_links(body, true);
+        assert_true(status == PLI_OK || status == PLI_ERROR_OUT_OF_MEMORY);
+        if (fail_at == 0) { assert_int_equal(status, PLI_OK); }
+        allocator.fail_at = 0;
+        if (status == PLI_OK) {
+            check_colors(body);
+            allocator.fail_at = fail_at;
+            const int* nodes = body->links[10].nodes;
+            const pli_status cut = pli_body_cut_link(body, nodes[0], nodes[1], 0.5f);
+            allocator.fail_at = 0;
+            assert_true(cut == PLI_OK || cut == PLI_ERROR_OUT_OF_MEMORY);
+            check_colors(body);
+        }
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        pli_world_destroy(world);
+        pli_context_destroy(context);
+        assert_int_equal(allocator.alive, 0);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_no_two_links_of_a_color_share_a_node),
+        cmocka_unit_test(test_grids_become_runs_and_many_links_of_a_node_wait),
+        cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
+        cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
+        cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
+        cmocka_unit_test(test_unknown_instruction_sets_are_refused),
+        cmocka_unit_test(test_steps_allocate_nothing),
+        cmocka_unit_test(test_switching_back_restores_the_ordered_links),
+        cmocka_unit_test(test_coloring_survives_a_lack_of_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
