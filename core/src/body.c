@@ -1,7 +1,6 @@
 /* A body's life and state: cooking a mesh, access to nodes, measures. Features live in their own files. */
 
 #include "mesh_impl.h"
-#include "solve_links.h"
 #include "world_impl.h"
 
 #include <string.h>

@@ -87,6 +87,8 @@ extern const plii_feature_class plii_areas_class;   /* body->areas, face_areas; 
 
 /* Links on positions: what every body starts with. */
 extern const plii_feature_class plii_links_class;
+/* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
+void plii_links_sweep(pli_body* body, void* state);
 
 void plii_body_update_bounds(pli_body* body);
 void plii_body_update_link_constants(pli_body* body);

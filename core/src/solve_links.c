@@ -1,6 +1,6 @@
 /* Links on positions: Gauss-Seidel in link order, matching btSoftBody::PSolve_Links bit for bit. */
 
-#include "solve_links.h"
+#include "body_impl.h"
 
 void plii_links_sweep(pli_body* body, void* state) {
     (void)state;

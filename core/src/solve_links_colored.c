@@ -2,7 +2,6 @@
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
 #include "links_kernel.h"
-#include "solve_links.h"
 
 enum { COLORED_LINKS_GRAIN = 128 }; /* groups of links; about 1 microsecond */
 

@@ -2,7 +2,7 @@
    Velocities. A link between pinned nodes, or of length zero at the start of the step, has no direction to act in and
    is left out (Bullet divides by zero there). */
 
-#include "solve_links.h"
+#include "body_impl.h"
 
 typedef struct velocity_link {
     pli_vec3 direction; /* node b - node a at the start of the step, not normalised */

@@ -8,6 +8,7 @@ cmake_minimum_required(VERSION 3.25)
 set(c_headers assert ctype errno fenv float inttypes limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef
     stdint stdio stdlib stdnoreturn string tgmath time)
 set(ccd_modules convex_penetration) # the only ones that may read libccd
+set(simd_modules simd) # the only one that may read headers of instruction sets
 set(step_modules body context feature mesh solver vec world) # what every program links
 set(feature_headers anchor contact forces generate implicit io pliant pose self_collision xpbd) # public headers that the step must not read
 
@@ -72,6 +73,8 @@ foreach(file IN LISTS core_files)
     foreach(name IN LISTS angle)
         string(REGEX REPLACE "\\.h$" "" base ${name})
         if(name MATCHES "^ccd/" AND stem IN_LIST ccd_modules)
+            continue()
+        elseif(name MATCHES "^(immintrin|emmintrin|arm_neon)\\.h$" AND stem IN_LIST simd_modules)
             continue()
         elseif(NOT name MATCHES "\\.h$" OR NOT base IN_LIST c_headers)
             problem(${file} "<${name}> is not a header of C")
