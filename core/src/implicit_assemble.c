@@ -24,7 +24,8 @@ static implicit_spring implicit_make_spring(const pli_body* body, const pli_impl
         plii_dvec3_sub(implicit_position(body, half_link.neighbour), implicit_position(body, node));
     const double length = plii_dvec3_length(delta);
     const double rest = sqrt((double)body->links[half_link.link].rest_length_squared);
-    const double stiffness = (double)def->stiffness * (double)plii_link_stiffness(body, half_link.link);
+    const double material = (double)plii_link_stiffness(body, half_link.link);
+    const double stiffness = (double)def->stiffness * material;
     implicit_spring spring = {.half = {.neighbour = half_link.neighbour}};
     if (!(length > IMPLICIT_MIN_LENGTH * rest)) {
         /* Without a rest length the force is k delta, which has no need of a direction. */
@@ -34,7 +35,7 @@ static implicit_spring implicit_make_spring(const pli_body* body, const pli_impl
     }
     const plii_dvec3 unit = plii_dvec3_scale(delta, 1.0 / length);
     const double transverse = length > rest ? 1.0 - rest / length : 0.0;
-    const double axial = h * h * stiffness * (1.0 - transverse) + h * (double)def->damping;
+    const double axial = h * h * stiffness * (1.0 - transverse) + h * (double)def->damping * material;
     spring.impulse = plii_dvec3_scale(unit, h * stiffness * (length - rest));
     spring.half.axis = plii_dvec3_to_float(plii_dvec3_scale(unit, sqrt(axial)));
     spring.half.isotropic = (float)(h * h * stiffness * transverse);

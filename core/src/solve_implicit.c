@@ -148,31 +148,27 @@ static void implicit_predict(pli_body* body, float dt) {
 
 // ------------------------------------------------------------------------------------------------------ corrections
 
-/* Nodes that anchors, contacts and the like moved, by as much over the step. */
-static void implicit_follow_corrections(pli_body* body, const plii_dvec3* solved, float inverse_dt) {
+/* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
+   step. */
+static void implicit_follow_corrections(pli_body* body, const plii_step* step) {
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), solved[i]);
+        const pli_vec3 solved =
+            pli_vec3_add(plii_xyz(body->previous[i]), pli_vec3_scale(plii_xyz(body->velocities[i]), step->dt));
+        const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(solved));
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_add(plii_xyz(body->velocities[i]),
-                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)inverse_dt))));
+                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)step->inverse_dt))));
     }
 }
 
 static void implicit_solve(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
-    const implicit_state* state = plii_feature_state(body, &implicit_class);
     plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
-    if (pipeline->begin[PLII_STAGE_POSITION] < pipeline->begin[PLII_STAGE_POSITION + 1]) {
-        plii_dvec3* solved = state->vectors[0];
-        for (int i = 0; i < body->node_count; ++i) {
-            solved[i] = plii_dvec3_from(plii_xyz(body->positions[i]));
-        }
-        for (int i = 0; i < body->solver.position_iterations; ++i) {
-            plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
-        }
-        implicit_follow_corrections(body, solved, step->inverse_dt);
+    for (int i = 0; i < body->solver.position_iterations; ++i) {
+        plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
     }
+    implicit_follow_corrections(body, step);
     if (body->solver.velocity_damping > 0.0f) {
         for (int i = 0; i < body->node_count; ++i) {
             plii_set_xyz(&body->velocities[i],

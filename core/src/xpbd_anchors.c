@@ -84,12 +84,21 @@ static void xpbd_anchors_disable(pli_body* body, void* data) {
     plii_release(body->context, ((xpbd_anchors_state*)data)->anchors, xpbd_anchors_bytes(body, data));
 }
 
+static void xpbd_anchors_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                         void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
+    ((xpbd_anchors_state*)data)->count = 0; /* made anew in each step */
+}
+
 static const plii_feature_class xpbd_anchors_class = {
     .name = "XPBD anchors",
     .state_size = sizeof(xpbd_anchors_state),
     .enable = xpbd_anchors_enable,
     .disable = xpbd_anchors_disable,
     .bytes = xpbd_anchors_bytes,
+    .topology_commit = xpbd_anchors_topology_commit,
 };
 
 static const plii_xpbd_kind xpbd_anchors_kind = {PLII_XPBD_ORDER_ANCHORS, &xpbd_anchors_class, xpbd_anchors_begin,

@@ -7,6 +7,7 @@ typedef struct xpbd_link {
     int nodes[2];
     float rest_length; /* m */
     float compliance;  /* m/N */
+    float damping;     /* N s/m */
     float multiplier;
 } xpbd_link;
 
@@ -40,9 +41,11 @@ static void xpbd_links_begin(pli_body* body, void* data) {
         const plii_link* link = &body->links[index];
         const bool is_bending = body->link_tags != NULL && (body->link_tags[index] & PLII_LINK_TAG_BENDING) != 0;
         const float compliance = is_bending ? state->def.bending_compliance : state->def.compliance;
+        const float material = plii_link_stiffness(body, index);
         state->links[i] = (xpbd_link){.nodes = {link->nodes[0], link->nodes[1]},
                                       .rest_length = sqrtf(link->rest_length_squared),
-                                      .compliance = compliance / plii_link_stiffness(body, index)};
+                                      .compliance = compliance / material,
+                                      .damping = state->def.damping * material};
     }
 }
 
@@ -67,9 +70,8 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
         const pli_vec3 n = pli_vec3_scale(delta, 1.0f / length);
         const pli_vec3 motion = pli_vec3_sub(plii_xpbd_motion(substep, b), plii_xpbd_motion(substep, a));
         const float weight = substep->displacements[a].w + substep->displacements[b].w;
-        const float change =
-            plii_xpbd_multiplier(length - link->rest_length, weight, link->compliance, state->def.damping,
-                                 link->multiplier, pli_vec3_dot(n, motion), substep);
+        const float change = plii_xpbd_multiplier(length - link->rest_length, weight, link->compliance, link->damping,
+                                                  link->multiplier, pli_vec3_dot(n, motion), substep);
         link->multiplier += change;
         plii_xpbd_move(substep, a, n, -change);
         plii_xpbd_move(substep, b, n, change);

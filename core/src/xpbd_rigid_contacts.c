@@ -121,12 +121,21 @@ static size_t xpbd_rigid_contacts_bytes(const pli_body* body, const void* data) 
     return (size_t)state->found_capacity * sizeof *state->found + (size_t)state->capacity * sizeof *state->contacts;
 }
 
+static void xpbd_rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                                void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
+    ((xpbd_rigid_contacts_state*)data)->count = 0; /* made anew in each step */
+}
+
 static const plii_feature_class xpbd_rigid_contacts_class = {
     .name = "XPBD rigid contacts",
     .state_size = sizeof(xpbd_rigid_contacts_state),
     .disable = xpbd_rigid_contacts_disable,
     .collide_rigid = xpbd_rigid_contacts_collide,
     .bytes = xpbd_rigid_contacts_bytes,
+    .topology_commit = xpbd_rigid_contacts_topology_commit,
 };
 
 static const plii_xpbd_kind xpbd_rigid_contacts_kind = {PLII_XPBD_ORDER_RIGID_CONTACTS, &xpbd_rigid_contacts_class,

@@ -177,12 +177,21 @@ static size_t xpbd_soft_contacts_bytes(const pli_body* body, const void* data) {
     return (size_t)state->found_capacity * sizeof *state->found + (size_t)state->capacity * sizeof *state->contacts;
 }
 
+static void xpbd_soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                               void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
+    ((xpbd_soft_contacts_state*)data)->count = 0; /* made anew in each step */
+}
+
 static const plii_feature_class xpbd_soft_contacts_class = {
     .name = "XPBD soft contacts",
     .state_size = sizeof(xpbd_soft_contacts_state),
     .disable = xpbd_soft_contacts_disable,
     .collide_body = xpbd_soft_contacts_collide,
     .bytes = xpbd_soft_contacts_bytes,
+    .topology_commit = xpbd_soft_contacts_topology_commit,
 };
 
 static const plii_xpbd_kind xpbd_soft_contacts_kind = {PLII_XPBD_ORDER_SOFT_CONTACTS, &xpbd_soft_contacts_class,

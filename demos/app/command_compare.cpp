@@ -29,21 +29,29 @@ static int worst_frame(const demos::OneStep& one_step) {
     return static_cast<int>(worst - one_step.errors.begin()) + 1;
 }
 
-static nlohmann::ordered_json to_json(const Comparison& comparison) {
-    const demos::OneStep& one_step = comparison.one_step;
+// Null with another solver than Bullet's.
+static nlohmann::ordered_json to_json(const std::optional<demos::OneStep>& one_step) {
+    if (!one_step.has_value()) { return nullptr; }
+    return {{"frames", one_step->frames},
+            {"median", one_step->median},
+            {"p99", one_step->p99},
+            {"maximum", one_step->maximum},
+            {"worst_frame", worst_frame(*one_step)},
+            {"bit_equal_share", one_step->bit_equal_share},
+            {"frames_with_lone_contacts", one_step->frames_with_lone_contacts},
+            {"frames_above_limit", one_step->frames_above_limit},
+            {"unexplained_frames", one_step->unexplained_frames}};
+}
+
+static nlohmann::ordered_json to_json(const Comparison& comparison, double step_seconds) {
     const demos::FreeRun& free_run = comparison.free_run;
     return {{"scene", comparison.scene},
+            {"solver", solver_name(comparison.solver.kind)},
+            {"substeps", comparison.solver.substeps},
+            {"iterations", comparison.solver.iterations},
+            {"dt", step_seconds},
             {"nodes", comparison.nodes},
-            {"one_step",
-             {{"frames", one_step.frames},
-              {"median", one_step.median},
-              {"p99", one_step.p99},
-              {"maximum", one_step.maximum},
-              {"worst_frame", worst_frame(one_step)},
-              {"bit_equal_share", one_step.bit_equal_share},
-              {"frames_with_lone_contacts", one_step.frames_with_lone_contacts},
-              {"frames_above_limit", one_step.frames_above_limit},
-              {"unexplained_frames", one_step.unexplained_frames}}},
+            {"one_step", to_json(comparison.one_step)},
             {"free_run",
              {{"error_30", error_or_null(free_run.error_30)},
               {"error_60", error_or_null(free_run.error_60)},
@@ -53,27 +61,29 @@ static nlohmann::ordered_json to_json(const Comparison& comparison) {
             {"time_ratio", comparison.time_ratio}};
 }
 
+static constexpr size_t one_step_cells = 9;
+
+static std::vector<std::string> csv_cells(const std::optional<demos::OneStep>& one_step) {
+    if (!one_step.has_value()) { return std::vector<std::string>(one_step_cells); }
+    return {std::to_string(one_step->frames),
+            exact(one_step->median),
+            exact(one_step->p99),
+            exact(one_step->maximum),
+            std::to_string(worst_frame(*one_step)),
+            exact(one_step->bit_equal_share),
+            std::to_string(one_step->frames_with_lone_contacts),
+            std::to_string(one_step->frames_above_limit),
+            std::to_string(one_step->unexplained_frames)};
+}
+
 static std::string csv_line(const Comparison& comparison) {
-    const demos::OneStep& one_step = comparison.one_step;
     const demos::FreeRun& free_run = comparison.free_run;
     const auto error_cell = [](double error) { return error < 0.0 ? std::string() : exact(error); };
-    const std::string cells[] = {comparison.scene,
-                                 std::to_string(comparison.nodes),
-                                 std::to_string(one_step.frames),
-                                 exact(one_step.median),
-                                 exact(one_step.p99),
-                                 exact(one_step.maximum),
-                                 std::to_string(worst_frame(one_step)),
-                                 exact(one_step.bit_equal_share),
-                                 std::to_string(one_step.frames_with_lone_contacts),
-                                 std::to_string(one_step.frames_above_limit),
-                                 std::to_string(one_step.unexplained_frames),
-                                 error_cell(free_run.error_30),
-                                 error_cell(free_run.error_60),
-                                 error_cell(free_run.error_300),
-                                 exact(comparison.bullet_ms),
-                                 exact(comparison.pliant_ms),
-                                 exact(comparison.time_ratio)};
+    std::vector<std::string> cells = csv_cells(comparison.one_step);
+    cells.insert(cells.begin(), {comparison.scene, std::to_string(comparison.nodes)});
+    cells.insert(cells.end(), {error_cell(free_run.error_30), error_cell(free_run.error_60),
+                               error_cell(free_run.error_300), exact(comparison.bullet_ms), exact(comparison.pliant_ms),
+                               exact(comparison.time_ratio), solver_name(comparison.solver.kind)});
     std::string line;
     for (const std::string& cell : cells) {
         line += (line.empty() ? "" : ",") + cell;
@@ -83,20 +93,31 @@ static std::string csv_line(const Comparison& comparison) {
 
 static const char* const csv_heading =
     "scene,nodes,frames,median,p99,maximum,worst_frame,bit_equal_share,frames_with_lone_contacts,frames_above_limit,"
-    "unexplained_frames,error_30,error_60,error_300,bullet_ms,pliant_ms,time_ratio\n";
+    "unexplained_frames,error_30,error_60,error_300,bullet_ms,pliant_ms,time_ratio,solver\n";
+
+static std::vector<std::string> text_cells(const std::optional<demos::OneStep>& one_step) {
+    if (!one_step.has_value()) { return {"-", "-", "-", "-", "-", "-", "-"}; }
+    return {short_error(one_step->median),
+            short_error(one_step->p99),
+            short_error(one_step->maximum),
+            fixed(100.0 * one_step->bit_equal_share, 1) + "%",
+            std::to_string(one_step->frames_with_lone_contacts),
+            std::to_string(one_step->frames_above_limit),
+            std::to_string(one_step->unexplained_frames)};
+}
 
 static void print_text(const std::vector<Comparison>& comparisons) {
+    bool has_other_solver = false;
     Table table({"scene", "nodes", "median", "p99", "maximum", "bit-equal", "lone", "above", "unexplained", "free 30",
                  "free 60", "free 300", "Bullet ms", "Pliant ms", "ratio"});
     for (const Comparison& comparison : comparisons) {
-        const demos::OneStep& one_step = comparison.one_step;
-        table.add({comparison.scene, std::to_string(comparison.nodes), short_error(one_step.median),
-                   short_error(one_step.p99), short_error(one_step.maximum),
-                   fixed(100.0 * one_step.bit_equal_share, 1) + "%", std::to_string(one_step.frames_with_lone_contacts),
-                   std::to_string(one_step.frames_above_limit), std::to_string(one_step.unexplained_frames),
-                   short_error(comparison.free_run.error_30), short_error(comparison.free_run.error_60),
-                   short_error(comparison.free_run.error_300), fixed(comparison.bullet_ms, 3),
-                   fixed(comparison.pliant_ms, 3), fixed(comparison.time_ratio, 2)});
+        std::vector<std::string> cells = text_cells(comparison.one_step);
+        cells.insert(cells.begin(), {comparison.scene, std::to_string(comparison.nodes)});
+        cells.insert(cells.end(), {short_error(comparison.free_run.error_30), short_error(comparison.free_run.error_60),
+                                   short_error(comparison.free_run.error_300), fixed(comparison.bullet_ms, 3),
+                                   fixed(comparison.pliant_ms, 3), fixed(comparison.time_ratio, 2)});
+        table.add(std::move(cells));
+        has_other_solver = has_other_solver || !comparison.one_step.has_value();
     }
     std::cout
         << table.text()
@@ -104,11 +125,16 @@ static void print_text(const std::vector<Comparison>& comparisons) {
            "the soft bodies.\nlone: frames with a contact that only one engine made; above: frames with an error "
            "above 1e-5, and how many of these have no such contact.\nfree: error after that many frames from the "
            "same start. ratio: time of Bullet / time of Pliant.\n";
+    if (has_other_solver) {
+        std::cout << "Another solver than Bullet's has no one-step error: the free error is a difference of materials "
+                     "and methods, no mistake of one of them.\n";
+    }
 }
 
 int run_compare(const CompareOptions& options) {
     const std::vector<const scene*> scenes = choose_scenes(options.scenes);
     const OutputFile csv(options.csv_file);
+    const demos::EngineOptions settings = engine_options(options.step);
     std::vector<Comparison> comparisons;
     {
         Progress progress(options.json);
@@ -118,14 +144,14 @@ int run_compare(const CompareOptions& options) {
                            std::to_string(scenes.size()) + "]");
             comparisons.push_back(demos::compare(
                 *description, options.frames, [&](int frame, int frames) { progress.show(frame, frames); },
-                options.witness == "pliant" ? demos::Witness::pliant : demos::Witness::bullet));
+                options.witness == "pliant" ? demos::Witness::pliant : demos::Witness::bullet, settings));
         }
     }
     std::string lines = csv_heading;
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const Comparison& comparison : comparisons) {
         lines += csv_line(comparison);
-        rows.push_back(to_json(comparison));
+        rows.push_back(to_json(comparison, static_cast<double>(settings.step_seconds)));
     }
     csv.write(lines);
     if (options.json) {

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 
@@ -24,9 +26,9 @@ struct RunResult {
     std::string csv;
 };
 
-static std::string csv_line(const demos::Engine& engine, const demos::Measures& measures, int frame) {
+static std::string csv_line(const demos::Engine& engine, const demos::Measures& measures, int frame, double time) {
     const pli_vec3 center = center_of_mass(engine);
-    const double values[] = {static_cast<double>(frame) * static_cast<double>(demos::frame_seconds),
+    const double values[] = {time,
                              engine.step_milliseconds(),
                              measures.kinetic_energy,
                              measures.max_stretch,
@@ -40,7 +42,7 @@ static std::string csv_line(const demos::Engine& engine, const demos::Measures& 
     return line + "\n";
 }
 
-static RunResult run_frames(demos::Engine& engine, int frames, Progress& progress) {
+static RunResult run_frames(demos::Engine& engine, int frames, double step_seconds, Progress& progress) {
     RunResult result;
     result.csv = "frame,time_s,ms,kinetic_energy_J,max_stretch,center_x,center_y,center_z\n";
     std::vector<double> milliseconds;
@@ -49,7 +51,7 @@ static RunResult run_frames(demos::Engine& engine, int frames, Progress& progres
         ++result.frames;
         milliseconds.push_back(engine.step_milliseconds());
         result.measures = demos::measure(engine);
-        result.csv += csv_line(engine, result.measures, result.frames);
+        result.csv += csv_line(engine, result.measures, result.frames, result.frames * step_seconds);
         progress.show(result.frames, frames);
     } while (result.frames < frames && result.measures.finite);
     result.ms_per_step = median(std::move(milliseconds));
@@ -62,17 +64,29 @@ static std::string hash_text(uint64_t hash) {
     return text;
 }
 
-static std::string engine_title(const RunOptions& options) {
+static std::string engine_title(const RunOptions& options, demos::SolverKind solver) {
     if (options.engine == "bullet") { return "Bullet"; }
+    if (solver == demos::SolverKind::implicit) { return "Pliant, implicit"; }
+    if (solver == demos::SolverKind::xpbd) { return "Pliant, XPBD"; }
     return options.reference ? "Pliant, reference mode" : "Pliant";
 }
 
-static void print_json(const RunOptions& options, const scene& which, const RunResult& result) {
+// Until the time of the scene's picture.
+static int default_frames(const scene& which, float step_seconds) {
+    const int frames = which.picture_frame > 0 ? which.picture_frame : 300;
+    return std::max(1, static_cast<int>(std::lround(static_cast<float>(frames) * demos::frame_seconds / step_seconds)));
+}
+
+static void print_json(const RunOptions& options, const scene& which, const demos::SolverRun& solver,
+                       const RunResult& result) {
     const demos::Measures& measures = result.measures;
     const nlohmann::ordered_json document = {
         {"scene", which.name},
         {"engine", options.engine},
-        {"solver", "bullet"}, // the position-based solver that both engines share
+        {"solver", solver_name(solver.kind)},
+        {"substeps", solver.substeps},
+        {"iterations", solver.iterations},
+        {"dt", options.step.seconds.value_or(1.0 / 60.0)},
         {"reference", options.reference},
         {"frames", result.frames},
         {"nodes", measures.nodes},
@@ -89,12 +103,13 @@ static void print_json(const RunOptions& options, const scene& which, const RunR
     std::cout << document.dump(2) << '\n';
 }
 
-static void print_text(const RunOptions& options, const scene& which, const RunResult& result) {
+static void print_text(const RunOptions& options, const scene& which, const demos::SolverRun& solver,
+                       const RunResult& result) {
     const demos::Measures& measures = result.measures;
     const auto line = [](const char* label, const std::string& value) {
         std::cout << "  " << label << std::string(16 - std::string(label).size(), ' ') << value << '\n';
     };
-    std::cout << which.name << " on " << engine_title(options) << ", " << result.frames << " frames\n";
+    std::cout << which.name << " on " << engine_title(options, solver.kind) << ", " << result.frames << " frames\n";
     line("nodes", std::to_string(measures.nodes));
     line("links", std::to_string(measures.links));
     line("faces", std::to_string(measures.faces));
@@ -119,27 +134,31 @@ int run_scene(const RunOptions& options) {
     const std::unique_ptr<picture::Painter> painter = png.is_wanted() ? std::make_unique<picture::Painter>() : nullptr;
     const std::unique_ptr<demos::Description> description =
         demos::Description::build(which, {options.mesh_file, options.tetra_base});
-    const std::unique_ptr<demos::Engine> engine = demos::make_engine(
-        is_bullet ? demos::EngineKind::bullet : demos::EngineKind::pliant, *description, {options.reference});
+    const demos::EngineKind kind = is_bullet ? demos::EngineKind::bullet : demos::EngineKind::pliant;
+    demos::EngineOptions engine_settings = engine_options(options.step);
+    engine_settings.reference = options.reference;
+    const demos::SolverRun solver = choose_solver(*description, kind, engine_settings);
+    const std::unique_ptr<demos::Engine> engine = demos::make_engine(kind, *description, engine_settings);
 
-    const int frames = options.frames > 0 ? options.frames : which.picture_frame > 0 ? which.picture_frame : 300;
+    const float step_seconds = engine_settings.step_seconds;
+    const int frames = options.frames > 0 ? options.frames : default_frames(which, step_seconds);
     Progress progress(options.json);
     progress.start(std::string(which.name) + " on " + engine->name());
-    const RunResult result = run_frames(*engine, frames, progress);
+    const RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), progress);
     progress.clear();
 
     csv.write(result.csv);
     if (painter != nullptr && result.measures.finite) {
         const picture::Snapshot snapshot = picture::take_snapshot(*engine);
-        const std::string title = std::string(which.name) + ": " + engine_title(options);
+        const std::string title = std::string(which.name) + ": " + engine_title(options, solver.kind);
         const std::string detail =
             "frame " + std::to_string(result.frames) + ", " + fixed(result.ms_per_step, 3) + " ms per step";
         png.write(painter->draw({{&snapshot, title, detail}}, picture_width, picture_height).to_png());
     }
     if (options.json) {
-        print_json(options, which, result);
+        print_json(options, which, solver, result);
     } else {
-        print_text(options, which, result);
+        print_text(options, which, solver, result);
         if (png.is_wanted() && result.measures.finite) {
             std::cout << "  picture         " << png.path().string() << '\n';
         }

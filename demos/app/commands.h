@@ -3,6 +3,8 @@
 
 // The subcommands. Each returns the exit status; failures are thrown as demos::Error.
 
+#include "../engines/engine.h"
+
 #include <string>
 #include <vector>
 
@@ -12,10 +14,20 @@ struct ListOptions {
     bool json = false;
 };
 
+// --solver, --substeps, --iterations and --dt as they were given; empty: not given.
+struct StepOptions {
+    std::optional<std::string> solver;
+    std::optional<int> substeps, iterations;
+    std::optional<double> seconds;
+};
+
+demos::EngineOptions engine_options(const StepOptions& options);
+
 struct RunOptions {
     std::string scene, engine = "pliant";
     bool reference = false;
-    int frames = 0; // 0: the scene's picture frame
+    int frames = 0; // 0: up to the scene's picture
+    StepOptions step;
     std::string mesh_file, tetra_base, png_file, csv_file;
     bool json = false;
 };
@@ -25,6 +37,7 @@ struct CompareOptions {
     int frames = 300;
     std::string csv_file;
     std::string witness = "bullet"; // or "pliant"
+    StepOptions step;
     bool json = false;
 };
 

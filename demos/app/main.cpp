@@ -21,7 +21,8 @@ using app::DemoOptions;
 using app::ListOptions;
 using app::RunOptions;
 
-static constexpr int most_frames = 1000000;
+static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000;
+static constexpr double shortest_step = 1e-5, longest_step = 1.0; // s
 
 static void add_frames(CLI::App* command, int& frames, const std::string& text) {
     command->add_option("--frames", frames, text)->check(CLI::Range(1, most_frames).description(""))->type_name("N");
@@ -29,6 +30,26 @@ static void add_frames(CLI::App* command, int& frames, const std::string& text) 
 
 static void add_json(CLI::App* command, bool& json) {
     command->add_flag("--json", json, "Print one JSON document instead of text");
+}
+
+static void add_step(CLI::App* command, app::StepOptions& options) {
+    command
+        ->add_option("--solver", options.solver,
+                     "What steps the soft bodies: bullet, implicit or xpbd (default: the scene's own, mostly bullet)")
+        ->check(CLI::IsMember({"bullet", "implicit", "xpbd"}).description(""))
+        ->type_name("NAME");
+    command->add_option("--substeps", options.substeps, "Parts of a step of xpbd (default: the scene's own or 10)")
+        ->check(CLI::Range(1, most_substeps).description(""))
+        ->type_name("N");
+    command
+        ->add_option("--iterations", options.iterations,
+                     "Position iterations of bullet (default: the scene's own), sweeps of implicit (5; take an odd "
+                     "number), sweeps of xpbd in each substep (1)")
+        ->check(CLI::Range(0, most_iterations).description(""))
+        ->type_name("N");
+    command->add_option("--dt", options.seconds, "Length of a step in s (default: 1/60)")
+        ->check(CLI::Range(shortest_step, longest_step).description(""))
+        ->type_name("S");
 }
 
 static void add_list(CLI::App& program, ListOptions& options, std::function<int()>& chosen) {
@@ -46,7 +67,8 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
         ->check(CLI::IsMember({"pliant", "bullet"}).description(""))
         ->type_name("NAME");
     command->add_flag("--reference", options.reference, "Pliant as for comparisons: with Bullet's sampled distances");
-    add_frames(command, options.frames, "Frames of 1/60 s (default: up to the scene's picture)");
+    add_frames(command, options.frames, "Steps (default: up to the scene's picture)");
+    add_step(command, options.step);
     command->add_option("--mesh", options.mesh_file, "OBJ file in place of the scene's triangle mesh")
         ->type_name("FILE");
     command->add_option("--tetra", options.tetra_base, "BASE.node and BASE.ele in place of the scene's tetrahedra")
@@ -60,7 +82,8 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
 static void add_compare(CLI::App& program, CompareOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("compare", "Measure how far Pliant is from Bullet's btSoftBody");
     command->add_option("scenes", options.scenes, "Names of scenes, or all")->required()->type_name("SCENE");
-    add_frames(command, options.frames, "Frames of 1/60 s (default: 300)");
+    add_frames(command, options.frames, "Steps (default: 300)");
+    add_step(command, options.step);
     command
         ->add_option("--witness", options.witness,
                      "Where Pliant takes the nearest points of clusters from: bullet (default) or pliant")

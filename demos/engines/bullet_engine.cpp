@@ -181,6 +181,7 @@ void BulletEngine::add_soft(const SoftRecord& record) {
     require_connected(record);
     std::unique_ptr<btSoftBody> body = make_body(info_, pli_mesh_get_view(record.mesh.get()));
     configure(*body, record.def);
+    body->m_cfg.piterations = options_.solver.iterations.value_or(body->m_cfg.piterations);
     // Bullet leaves normals at zero until the end of the first step; Pliant has them from the start.
     body->updateNormals();
     body->addVelocity(to_bullet(record.velocity));
@@ -213,14 +214,15 @@ private:
     std::optional<SoftClock::Window> solve_;
 };
 
-BulletEngine::BulletEngine(const Description& description)
-    : description_(description), drive_(description.drives),
+BulletEngine::BulletEngine(const Description& description, const EngineOptions& options)
+    : description_(description), options_(options), clock_(options.step_seconds), drive_(description.drives),
       rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
     solver_ = std::make_unique<TimedSolver>(rigids_.clock());
     rigids_.adopt(std::make_unique<TimedWorld<btSoftRigidDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
                                                                          &rigids_.broadphase(), &rigids_.solver(),
                                                                          &rigids_.configuration(), solver_.get()),
                   description.gravity);
+    choose_solver(description, EngineKind::bullet, options);
     info_.m_broadphase = &rigids_.broadphase();
     info_.m_dispatcher = &rigids_.dispatcher();
     info_.m_gravity = to_bullet(description.gravity);
@@ -309,19 +311,19 @@ BulletEngine::~BulletEngine() {
 
 void BulletEngine::step() {
     const Stopwatch watch;
-    drive_.advance(frames_);
-    run_control_events(frames_);
+    clock_.advance();
+    drive_.advance(clock_.frame());
+    run_control_events(clock_);
     for (const CutRecord& cut : description_.cuts) {
-        if (cut.frame != frames_) { continue; }
+        if (!clock_.begins(cut.frame)) { continue; }
         const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory: times start after it
         Sphere sphere;
         sphere.center = body(cut.soft).m_nodes[cut.node].m_x;
         sphere.radius = cut.radius;
         body(cut.soft).refine(&sphere, cut_accuracy, true);
     }
-    ++frames_;
     rigids_.clock().start_step();
-    rigids_.world().stepSimulation(frame_seconds, 0);
+    rigids_.world().stepSimulation(options_.step_seconds, 0);
     milliseconds_ = watch.milliseconds();
 }
 

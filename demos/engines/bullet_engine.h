@@ -14,7 +14,7 @@ namespace demos {
 
 class BulletEngine final : public Engine {
 public:
-    explicit BulletEngine(const Description& description);
+    explicit BulletEngine(const Description& description, const EngineOptions& options = {});
     ~BulletEngine() override;
 
     EngineKind kind() const override { return EngineKind::bullet; }
@@ -47,14 +47,15 @@ private:
     static void on_tick(btDynamicsWorld* world, btScalar seconds);
 
     const Description& description_;
+    EngineOptions options_;
     btSoftBodyWorldInfo info_;
+    ScriptClock clock_;
     Drive drive_;
     std::vector<std::unique_ptr<JointControl>> controls_;
     std::vector<std::unique_ptr<btSoftBody>> softs_; // the world goes before its bodies
     RigidWorld rigids_;
     std::unique_ptr<TimedSolver> solver_;
     std::function<void()> before_solve_;
-    int frames_ = 0;
     double milliseconds_ = 0;
 };
 

@@ -33,20 +33,40 @@ double median(std::vector<double> values) {
 
 } // namespace
 
-Comparison compare(const Description& description, int frames, const Progress& progress, Witness witness) {
-    const int steps = 2 * frames;
+EngineOptions bullet_options(const EngineOptions& options) {
+    EngineOptions result;
+    result.step_seconds = options.step_seconds;
+    // Sweeps of another solver say nothing about iterations of this one.
+    if (options.solver.kind.value_or(SolverKind::bullet) == SolverKind::bullet) {
+        result.solver.iterations = options.solver.iterations;
+    }
+    return result;
+}
+
+EngineOptions reference_options(const EngineOptions& options, Witness witness) {
+    EngineOptions result = options;
+    result.reference = true;
+    result.bullet_witness = witness == Witness::bullet;
+    return result;
+}
+
+Comparison compare(const Description& description, int frames, const Progress& progress, Witness witness,
+                   const EngineOptions& options) {
     Comparison result;
+    result.solver = choose_solver(description, EngineKind::pliant, options);
+    const bool is_same_solver = result.solver.kind == SolverKind::bullet;
+    const int frames_before = is_same_solver ? frames : 0, steps = frames_before + frames;
     result.scene = description.source != nullptr ? description.source->name : "";
     const Progress first_half = [&](int frame, int) {
         if (progress) { progress(frame, steps); }
     };
-    result.one_step = compare_one_step(description, frames, first_half, witness);
+    if (is_same_solver) { result.one_step = compare_one_step(description, frames, first_half, witness, options); }
 
     // The engine as it is used is timed, against the same run of btSoftBody that the errors come from.
-    const auto bullet = make_engine(EngineKind::bullet, description, {});
-    const auto pliant = make_engine(EngineKind::pliant, description, {});
+    const auto bullet = make_engine(EngineKind::bullet, description, bullet_options(options));
+    const auto pliant = make_engine(EngineKind::pliant, description, options);
     const auto reference_mode =
-        make_engine(EngineKind::pliant, description, EngineOptions{true, witness == Witness::bullet});
+        is_same_solver ? make_engine(EngineKind::pliant, description, reference_options(options, witness)) : nullptr;
     const double diagonal = bounds_diagonal(description.rest_bounds);
     std::vector<double> bullet_times, pliant_times;
     for (int frame = 1; frame <= frames; ++frame) {
@@ -54,14 +74,15 @@ Comparison compare(const Description& description, int frames, const Progress& p
         bullet_times.push_back(bullet->step_milliseconds());
         pliant->step();
         pliant_times.push_back(pliant->step_milliseconds());
-        reference_mode->step();
+        if (reference_mode != nullptr) { reference_mode->step(); }
         FreeRun& free_run = result.free_run;
         double* error = frame == 30    ? &free_run.error_30
                         : frame == 60  ? &free_run.error_60
                         : frame == 300 ? &free_run.error_300
                                        : nullptr;
-        if (error != nullptr) { *error = largest_distance(*bullet, *reference_mode) / diagonal; }
-        if (progress) { progress(frames + frame, steps); }
+        const Engine& compared = reference_mode != nullptr ? *reference_mode : *pliant;
+        if (error != nullptr) { *error = largest_distance(*bullet, compared) / diagonal; }
+        if (progress) { progress(frames_before + frame, steps); }
     }
     result.nodes = measure(*bullet).nodes;
     result.bullet_ms = median(bullet_times);

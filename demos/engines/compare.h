@@ -28,7 +28,8 @@ struct FreeRun {
 
 struct Comparison {
     std::string scene;
-    OneStep one_step;
+    SolverRun solver;                // of Pliant
+    std::optional<OneStep> one_step; // with Bullet's solver only
     FreeRun free_run;
     int nodes = 0;
     double bullet_ms = 0, pliant_ms = 0; // medians per step, free run
@@ -40,10 +41,16 @@ using Progress = std::function<void(int frame, int frames)>; // may be empty
 // Where Pliant takes the nearest points of clusters from in a comparison: from Bullet's GJK and EPA or its own.
 enum class Witness { bullet, pliant };
 
+// What btSoftBody and Pliant's reference mode take of the options for Pliant.
+EngineOptions bullet_options(const EngineOptions& options);
+EngineOptions reference_options(const EngineOptions& options, Witness witness);
+
+// Of `options` solver and length of a step are used, by btSoftBody too; the solver must be Bullet's.
 OneStep compare_one_step(const Description& description, int frames, const Progress& progress,
-                         Witness witness = Witness::bullet);
+                         Witness witness = Witness::bullet, const EngineOptions& options = {});
+// With another solver than Bullet's there is no one-step part, and the free run is not in reference mode.
 Comparison compare(const Description& description, int frames, const Progress& progress,
-                   Witness witness = Witness::bullet);
+                   Witness witness = Witness::bullet, const EngineOptions& options = {});
 
 } // namespace demos
 #endif

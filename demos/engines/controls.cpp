@@ -1,5 +1,6 @@
 // Figures that the user, or the script of a scene, turns while it runs.
 
+#include "drive.h"
 #include "recorder_checks.h"
 
 #include <algorithm>
@@ -31,9 +32,9 @@ float Engine::control(int index) const {
     return changed_controls_.empty() ? description().controls.at(at).def.initial : changed_controls_.at(at);
 }
 
-void Engine::run_control_events(int frame) {
+void Engine::run_control_events(const ScriptClock& clock) {
     for (const ControlEvent& event : description().control_events) {
-        if (event.frame == frame) { set_control(event.control, event.value); }
+        if (clock.begins(event.frame)) { set_control(event.control, event.value); }
     }
 }
 

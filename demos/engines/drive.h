@@ -10,6 +10,30 @@
 
 namespace demos {
 
+// Frames of a scene's script, whatever the length of a step is. A frame begins before the first step that starts when
+// it has passed.
+class ScriptClock {
+public:
+    explicit ScriptClock(float step_seconds) : step_seconds_(step_seconds) {}
+
+    // To be called before each step.
+    void advance() {
+        before_ = now_;
+        // A step of exactly a frame must not depend on rounding.
+        const double frames = static_cast<double>(steps_) * static_cast<double>(step_seconds_ / frame_seconds);
+        now_ = static_cast<int>(std::floor(frames + 1e-3));
+        ++steps_;
+    }
+    int frame() const { return now_; }
+    // Whether this step is the first one of the frame.
+    bool begins(int frame) const { return before_ < frame && frame <= now_; }
+
+private:
+    float step_seconds_;
+    long steps_ = 0;
+    int before_ = -1, now_ = -1;
+};
+
 class Drive {
 public:
     explicit Drive(const std::vector<DriveRecord>& script) : script_(script) {}

@@ -6,6 +6,7 @@
 #include "../scenes/scene_builder.h"
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -135,12 +136,40 @@ public:
 
 // ------------------------------------------------------------------------------------------------ running scenes
 
+class ScriptClock;
+
 enum class EngineKind { pliant, bullet };
+
+constexpr float frame_seconds = 1.0f / 60.0f;
+
+// What steps the soft bodies. btSoftBody has only the first one.
+enum class SolverKind { bullet, implicit, xpbd };
+
+const char* solver_name(SolverKind kind); // as on the command line
+
+// Choices of the user; what is not set is the scene's own.
+struct SolverOptions {
+    std::optional<SolverKind> kind;
+    std::optional<int> substeps;   // XPBD: parts of a step
+    std::optional<int> iterations; // position iterations, Jacobi sweeps or XPBD's sweeps per substep
+};
 
 struct EngineOptions {
     bool reference = false;      // Pliant only: Bullet's lattice distances and boxes, as for comparisons
     bool bullet_witness = false; // Pliant only: nearest points of clusters from Bullet's GJK
+    SolverOptions solver{};
+    float step_seconds = frame_seconds; // the script of a scene keeps its times
 };
+
+// The solver that a scene runs with.
+struct SolverRun {
+    SolverKind kind = SolverKind::bullet;
+    int substeps = 1;
+    int iterations = 1; // bullet: the most that a soft body has
+};
+
+// Throws Error when the solver cannot run the scene, and says which part of which body is in its way.
+SolverRun choose_solver(const Description& description, EngineKind engine, const EngineOptions& options);
 
 // Present state of one soft body, copied out of the engine. Faces and links index the nodes.
 struct SoftState {
@@ -174,7 +203,7 @@ public:
     virtual std::string name() const = 0; // "pliant" or "bullet"
     virtual const Description& description() const = 0;
 
-    // One frame of 1/60 s.
+    // One step of EngineOptions::step_seconds.
     virtual void step() = 0;
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.
     virtual double step_milliseconds() const = 0;
@@ -194,7 +223,7 @@ public:
 
 protected:
     // To be called before the step that follows `frame` frames.
-    void run_control_events(int frame);
+    void run_control_events(const ScriptClock& clock);
 
 private:
     std::vector<float> changed_controls_; // values, when any control was set
@@ -215,7 +244,6 @@ struct Measures {
 
 Measures measure(const Engine& engine);
 
-constexpr float frame_seconds = 1.0f / 60.0f;
 constexpr float cut_accuracy = 1e-4f;
 
 } // namespace demos

@@ -6,7 +6,7 @@
 namespace demos {
 
 std::unique_ptr<Engine> make_engine(EngineKind kind, const Description& description, const EngineOptions& options) {
-    if (kind == EngineKind::bullet) { return std::make_unique<BulletEngine>(description); }
+    if (kind == EngineKind::bullet) { return std::make_unique<BulletEngine>(description, options); }
     return std::make_unique<PliantEngine>(description, options);
 }
 

@@ -57,10 +57,10 @@ void copy_boxes(const btSoftBody& from, bool is_first, pli_body* to) {
 
 class Pair {
 public:
-    Pair(const Description& description, Witness witness)
-        : description_(description), reference_(description),
-          pliant_(description, EngineOptions{true, witness == Witness::bullet}), matcher_(reference_, pliant_),
-          diagonal_(bounds_diagonal(description.rest_bounds)) {
+    Pair(const Description& description, Witness witness, const EngineOptions& options)
+        : description_(description), step_seconds_(static_cast<double>(options.step_seconds)),
+          reference_(description, bullet_options(options)), pliant_(description, reference_options(options, witness)),
+          matcher_(reference_, pliant_), diagonal_(bounds_diagonal(description.rest_bounds)) {
         pliant_.bridge().set_before_solve([this] { lone_contacts_ = matcher_.match(); });
     }
     ~Pair() { pliant_.bridge().set_before_solve(nullptr); }
@@ -118,7 +118,7 @@ private:
         for (size_t i = 0; i < expected.positions.size(); ++i) {
             const double dx = distance(expected.positions[i], actual.positions[i]);
             const double dv = distance(expected.velocities[i], actual.velocities[i]);
-            const double error = std::max(dx, static_cast<double>(frame_seconds) * dv) / diagonal_;
+            const double error = std::max(dx, step_seconds_ * dv) / diagonal_;
             outcome.error =
                 std::isfinite(error) ? std::max(outcome.error, error) : std::numeric_limits<double>::infinity();
         }
@@ -137,6 +137,7 @@ private:
     }
 
     const Description& description_;
+    double step_seconds_;
     BulletEngine reference_;
     PliantEngine pliant_;
     ContactMatcher matcher_;
@@ -152,10 +153,11 @@ double quantile(const std::vector<double>& sorted, double share) {
 
 } // namespace
 
-OneStep compare_one_step(const Description& description, int frames, const Progress& progress, Witness witness) {
+OneStep compare_one_step(const Description& description, int frames, const Progress& progress, Witness witness,
+                         const EngineOptions& options) {
     if (frames < 1) { throw Error("a comparison needs one frame at least"); }
     if (description.softs.empty()) { throw Error("the scene has no soft bodies to compare"); }
-    Pair pair(description, witness);
+    Pair pair(description, witness, options);
     OneStep result;
     int bit_equal = 0;
     for (int frame = 1; frame <= frames; ++frame) {

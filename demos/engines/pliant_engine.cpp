@@ -2,6 +2,7 @@
 
 #include "pliant_engine.h"
 
+#include "solvers.h"
 #include "stopwatch.h"
 
 #include <pliant_bullet/cluster_distance.h>
@@ -11,7 +12,8 @@
 namespace demos {
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
-    : description_(description), options_(options), drive_(description.drives),
+    : description_(description), options_(options), run_(choose_solver(description, EngineKind::pliant, options)),
+      clock_(options.step_seconds), drive_(description.drives),
       rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
                                                                         &rigids_.broadphase(), &rigids_.solver(),
@@ -59,10 +61,14 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     pli_body_def def = pli_body_def_default();
     def.collision_margin = record.def.collision_margin;
     def.solver = record.def.solver;
+    if (run_.kind == SolverKind::bullet && options_.solver.iterations.has_value()) {
+        def.solver.position_iterations = run_.iterations;
+    }
     pli_body* body = nullptr;
     check(bridge_->add_body(record.mesh.get(), &def, &body));
     bodies_.push_back(body);
-    enable_features(body, record.def);
+    enable_features(body, definition_for_solver(record, run_));
+    enable_solver(body, record, run_);
     check(pli_body_add_velocity(body, record.velocity));
     for (const FirstForce& force : record.first_forces) {
         check(pli_body_add_node_force(body, force.node, force.force));
@@ -187,14 +193,14 @@ pli_rigid* PliantEngine::proxy(int rigid) {
 
 void PliantEngine::step() {
     const Stopwatch watch;
-    drive_.advance(frames_);
-    run_control_events(frames_);
+    clock_.advance();
+    drive_.advance(clock_.frame());
+    run_control_events(clock_);
     for (const CutRecord& record : description_.cuts) {
-        if (record.frame == frames_) { cut(record); }
+        if (clock_.begins(record.frame)) { cut(record); }
     }
-    ++frames_;
     rigids_.clock().start_step();
-    rigids_.world().stepSimulation(frame_seconds, 0);
+    rigids_.world().stepSimulation(options_.step_seconds, 0);
     milliseconds_ = watch.milliseconds();
     check(bridge_->step_status());
 }

@@ -50,10 +50,12 @@ private:
 
     const Description& description_;
     EngineOptions options_;
+    SolverRun run_;
     struct JointControl {
         const Drive& drive;
         const JointRecord& record;
     };
+    ScriptClock clock_;
     Drive drive_;
     std::vector<std::unique_ptr<JointControl>> controls_;
     // Actions around that of the bridge, which holds all of its step that follows the rigid half.
@@ -76,7 +78,6 @@ private:
     EndAction end_{start_};
     std::unique_ptr<pliant::Bridge> bridge_; // goes before the Bullet world
     std::vector<pli_body*> bodies_;
-    int frames_ = 0;
     double milliseconds_ = 0;
 };
 

@@ -34,7 +34,9 @@ PLI_API pli_status pli_body_disable_xpbd(pli_body* body);
 typedef struct pli_xpbd_links_def {
     float compliance; ///< m/N, default 0 (rigid), of links whose material has linear_stiffness 1, else over that
     float bending_compliance; ///< m/N, default 0, the same for links made by pli_mesh_append_bending_links
-    float damping;            ///< N s/m along each link, >= 0, default 0; none where the compliance is 0
+    /// N s/m along each link, >= 0, default 0, of links whose material has linear_stiffness 1, else times that; none
+    /// where the compliance is 0
+    float damping;
     uint32_t cookie;
 } pli_xpbd_links_def;
 

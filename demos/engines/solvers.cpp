@@ -1,0 +1,191 @@
+// Choice of a solver, and the material of a scene in its units.
+
+#include "solvers.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace demos {
+
+const char* solver_name(SolverKind kind) {
+    return kind == SolverKind::implicit ? "implicit" : kind == SolverKind::xpbd ? "xpbd" : "bullet";
+}
+
+// ---------------------------------------------------------------------------------------------------- the choice
+
+namespace {
+
+constexpr int default_sweeps = 5;    // of the implicit solver
+constexpr int default_substeps = 10; // of XPBD
+
+void refuse(const Description& description, SolverKind kind, const std::string& reason) {
+    const std::string scene_name = description.source != nullptr ? description.source->name : "";
+    throw Error("scene " + scene_name + " does not run with --solver " + solver_name(kind) + ": " + reason);
+}
+
+// Joints act on clusters, and clusters are moved by what Bullet's solver and the springs leave of the predicted
+// positions; XPBD starts from the old ones.
+void require_xpbd(const Description& description) {
+    if (!description.joints.empty()) {
+        const size_t owner = static_cast<size_t>(description.joints.front().ends.soft);
+        refuse(description, SolverKind::xpbd, "the joints of \"" + description.softs[owner].name + "\" need clusters");
+    }
+    for (const SoftRecord& soft : description.softs) {
+        const bool is_solid = pli_mesh_get_view(soft.mesh.get()).tetra_count > 0;
+        if (soft.def.has_clusters && !is_solid) {
+            refuse(description, SolverKind::xpbd,
+                   "\"" + soft.name + "\" collides by clusters, which XPBD replaces in bodies of tetrahedra only");
+        }
+        if (soft.def.pose_matching > 0.0f) {
+            refuse(description, SolverKind::xpbd, "\"" + soft.name + "\" keeps its shape by pose matching");
+        }
+    }
+}
+
+int most_iterations(const Description& description) {
+    int most = 0;
+    for (const SoftRecord& soft : description.softs) {
+        most = std::max(most, soft.def.solver.position_iterations);
+    }
+    return most;
+}
+
+} // namespace
+
+SolverRun choose_solver(const Description& description, EngineKind engine, const EngineOptions& options) {
+    SolverRun run;
+    run.kind = options.solver.kind.value_or(SolverKind::bullet);
+    if (engine == EngineKind::bullet && run.kind != SolverKind::bullet) {
+        throw Error(std::string("btSoftBody has no solver ") + solver_name(run.kind));
+    }
+    if (options.reference && run.kind != SolverKind::bullet) {
+        throw Error(std::string("the reference mode is that of btSoftBody's solver and does not go with --solver ") +
+                    solver_name(run.kind));
+    }
+    if (options.solver.substeps.has_value() && run.kind != SolverKind::xpbd) {
+        throw Error(std::string("--substeps are those of --solver xpbd; --solver ") + solver_name(run.kind) +
+                    " takes shorter steps by --dt");
+    }
+    switch (run.kind) {
+    case SolverKind::bullet:
+        run.iterations = options.solver.iterations.value_or(most_iterations(description));
+        if (options.solver.iterations == 0) { throw Error("--iterations 0 would leave links and contacts unsolved"); }
+        break;
+    case SolverKind::implicit:
+        run.iterations = options.solver.iterations.value_or(default_sweeps);
+        break;
+    case SolverKind::xpbd:
+        require_xpbd(description);
+        run.substeps = options.solver.substeps.value_or(default_substeps);
+        run.iterations = options.solver.iterations.value_or(1);
+        break;
+    }
+    return run;
+}
+
+// --------------------------------------------------------------------------------------------------- the material
+
+namespace {
+
+// Mean mass of the nodes that are not pinned, kg.
+double node_mass(const pli_mesh_view& mesh) {
+    double mass = 0.0;
+    int count = 0;
+    for (int i = 0; i < mesh.node_count; ++i) {
+        if (!(mesh.inverse_masses[i] > 0.0f)) { continue; }
+        mass += 1.0 / static_cast<double>(mesh.inverse_masses[i]);
+        ++count;
+    }
+    return count > 0 ? mass / count : 1.0;
+}
+
+// N/m of a link with linear stiffness 1. An iteration of btSoftBody parts a stretch d between two nodes of mass m in
+// halves: a change of velocity of d / (2 h) each, as a spring of m / (2 h^2) gives it in a step h; n iterations, n
+// times that.
+double link_stiffness(const SoftRecord& record) {
+    const pli_solver_settings& solver = record.def.solver;
+    const int iterations =
+        std::max(1, solver.position_iterations + solver.drift_iterations + solver.velocity_iterations);
+    const double h = static_cast<double>(frame_seconds);
+    return iterations * node_mass(pli_mesh_get_view(record.mesh.get())) / (2.0 * h * h);
+}
+
+// N s/m of such a link: as much as the integration of btSoftBody, which is like backward Euler, takes from it.
+float link_damping(const SoftRecord& record) {
+    return static_cast<float>(0.5 * static_cast<double>(frame_seconds) * link_stiffness(record));
+}
+
+// Coulomb's coefficient for the share of the sliding that a contact of btSoftBody takes away in a step: both brake a
+// node of 1 m/s alike.
+float coulomb_friction(float share) {
+    constexpr float speed = 1.0f, gravity = 10.0f;
+    return share * speed / (gravity * frame_seconds);
+}
+
+void check(pli_body* body, pli_status status) {
+    if (status == PLI_OK) { return; }
+    const std::string detail = pli_last_error(pli_world_get_context(pli_body_get_world(body)));
+    throw Error(std::string(pli_status_string(status)) + (detail.empty() ? "" : ": " + detail));
+}
+
+pli_xpbd_contacts_def xpbd_contacts(float friction) {
+    pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
+    contacts.friction = coulomb_friction(friction);
+    return contacts;
+}
+
+void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run) {
+    pli_xpbd_def solver = pli_xpbd_def_default();
+    solver.substeps = run.substeps;
+    solver.sweeps = run.iterations;
+    check(body, pli_body_enable_xpbd(body, &solver));
+    const pli_mesh_view mesh = pli_mesh_get_view(record.mesh.get());
+    if (mesh.link_count > 0) {
+        pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        links.compliance = static_cast<float>(1.0 / link_stiffness(record));
+        links.bending_compliance = links.compliance;
+        links.damping = link_damping(record);
+        check(body, pli_body_enable_xpbd_links(body, &links));
+    }
+    if (mesh.tetra_count > 0) { check(body, pli_body_enable_xpbd_tetras(body, 0.0f)); }
+    const scene_soft_def def = definition_for_solver(record, run);
+    if (def.volume_conservation > 0.0f) {
+        pli_body_disable_volume_conservation(body); // a force would be too stiff
+        check(body, pli_body_enable_xpbd_volume(body, 1.0f / def.volume_conservation, 1.0f));
+    }
+    if (!record.anchors.empty()) { check(body, pli_body_enable_xpbd_anchors(body, 0.0f)); }
+    if (def.has_rigid_contacts) {
+        const pli_xpbd_contacts_def contacts = xpbd_contacts(def.rigid_contacts.friction);
+        check(body, pli_body_enable_xpbd_rigid_contacts(body, &contacts));
+    }
+    if (def.has_soft_contacts) {
+        const pli_xpbd_contacts_def contacts = xpbd_contacts(def.soft_contacts.friction);
+        check(body, pli_body_enable_xpbd_soft_contacts(body, &contacts));
+    }
+}
+
+void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& run) {
+    pli_implicit_def solver = pli_implicit_def_default();
+    solver.stiffness = static_cast<float>(link_stiffness(record));
+    solver.sweeps = run.iterations;
+    check(body, pli_body_enable_implicit(body, &solver));
+}
+
+} // namespace
+
+void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& run) {
+    if (run.kind == SolverKind::implicit) { enable_implicit(body, record, run); }
+    if (run.kind == SolverKind::xpbd) { enable_xpbd(body, record, run); }
+}
+
+scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run) {
+    scene_soft_def def = record.def;
+    if (run.kind != SolverKind::bullet) { def.velocity_links = false; }
+    if (run.kind != SolverKind::xpbd || !def.has_clusters) { return def; }
+    def.has_rigid_contacts = true;
+    def.rigid_contacts.friction = def.cluster_contacts.friction;
+    def.has_clusters = def.has_cluster_contacts = false;
+    return def;
+}
+
+} // namespace demos

@@ -1,0 +1,19 @@
+#ifndef DEMOS_SOLVERS_H
+#define DEMOS_SOLVERS_H
+
+// The one place where the material of a scene, which is described as for btSoftBody, gets the units of the other
+// solvers. docs/solvers.md has the formulas.
+
+#include "engine.h"
+
+namespace demos {
+
+// Lets the chosen solver step a new body, with links, tetrahedra and volume as its own constraints. To be called after
+// contacts and forces were enabled and before anchors are added. Throws Error.
+void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& run);
+
+// What contacts of clusters are for a solver without clusters: contacts of nodes.
+scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run);
+
+} // namespace demos
+#endif
