@@ -48,7 +48,14 @@ static void add_step(CLI::App* command, app::StepOptions& options) {
         ->check(CLI::Range(0, most_iterations).description(""))
         ->type_name("N");
     command->add_option("--dt", options.seconds, "Length of a step in s (default: 1/60)")
-        ->check(CLI::Range(shortest_step, longest_step).description(""))
+        ->check(CLI::Validator(
+            [](const std::string& text) {
+                double seconds = 0.0;
+                const bool is_number = CLI::detail::lexical_cast(text, seconds);
+                const bool is_allowed = is_number && seconds >= shortest_step && seconds <= longest_step; // not NaN
+                return is_allowed ? std::string() : "Value " + text + " not in range 0.00001 to 1";
+            },
+            ""))
         ->type_name("S");
 }
 

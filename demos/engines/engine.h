@@ -222,7 +222,7 @@ public:
     float control(int index) const;
 
 protected:
-    // To be called before the step that follows `frame` frames.
+    // To be called before each step.
     void run_control_events(const ScriptClock& clock);
 
 private:

@@ -58,6 +58,25 @@ static void test_cli_engines(void**) {
     expect_failure("run Bunny --engine bullet --reference", 1, "--reference is a mode of Pliant");
 }
 
+static void test_cli_solvers(void**) {
+    expect_failure("run Bunny --solver cuda", 2, "--solver: cuda not in {bullet,implicit,xpbd}");
+    expect_failure("run Bunny --substeps 0", 2, "--substeps: Value 0 not in range 1 to 1000");
+    expect_failure("compare Bunny --iterations -1", 2, "--iterations: Value -1 not in range 0 to 10000");
+    for (const char* value : {"0", "-0.1", "1e-9", "2", "nan", "inf", "soon"}) {
+        expect_failure("run Bunny --dt " + std::string(value), 2, "--dt: ");
+    }
+    expect_failure("run ClothAttach --solver implicit --iterations 0", 1, "0 sweeps are not stable, take 1, 3, 5");
+    expect_failure("run ClothAttach --solver xpbd --iterations 0", 1, "sweeps is 0, at least 1 is needed");
+    expect_failure("run ClothAttach --iterations 0", 1, "--iterations 0 would leave links and contacts unsolved");
+    expect_failure("run ClothAttach --substeps 4", 1, "--substeps are those of --solver xpbd");
+    expect_failure("run ClothAttach --engine bullet --solver xpbd", 1, "btSoftBody has no solver xpbd");
+    expect_failure("run ClothAttach --reference --solver implicit", 1, "does not go with --solver implicit");
+    expect_failure("run ClusterCar --solver xpbd", 1,
+                   "scene ClusterCar does not run with --solver xpbd: the joints of \"bunny\" need clusters");
+    expect_failure("compare Bunny TorusMatch --solver xpbd --frames 1", 1,
+                   "\"torus\" keeps its shape by pose matching");
+}
+
 static void test_cli_mesh_files(void**) {
     const std::string missing = scratch("missing.obj"), cut = scratch("cut.obj"), nan = scratch("nan.obj"),
                       empty = scratch("empty.obj");
@@ -121,6 +140,7 @@ int main(void) {
         cmocka_unit_test(test_cli_scene_names),
         cmocka_unit_test(test_cli_frames),
         cmocka_unit_test(test_cli_engines),
+        cmocka_unit_test(test_cli_solvers),
         cmocka_unit_test(test_cli_mesh_files),
         cmocka_unit_test(test_cli_unwritable_outputs),
         cmocka_unit_test(test_cli_full_disk),

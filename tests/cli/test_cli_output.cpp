@@ -110,12 +110,39 @@ static void test_cli_run_prints_measures(void**) {
     }
 }
 
+static void test_cli_run_tells_the_solver(void**) {
+    const struct {
+        const char *arguments, *solver;
+        int substeps, iterations;
+        double dt;
+    } cases[] = {
+        {"", "bullet", 1, 2, 1.0 / 60.0},
+        {"--engine bullet --iterations 3", "bullet", 1, 3, 1.0 / 60.0},
+        {"--solver implicit", "implicit", 1, 5, 1.0 / 60.0},
+        {"--solver implicit --iterations 4 --dt 0.02", "implicit", 1, 4, 0.02},
+        {"--solver xpbd", "xpbd", 10, 1, 1.0 / 60.0},
+        {"--solver xpbd --substeps 7 --iterations 2 --dt 0.01", "xpbd", 7, 2, 0.01},
+    };
+    std::set<std::string> hashes;
+    for (const auto& each : cases) {
+        const json run = cli::run_json("run bunny --frames 3 --json " + std::string(each.arguments));
+        assert_string_equal(run.at("solver").get<std::string>().c_str(), each.solver);
+        assert_int_equal(run.at("substeps").get<int>(), each.substeps);
+        assert_int_equal(run.at("iterations").get<int>(), each.iterations);
+        assert_true(run.at("dt").get<double>() == each.dt);
+        assert_true(run.at("finite").get<bool>());
+        hashes.insert(run.at("state_hash").get<std::string>());
+    }
+    assert_true(hashes.size() >= 4); // in the air some are alike
+}
+
 static void test_cli_run_without_frames_goes_to_the_picture(void**) {
     const json list = cli::run_json("list --json");
     for (const json& each : list.at("scenes")) {
         if (each.at("name") != "Bending") { continue; }
-        assert_int_equal(cli::run_json("run Bending --json").at("frames").get<int>(),
-                         each.at("picture_frame").get<int>());
+        const int frames = each.at("picture_frame");
+        assert_int_equal(cli::run_json("run Bending --json").at("frames").get<int>(), frames);
+        assert_int_equal(cli::run_json("run Bending --json --dt 0.008333333").at("frames").get<int>(), 2 * frames);
     }
 }
 
@@ -147,7 +174,8 @@ static void test_cli_compare_prints_measures(void**) {
     const json& scenes = document.at("scenes");
     assert_int_equal(scenes.size(), 2);
     for (const json& row : scenes) {
-        expect_keys(row, {"scene", "nodes", "one_step", "free_run", "time_ratio"});
+        expect_keys(row,
+                    {"scene", "solver", "substeps", "iterations", "dt", "nodes", "one_step", "free_run", "time_ratio"});
         expect_keys(row.at("one_step"), {"frames", "median", "p99", "maximum", "bit_equal_share",
                                          "frames_with_lone_contacts", "frames_above_limit", "unexplained_frames"});
         expect_keys(row.at("free_run"), {"error_30", "error_60", "error_300"});
@@ -163,6 +191,11 @@ static void test_cli_compare_prints_measures(void**) {
         assert_int_equal(std::count(line.begin(), line.end(), ','), commas);
     }
 
+    const json other = cli::run_json("compare Bending --frames 30 --solver xpbd --json").at("scenes").at(0);
+    assert_string_equal(other.at("solver").get<std::string>().c_str(), "xpbd");
+    assert_true(other.at("one_step").is_null());
+    assert_true(other.at("free_run").at("error_30").get<double>() > 0.0);
+
     const cli::Result text = cli::run("compare Bending --frames 2");
     assert_int_equal(text.status, 0);
     assert_true(text.output.find("Bending") != std::string::npos && text.output.find("bit-equal") != std::string::npos);
@@ -173,6 +206,7 @@ int main(void) {
         cmocka_unit_test(test_cli_help_of_everything),
         cmocka_unit_test(test_cli_list_names_every_scene),
         cmocka_unit_test(test_cli_run_prints_measures),
+        cmocka_unit_test(test_cli_run_tells_the_solver),
         cmocka_unit_test(test_cli_run_without_frames_goes_to_the_picture),
         cmocka_unit_test(test_cli_run_takes_a_mesh),
         cmocka_unit_test(test_cli_run_writes_csv),

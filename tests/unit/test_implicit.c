@@ -647,6 +647,22 @@ static void check_refused(pli_body* body, const pli_implicit_def* def, pli_statu
     if (strstr(pli_last_error(context), text) == NULL) { fail_msg("'%s' not in '%s'", text, pli_last_error(context)); }
 }
 
+/* Velocities follow: a body that pose matching holds against its own weight does not gather speed. */
+static void test_velocities_follow_pose_matching(void** unused) {
+    (void)unused;
+    pli_implicit_def def = pli_implicit_def_default();
+    def.stiffness = 0.0f; /* pose matching alone keeps the shape */
+    pli_body* body = make_lattice(&def, 0);
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
+    const pli_vec4 start = pli_body_get_view(body).positions[0];
+    assert_int_equal(pli_body_set_node_position(body, 0, pli_vec3_make(start.x - 0.1f, start.y, start.z)), PLI_OK);
+    assert_int_equal(pli_world_step(world, 0.01f), PLI_OK);
+    const pli_body_view view = pli_body_get_view(body);
+    const double moved = (double)view.positions[0].x - ((double)start.x - 0.1);
+    assert_true(moved > 0.03);
+    check_near(view.velocities[0].x, moved / 0.01, 1e-3);
+}
+
 static void test_misuse_is_refused_with_a_message(void** unused) {
     (void)unused;
     const pli_implicit_def good = pli_implicit_def_default();
@@ -725,6 +741,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup, teardown),
         cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bodies_may_be_refined_between_steps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_velocities_follow_pose_matching, setup, teardown),
         cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup, teardown),
         cmocka_unit_test_setup_teardown(test_a_force_beyond_all_numbers_freezes_the_body, setup, teardown),
     };
