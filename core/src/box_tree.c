@@ -130,20 +130,21 @@ static int box_tree_width(const plii_box_tree* tree, int level) {
 void plii_box_tree_overlaps(const plii_box_tree* tree, pli_bounds box, plii_box_tree_visit_fn* visit, void* user) {
     box_tree_entry stack[PLII_BOX_TREE_STACK];
     int depth = 0;
-    if (tree->level_count > 0) {
-        stack[depth].level = tree->level_count - 1;
-        stack[depth++].index = 0;
-    }
+    const int top = tree->level_count - 1;
+    if (top < 0 || !plii_bounds_overlap(tree->boxes[tree->begin[top]], box)) { return; }
+    stack[depth].level = top;
+    stack[depth++].index = 0;
     while (depth > 0) {
-        const box_tree_entry entry = stack[--depth];
-        if (!plii_bounds_overlap(tree->boxes[tree->begin[entry.level] + entry.index], box)) { continue; }
+        const box_tree_entry entry = stack[--depth]; /* overlaps */
         if (entry.level == 0) {
             visit(tree->items[entry.index], user);
             continue;
         }
         const int first = entry.index * PLII_BOX_TREE_FAN;
         const int width = box_tree_width(tree, entry.level - 1);
+        const pli_bounds* boxes = tree->boxes + tree->begin[entry.level - 1];
         for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
+            if (!plii_bounds_overlap(boxes[child], box)) { continue; }
             stack[depth].level = entry.level - 1;
             stack[depth++].index = child;
         }

@@ -39,7 +39,7 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     state->count = 0;
     state->has_tree = false;
     for (int i = 0; i < state->group_count; ++i) {
-        state->groups[i].has_bounds = false;
+        state->groups[i].is_current = false;
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     plii_pair_memory_turn(body->context, &state->memory);
@@ -82,6 +82,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
+    plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
     plii_pair_memory_release(context, &state->memory);
     plii_box_tree_free(context, &state->tree);
 }
@@ -89,11 +90,11 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->capacity * sizeof *state->contacts +
-                   (size_t)state->box_capacity * sizeof *state->boxes +
-                   (size_t)state->candidate_capacity * sizeof *state->candidates +
-                   (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
-                   plii_box_tree_bytes(&state->tree);
+    size_t bytes =
+        (size_t)state->capacity * sizeof *state->contacts + (size_t)state->box_capacity * sizeof *state->boxes +
+        (size_t)state->candidate_capacity * sizeof *state->candidates +
+        (size_t)state->surface_capacity * sizeof *state->surface + (size_t)state->group_count * sizeof *state->groups +
+        plii_pair_memory_bytes(&state->memory) + plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < state->group_count; ++i) {
         bytes += plii_support_groups_bytes(&state->groups[i]);
     }

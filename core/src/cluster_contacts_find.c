@@ -108,6 +108,7 @@ static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direct
 }
 
 static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, float margin) {
+    if (plii_support_groups_has_near(hull->groups, point, margin)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
     const plii_convex b = plii_cluster_hull_convex(hull);
@@ -124,15 +125,13 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
 
-/* Adds the nodes of the cluster that lie within the margin of the shape's surface. With nodes found already those near
-   the first are left out. */
+/* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. */
 static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info, near_nodes* found) {
     const pli_shape* shape = info->rigid->shapes[info->shape];
     const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
     const float margin = body->collision_margin;
-    const bool has_nearest = found->count > 0;
     for (int begin = 0; begin < item->member_count; begin += CLUSTER_CONTACTS_BATCH) {
         const int rest = item->member_count - begin;
         const int count = rest < CLUSTER_CONTACTS_BATCH ? rest : CLUSTER_CONTACTS_BATCH;
@@ -146,11 +145,7 @@ static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_clu
             if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
             const near_node node = {plii_cluster_node(body, clusters, item, begin + i),
                                     pli_mat3_mul_vec3(pose.rotation, normals[i]), distances[i]};
-            if (has_nearest) {
-                near_nodes_add_beside(found, node, margin);
-            } else {
-                near_nodes_add(found, node);
-            }
+            near_nodes_add_beside(found, node, margin);
         }
     }
 }
@@ -193,10 +188,49 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     return near_nodes_add_contacts(body, state, info, &found, 1, &node_terms);
 }
 
+/* Clusters share nodes, so all nodes near a shape are measured first, each once. */
+static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
+                                                 int shape_index, pli_bounds near) {
+    if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
+        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, "cluster contacts", "no memory to measure nodes");
+    }
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
+    const float margin = body->collision_margin;
+    int node = 0;
+    while (node < body->node_count) {
+        int nodes[CLUSTER_CONTACTS_BATCH], count = 0;
+        pli_vec3 points[CLUSTER_CONTACTS_BATCH], normals[CLUSTER_CONTACTS_BATCH];
+        float distances[CLUSTER_CONTACTS_BATCH];
+        for (; node < body->node_count && count < CLUSTER_CONTACTS_BATCH; ++node) {
+            const pli_vec3 x = plii_xyz(body->positions[node]);
+            state->surface[node].distance = INFINITY;
+            if (!plii_bounds_overlap(near, (pli_bounds){x, x})) { continue; }
+            nodes[count] = node;
+            points[count++] = pli_transform_inverse_point(pose, x);
+        }
+        if (count == 0) { continue; }
+        shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+        for (int i = 0; i < count; ++i) {
+            if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
+            const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
+            state->surface[nodes[i]] = (plii_near_surface){distances[i], normal};
+        }
+    }
+    return PLI_OK;
+}
+
 static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_contacts* state,
                                                 const pli_cluster_contact* pair) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* cluster = &clusters->items[pair->cluster];
     near_nodes found = {.count = 0};
-    cluster_contacts_find_near_nodes(body, pair, &found);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const int node = clusters->members[cluster->first_member + i].node;
+        const plii_near_surface* surface = &state->surface[node];
+        if (!(surface->distance < body->collision_margin)) { continue; }
+        near_nodes_add(&found, (near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
+    }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
     return near_nodes_add_contacts(body, state, *pair, &found, 0, &terms);
 }
@@ -210,6 +244,8 @@ static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_conta
     const pli_bounds near = plii_bounds_grow(
         plii_bounds_transform(shape->def.bounds(shape->def.user), plii_rigid_shape_transform(rigid, shape_index)),
         margin);
+    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, near)); }
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }

@@ -34,6 +34,12 @@ typedef struct plii_contact_terms {
     float friction, hardness, split;
 } plii_contact_terms;
 
+/* Of a node to a rigid shape. */
+typedef struct plii_near_surface {
+    float distance;  /* m; INFINITY when it is not near */
+    pli_vec3 normal; /* world */
+} plii_near_surface;
+
 typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_cluster_contact* contacts;
@@ -47,6 +53,8 @@ typedef struct plii_cluster_contacts {
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
+    plii_near_surface* surface; /* [surface_capacity] of the nodes, at the shape that is met */
+    int surface_capacity;
     bool has_neighbours;
     plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;

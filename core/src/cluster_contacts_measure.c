@@ -9,7 +9,7 @@
 static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->count > 0) {
+    if (hull->groups->node_count > 0) {
         const int node = plii_support_groups_query(positions, hull->groups, direction);
         return pli_vec3_sub(plii_xyz(positions[node]), hull->origin);
     }
@@ -73,7 +73,7 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
                                              pli_vec3 origin) {
     const plii_clusters* clusters = plii_body_clusters(body);
     plii_support_groups* groups = &state->groups[cluster];
-    if (groups->count > 0 && !groups->has_bounds) { plii_support_groups_update(body->positions, groups); }
+    if (groups->node_count > 0 && !groups->is_current) { plii_support_groups_update(body->positions, groups); }
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
 }
 
@@ -101,12 +101,15 @@ static bool cluster_contacts_measure(pli_body* body, plii_cluster_contacts* stat
 }
 
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin) {
-    plii_convex_options options = plii_convex_options_default();
-    options.max_distance = margin;
-    plii_convex_result result;
-    plii_convex_distance(a, b, &options, NULL, &result);
+    const plii_gjk_query query = {.a = a,
+                                  .b = b,
+                                  .max_distance = (double)margin,
+                                  .enough = (double)margin,
+                                  .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
+    plii_gjk_result result;
+    plii_gjk_run(&query, NULL, &result);
     return result.relation == PLII_CONVEX_OVERLAPPING ||
-           (result.relation == PLII_CONVEX_SEPARATED && result.distance < margin);
+           (result.relation == PLII_CONVEX_SEPARATED && result.distance < (double)margin);
 }
 
 pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {

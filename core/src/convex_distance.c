@@ -175,7 +175,7 @@ static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, co
         const bool is_known =
             had_normal && pli_vec3_length_squared(pli_vec3_sub(search->best.normal, cache->normal)) == 0.0f;
         int descent_count = is_known ? 1 : CONVEX_MAX_DESCENTS;
-        if (options->penetration != NULL) {
+        if (options->penetration != NULL && !is_known) {
             plii_penetration_result found = {.normal = {0, 0, 0}};
             if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
             if (found.is_accurate) { descent_count = 1; }

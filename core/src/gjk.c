@@ -246,7 +246,9 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
             break;
         }
         const double distance = sqrt(nearest.squared);
-        if (distance - state.lower_bound <= GJK_GAP * distance || !gjk_may_call(&state)) { break; }
+        if (distance < query->enough || distance - state.lower_bound <= GJK_GAP * distance || !gjk_may_call(&state)) {
+            break;
+        }
         const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest.point, 1.0 / distance)));
         if (distance - state.lower_bound <= GJK_GAP * distance || gjk_is_in_simplex(&state, &v)) { break; }
         gjk_vertex extended[4];

@@ -27,6 +27,7 @@ typedef struct plii_gjk_query {
     const plii_convex* b;
     plii_dvec3 offset;     /* added to every point of a */
     double max_distance;   /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
+    double enough;         /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
     int max_support_calls; /* of both callbacks together, at least 4 */
 } plii_gjk_query;
 

@@ -13,6 +13,9 @@
 
 /* Doubled area below this share of the longest edge squared: no usable normal. */
 #define TRIANGLE_MIN_SHAPE 1e-6f
+/* Measuring that many one by one costs about as much as a walk through the tree. */
+#define SURFACE_MAX_CANDIDATES 12
+
 typedef struct surface_triangle {
     int vertices[3];
     pli_vec3 normal;          /* unit */
@@ -57,14 +60,44 @@ static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p)
     return pli_vec3_length(pli_vec3_sub(p, inside));
 }
 
-static float surface_distance(const surface_data* surface, pli_vec3 p, float max_distance, pli_vec3* normal) {
-    *normal = pli_vec3_make(1, 0, 0);
-    if (surface_distance_to_bounds(surface, p) > max_distance) { return INFINITY; }
-    /* The inside of a closed part may be far from its surface. */
-    const float reach = surface->has_closed_part ? INFINITY : 1.001f * plii_max(max_distance, surface->thickness);
-    const int nearest = plii_box_tree_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
-    if (nearest == PLI_NULL_INDEX) { return INFINITY; }
+/* Triangles near a batch of points, so that the tree is walked once and not for each point. */
+typedef struct surface_candidates {
+    const surface_data* surface;
+    int count; /* more than there is room for: the tree has to be asked */
+    int triangles[SURFACE_MAX_CANDIDATES];
+} surface_candidates;
 
+static void surface_add_candidate(int triangle, void* user) {
+    surface_candidates* candidates = user;
+    if (candidates->count < SURFACE_MAX_CANDIDATES) { candidates->triangles[candidates->count] = triangle; }
+    candidates->count += 1;
+}
+
+static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
+                                                  float reach) {
+    surface_candidates candidates = {.surface = surface};
+    pli_bounds near = {points[0], points[0]};
+    for (int i = 1; i < count; ++i) {
+        near.min = plii_vec3_min(near.min, points[i]);
+        near.max = plii_vec3_max(near.max, points[i]);
+    }
+    plii_box_tree_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
+    return candidates;
+}
+
+static int surface_nearest_candidate(const surface_candidates* candidates, pli_vec3 p, float max_squared) {
+    int nearest = PLI_NULL_INDEX;
+    for (int i = 0; i < candidates->count; ++i) {
+        const float squared = surface_measure(candidates->triangles[i], p, candidates->surface);
+        if (squared < max_squared) {
+            nearest = candidates->triangles[i];
+            max_squared = squared;
+        }
+    }
+    return nearest;
+}
+
+static float surface_distance(const surface_data* surface, pli_vec3 p, int nearest, pli_vec3* normal) {
     const surface_triangle* triangle = &surface->triangles[nearest];
     plii_triangle_feature feature;
     const pli_vec3 foot = surface_closest(surface, nearest, p, &feature);
@@ -94,8 +127,21 @@ static float surface_distance(const surface_data* surface, pli_vec3 p, float max
 
 static void surface_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                               pli_vec3* normals) {
+    const surface_data* surface = user;
+    /* The inside of a closed part may be far from its surface. */
+    const bool has_reach = !surface->has_closed_part;
+    const float reach = has_reach ? 1.001f * plii_max(max_distance, surface->thickness) : INFINITY;
+    surface_candidates candidates = {.count = SURFACE_MAX_CANDIDATES + 1};
+    if (has_reach && count > 0) { candidates = surface_find_candidates(surface, count, points, reach); }
     for (int i = 0; i < count; ++i) {
-        distances[i] = surface_distance(user, points[i], max_distance, &normals[i]);
+        const pli_vec3 p = points[i];
+        normals[i] = pli_vec3_make(1, 0, 0);
+        distances[i] = INFINITY;
+        if (candidates.count == 0 || surface_distance_to_bounds(surface, p) > max_distance) { continue; }
+        const int nearest = candidates.count <= SURFACE_MAX_CANDIDATES
+                                ? surface_nearest_candidate(&candidates, p, reach * reach)
+                                : plii_box_tree_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
+        if (nearest != PLI_NULL_INDEX) { distances[i] = surface_distance(surface, p, nearest, &normals[i]); }
     }
 }
 

@@ -1,4 +1,4 @@
-/* Groups by splitting at the median along the longest side until the groups are small. */
+/* Packed coordinates, and groups by splitting at the median along the longest side until the groups are small. */
 
 #include "support_groups.h"
 
@@ -58,36 +58,94 @@ static void support_split(const pli_vec4* positions, plii_support_groups* groups
     support_split(positions, groups, begin + half, count - half, largest);
 }
 
+static size_t support_block_count(const plii_support_groups* groups) {
+    return ((size_t)groups->node_count + PLII_SUPPORT_LANES - 1) / PLII_SUPPORT_LANES;
+}
+
 bool plii_support_groups_create(pli_context* context, const pli_vec4* positions, const int* nodes, int node_stride,
                                 int node_count, plii_support_groups* groups) {
-    *groups = (plii_support_groups){.node_count = node_count};
-    if (node_count < PLII_SUPPORT_GROUPS_MIN) { return true; }
+    *groups = (plii_support_groups){0};
+    if (node_count < PLII_SUPPORT_PACKED_MIN) { return true; }
+    groups->node_count = node_count;
     const size_t count = (size_t)node_count;
+    const bool is_whole = node_count < PLII_SUPPORT_GROUPS_MIN;
     groups->nodes = plii_allocate(context, count * sizeof *groups->nodes);
-    groups->begin = plii_allocate(context, (count + 1) * sizeof *groups->begin);
-    groups->bounds = plii_allocate(context, count * sizeof *groups->bounds);
-    if (groups->nodes == NULL || groups->begin == NULL || groups->bounds == NULL) {
+    bool has_memory = groups->nodes != NULL;
+    if (is_whole) {
+        groups->packed = plii_allocate(context, support_block_count(groups) * sizeof *groups->packed);
+        has_memory = has_memory && groups->packed != NULL;
+    } else {
+        groups->begin = plii_allocate(context, (count + 1) * sizeof *groups->begin);
+        groups->bounds = plii_allocate(context, count * sizeof *groups->bounds);
+        has_memory = has_memory && groups->begin != NULL && groups->bounds != NULL;
+    }
+    if (!has_memory) {
         plii_support_groups_release(context, groups);
         return false;
     }
     for (int i = 0; i < node_count; ++i) {
         groups->nodes[i] = nodes[i * node_stride];
     }
+    if (is_whole) { return true; }
     const int largest = (int)sqrtf((float)node_count);
     support_split(positions, groups, 0, node_count, largest);
     groups->begin[groups->count] = node_count;
     return true;
 }
 
+static void support_pack(const pli_vec4* positions, plii_support_groups* groups) {
+    const int block_count = (int)support_block_count(groups);
+    for (int b = 0; b < block_count; ++b) {
+        plii_support_block* block = &groups->packed[b];
+        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+            const int i = b * PLII_SUPPORT_LANES + lane;
+            const pli_vec4 x = positions[groups->nodes[i < groups->node_count ? i : 0]];
+            block->x[lane] = x.x;
+            block->y[lane] = x.y;
+            block->z[lane] = x.z;
+        }
+    }
+}
+
 void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* groups) {
+    if (groups->packed != NULL) { support_pack(positions, groups); }
     for (int i = 0; i < groups->count; ++i) {
         const int begin = groups->begin[i];
         groups->bounds[i] = support_bounds(positions, groups->nodes + begin, groups->begin[i + 1] - begin);
     }
-    groups->has_bounds = true;
+    groups->is_current = true;
 }
 
-int plii_support_groups_query(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
+/* The first of the farthest nodes, as a search one by one finds it. Reaches first, then whose they are: compilers do
+   both for several nodes at once. */
+static int support_query_packed(const plii_support_groups* groups, pli_vec3 direction) {
+    float reaches[PLII_SUPPORT_GROUPS_MIN + PLII_SUPPORT_LANES];
+    float best[PLII_SUPPORT_LANES];
+    const int block_count = (int)support_block_count(groups);
+    for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+        best[lane] = -INFINITY;
+    }
+    for (int b = 0; b < block_count; ++b) {
+        const plii_support_block* block = &groups->packed[b];
+        float* reach = &reaches[b * PLII_SUPPORT_LANES];
+        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+            reach[lane] = block->x[lane] * direction.x + block->y[lane] * direction.y + block->z[lane] * direction.z;
+        }
+        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+            best[lane] = reach[lane] > best[lane] ? reach[lane] : best[lane];
+        }
+    }
+    float farthest = best[0];
+    for (int lane = 1; lane < PLII_SUPPORT_LANES; ++lane) {
+        farthest = best[lane] > farthest ? best[lane] : farthest;
+    }
+    for (int i = 0; i < groups->node_count; ++i) {
+        if (reaches[i] >= farthest) { return groups->nodes[i]; }
+    }
+    return groups->nodes[0]; /* no number is farthest */
+}
+
+static int support_query_groups(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
     float best = -INFINITY;
     int farthest = groups->nodes[0];
     for (int i = 0; i < groups->count; ++i) {
@@ -107,16 +165,46 @@ int plii_support_groups_query(const pli_vec4* positions, const plii_support_grou
     return farthest;
 }
 
+int plii_support_groups_query(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
+    return groups->packed != NULL ? support_query_packed(groups, direction)
+                                  : support_query_groups(positions, groups, direction);
+}
+
+bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 point, float distance) {
+    if (groups->packed == NULL) { return false; }
+    float best[PLII_SUPPORT_LANES];
+    for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+        best[lane] = INFINITY;
+    }
+    const int block_count = (int)support_block_count(groups);
+    for (int b = 0; b < block_count; ++b) {
+        const plii_support_block* block = &groups->packed[b];
+        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
+            const float x = block->x[lane] - point.x, y = block->y[lane] - point.y, z = block->z[lane] - point.z;
+            const float squared = x * x + y * y + z * z;
+            best[lane] = squared < best[lane] ? squared : best[lane];
+        }
+    }
+    float nearest = best[0];
+    for (int lane = 1; lane < PLII_SUPPORT_LANES; ++lane) {
+        nearest = best[lane] < nearest ? best[lane] : nearest;
+    }
+    return nearest < distance * distance;
+}
+
 void plii_support_groups_release(pli_context* context, plii_support_groups* groups) {
     const size_t count = (size_t)groups->node_count;
     plii_release(context, groups->nodes, count * sizeof *groups->nodes);
+    plii_release(context, groups->packed, support_block_count(groups) * sizeof *groups->packed);
     plii_release(context, groups->begin, (count + 1) * sizeof *groups->begin);
     plii_release(context, groups->bounds, count * sizeof *groups->bounds);
     *groups = (plii_support_groups){0};
 }
 
 size_t plii_support_groups_bytes(const plii_support_groups* groups) {
-    if (groups->nodes == NULL) { return 0; }
     const size_t count = (size_t)groups->node_count;
-    return count * (sizeof *groups->nodes + sizeof *groups->bounds) + (count + 1) * sizeof *groups->begin;
+    size_t bytes = count * sizeof *groups->nodes;
+    if (groups->packed != NULL) { bytes += support_block_count(groups) * sizeof *groups->packed; }
+    if (groups->begin != NULL) { bytes += count * sizeof *groups->bounds + (count + 1) * sizeof *groups->begin; }
+    return bytes;
 }

@@ -1,23 +1,33 @@
 #ifndef PLII_SUPPORT_GROUPS_H
 #define PLII_SUPPORT_GROUPS_H
 
-/* Farthest points of large, deforming sets of nodes without looking at every node: near nodes are grouped once, groups
-   get bounds when the set is first asked in a step, and a query only looks into groups whose bounds reach far enough.
-   About the square root of the number of nodes per query. */
+/* Farthest points of deforming sets of nodes. The coordinates of a set are packed when it is first asked in a step, and
+   several are looked at at once. Large sets are not looked at whole: near nodes are grouped once, groups get bounds in
+   each step, and a query only looks into groups whose bounds reach far enough, about the square root of the number of
+   nodes. Sets of a few nodes are not kept here at all. */
 
 #include "context.h"
 #include "vec.h"
 
-/* Sets up to this size are searched one by one. */
-#define PLII_SUPPORT_GROUPS_MIN 48
+#define PLII_SUPPORT_LANES 8
+/* Smaller sets are searched by whoever has them. */
+#define PLII_SUPPORT_PACKED_MIN 12
+/* Smaller sets are searched whole. */
+#define PLII_SUPPORT_GROUPS_MIN 192
+
+/* PLII_SUPPORT_LANES points; places that are left over repeat the first of the set. */
+typedef struct plii_support_block {
+    float x[PLII_SUPPORT_LANES], y[PLII_SUPPORT_LANES], z[PLII_SUPPORT_LANES];
+} plii_support_block;
 
 typedef struct plii_support_groups {
-    int count; /* groups; 0 for a small set */
-    int node_count;
-    int* nodes;         /* [node_count] group after group */
-    int* begin;         /* [count + 1] */
-    pli_bounds* bounds; /* [count] */
-    bool has_bounds;    /* of this step */
+    int node_count;             /* 0 for a set that is too small */
+    int* nodes;                 /* [node_count] group after group */
+    plii_support_block* packed; /* their coordinates, of this step; NULL with groups */
+    int count;                  /* groups; 0 for a set that is searched whole */
+    int* begin;                 /* [count + 1] */
+    pli_bounds* bounds;         /* [count], of this step */
+    bool is_current;            /* what is of this step has been made */
 } plii_support_groups;
 
 /* Groups `nodes` by where they are. False when out of memory. */
@@ -26,6 +36,8 @@ bool plii_support_groups_create(pli_context* context, const pli_vec4* positions,
 void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* groups);
 /* The farthest node along `direction`. */
 int plii_support_groups_query(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction);
+/* True when a node of a set with packed coordinates lies within `distance` of `point`; false says nothing. */
+bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 point, float distance);
 void plii_support_groups_release(pli_context* context, plii_support_groups* groups);
 size_t plii_support_groups_bytes(const plii_support_groups* groups);
 
