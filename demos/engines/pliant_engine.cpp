@@ -69,6 +69,8 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     bodies_.push_back(body);
     enable_features(body, definition_for_solver(record, run_));
     enable_solver(body, record, run_);
+    const bool in_bullet_order = options_.reference || run_.kind != SolverKind::bullet || record.def.velocity_links;
+    if (!in_bullet_order) { check(pli_body_use_colored_links(body, true)); }
     check(pli_body_add_velocity(body, record.velocity));
     for (const FirstForce& force : record.first_forces) {
         check(pli_body_add_node_force(body, force.node, force.force));
