@@ -195,6 +195,7 @@ void bullet_links(benchmark::State& state, Kind kind) {
     for (int i = 0; i < source->link_count; ++i) {
         body.appendLink(source->links[i].nodes[0], source->links[i].nodes[1]);
     }
+    body.resetLinkRestLengths();
     body.updateLinkConstants();
     for (int i = 0; i < body.m_nodes.size(); ++i) {
         body.m_nodes[i].m_x.setX(body.m_nodes[i].m_x.x() * 1.05f);

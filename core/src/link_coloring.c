@@ -66,7 +66,7 @@ static void link_colors_carve_result(link_colors_carver* carver, plii_link_color
     colors->colors = link_colors_carve(carver, ((size_t)color_count + 1) * sizeof *colors->colors);
     colors->runs = link_colors_carve(carver, (size_t)run_count * sizeof *colors->runs);
     colors->run_links = link_colors_carve(carver, (size_t)run_link_count * sizeof *colors->run_links);
-    colors->block_nodes = link_colors_carve(carver, (size_t)block_count * sizeof *colors->block_nodes);
+    colors->block_places = link_colors_carve(carver, (size_t)block_count * sizeof *colors->block_places);
     colors->block_links = link_colors_carve(carver, (size_t)block_count * sizeof *colors->block_links);
     colors->block_tags = link_colors_carve(carver, (size_t)block_count * sizeof *colors->block_tags);
     colors->serial_links = link_colors_carve(carver, (size_t)serial_count * sizeof *colors->serial_links);
@@ -392,9 +392,9 @@ static void link_colors_fill_block(link_colors_work* work, const int* links, int
     made->block_tags[block] = plii_link_colors_tag(work->body, links[0]);
     for (int k = 0; k < PLII_LINK_GROUP; ++k) {
         const int link = links[k < count ? k : count - 1];
-        made->block_links[block][k] = link;
-        made->block_nodes[block][0][k] = work->body->links[link].nodes[0];
-        made->block_nodes[block][1][k] = work->body->links[link].nodes[1];
+        made->block_links[block][k] = k < count ? link : PLI_NULL_INDEX;
+        made->block_places[block][0][k] = plii_simd_place(work->body->links[link].nodes[0]);
+        made->block_places[block][1][k] = plii_simd_place(work->body->links[link].nodes[1]);
     }
 }
 
@@ -453,7 +453,7 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     memcpy(colors->colors, made->colors, ((size_t)made->color_count + 1) * sizeof *made->colors);
     memcpy(colors->runs, made->runs, (size_t)made->run_count * sizeof *made->runs);
     memcpy(colors->run_links, made->run_links, (size_t)made->run_link_count * sizeof *made->run_links);
-    memcpy(colors->block_nodes, made->block_nodes, (size_t)made->block_count * sizeof *made->block_nodes);
+    memcpy(colors->block_places, made->block_places, (size_t)made->block_count * sizeof *made->block_places);
     memcpy(colors->block_links, made->block_links, (size_t)made->block_count * sizeof *made->block_links);
     memcpy(colors->block_tags, made->block_tags, (size_t)made->block_count * sizeof *made->block_tags);
     memcpy(colors->serial_links, made->serial_links, (size_t)made->serial_count * sizeof *made->serial_links);
@@ -468,7 +468,8 @@ static int link_colors_run_link(const plii_link_colors* colors, const plii_link_
     return run->link_stride == 0 ? colors->run_links[run->link + place] : run->link + place * run->link_stride;
 }
 
-void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float* slots) {
+void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
+                             float* slots) {
     for (int r = 0; r < colors->run_count; ++r) {
         const plii_link_run* run = &colors->runs[r];
         for (int g = 0; g < run->group_count; ++g) {
@@ -480,7 +481,8 @@ void plii_link_colors_gather(const plii_link_colors* colors, const float* values
     }
     for (int b = 0; b < colors->block_count; ++b) {
         for (int lane = 0; lane < PLII_LINK_GROUP; ++lane) {
-            *slots++ = values[(ptrdiff_t)stride * colors->block_links[b][plii_simd_record(lane)]];
+            const int link = colors->block_links[b][plii_simd_record(lane)];
+            *slots++ = link != PLI_NULL_INDEX ? values[(ptrdiff_t)stride * link] : filler;
         }
     }
     for (int i = 0; i < colors->serial_count; ++i) {

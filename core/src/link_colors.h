@@ -11,8 +11,8 @@
    What the last colours cannot take (nodes of very many links) stays in a serial list.
 
    Each link has a place for numbers of its own, its slot: those of runs first, then of blocks, then of the serial list.
-   Within a group slots follow the lanes of simd.h. A block that is not full repeats its last link, which does no harm:
-   its lanes read and write the same values. */
+   Within a group slots follow the lanes of simd.h. A block that is not full has lanes without a link; these have the
+   nodes of its last link, and must add nothing to them. */
 
 #include "body_impl.h"
 
@@ -33,13 +33,13 @@ typedef struct plii_link_color {
 typedef struct plii_link_colors {
     int color_count, run_count, run_link_count, block_count, serial_count;
     int run_group_count;
-    plii_link_color* colors;   /* [color_count + 1] */
-    plii_link_run* runs;       /* [run_count] */
-    int* run_links;            /* [run_link_count] of runs whose links have no stride */
-    int (*block_nodes)[2][8];  /* [block_count] first nodes, other nodes */
-    int (*block_links)[8];     /* [block_count] */
-    plii_link_tag* block_tags; /* [block_count] */
-    int* serial_links;         /* [serial_count] */
+    plii_link_color* colors;        /* [color_count + 1] */
+    plii_link_run* runs;            /* [run_count] */
+    int* run_links;                 /* [run_link_count] of runs whose links have no stride */
+    uint32_t (*block_places)[2][8]; /* [block_count] places (simd.h) of the first nodes, of the others */
+    int (*block_links)[8];          /* [block_count] or PLI_NULL_INDEX */
+    plii_link_tag* block_tags;      /* [block_count] */
+    int* serial_links;              /* [serial_count] */
     void* storage;
     size_t storage_size;
 } plii_link_colors;
@@ -65,7 +65,8 @@ static inline int plii_link_colors_group_count(const plii_link_colors* colors, i
 /* No body with so many links has more slots. */
 int plii_link_colors_max_slot_count(const pli_body* body, int link_count);
 
-/* Of each slot the value of its link: values[stride * link]. */
-void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float* slots);
+/* Of each slot the value of its link: values[stride * link], or `filler` for lanes without a link. */
+void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
+                             float* slots);
 
 #endif

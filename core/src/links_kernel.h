@@ -5,6 +5,9 @@
 
 #include "link_colors.h"
 
+/* In place of a squared rest length: nothing moves. */
+#define PLII_LINKS_NO_LINK (-INFINITY)
+
 typedef struct plii_links_task {
     pli_body* body;
     const plii_link_colors* colors;

@@ -1,26 +1,43 @@
 /* The arithmetic of btSoftBody::PSolve_Links on eight links at once. The including file chooses the instruction set and
-   the name of the kernel. */
+   the name of the kernel.
+
+   A processor keeps some 150 operations in flight, and a link is a long chain of them. So a few groups go through one
+   stage, then through the next: there is always enough to do that waits for nothing. */
 
 #include "links_kernel.h"
 #include "simd.h"
 
-/* Links with nothing to move, or without length, stay as they are. */
-PLII_SIMD_INLINE void links_solve(plii_records8* a, plii_records8* b, plii_float8 rest, plii_float8 inverse_stiffness) {
-    const plii_float8 x = plii_float8_sub(b->x, a->x), y = plii_float8_sub(b->y, a->y), z = plii_float8_sub(b->z, a->z);
+enum { LINKS_BATCH = 8 }; /* groups */
+
+typedef struct links_group {
+    plii_float8 x, y, z;        /* from the first nodes to the others */
+    plii_float8 mass_a, mass_b; /* inverse masses, later moves along x, y, z */
+    plii_float8 excess, divisor;
+} links_group;
+
+PLII_SIMD_INLINE void links_measure(links_group* group, plii_records8 a, plii_records8 b, plii_float8 rest,
+                                    plii_float8 inverse_stiffness) {
+    const plii_float8 x = plii_float8_sub(b.x, a.x), y = plii_float8_sub(b.y, a.y), z = plii_float8_sub(b.z, a.z);
     const plii_float8 length =
         plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
-    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(a->w, b->w), inverse_stiffness);
+    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(a.w, b.w), inverse_stiffness);
     const plii_float8 sum = plii_float8_add(rest, length);
-    plii_float8 k = plii_float8_div(plii_float8_sub(rest, length), plii_float8_mul(mass_term, sum));
-    k = plii_float8_where_greater(mass_term, plii_float8_all(0.0f), k);
-    k = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), k);
-    const plii_float8 ka = plii_float8_mul(k, a->w), kb = plii_float8_mul(k, b->w);
-    a->x = plii_float8_sub(a->x, plii_float8_mul(x, ka));
-    a->y = plii_float8_sub(a->y, plii_float8_mul(y, ka));
-    a->z = plii_float8_sub(a->z, plii_float8_mul(z, ka));
-    b->x = plii_float8_add(b->x, plii_float8_mul(x, kb));
-    b->y = plii_float8_add(b->y, plii_float8_mul(y, kb));
-    b->z = plii_float8_add(b->z, plii_float8_mul(z, kb));
+    *group =
+        (links_group){x,
+                      y,
+                      z,
+                      a.w,
+                      b.w,
+                      plii_float8_sub(rest, length),
+                      plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum))};
+}
+
+/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
+PLII_SIMD_INLINE void links_divide(links_group* group) {
+    const plii_float8 k = plii_float8_where_greater(group->divisor, plii_float8_all(0.0f),
+                                                    plii_float8_div(group->excess, group->divisor));
+    group->mass_a = plii_float8_mul(plii_float8_negate(k), group->mass_a);
+    group->mass_b = plii_float8_mul(k, group->mass_b);
 }
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
@@ -28,13 +45,29 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
     const plii_float8 inverse_stiffness =
         plii_float8_all(task->inverse_stiffnesses[run->tag & (PLII_LINK_TAG_BENDING - 1)]);
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
-    pli_vec4* low = task->body->positions + run->node + PLII_LINK_GROUP * stride * begin;
-    for (int g = begin; g < end; ++g, low += PLII_LINK_GROUP * stride, rest += PLII_LINK_GROUP) {
-        pli_vec4* high = low + run->offset;
-        plii_records8 a = plii_records8_load(low, stride), b = plii_records8_load(high, stride);
-        links_solve(&a, &b, plii_float8_load(rest), inverse_stiffness);
-        plii_records8_store(low, stride, a);
-        plii_records8_store(high, stride, b);
+    const ptrdiff_t step = PLII_LINK_GROUP * stride, offset = run->offset;
+    pli_vec4* first = task->body->positions + run->node + step * begin;
+    links_group groups[LINKS_BATCH];
+    for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
+        const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
+        for (int i = 0; i < count; ++i) {
+            const pli_vec4* a = first + i * step;
+            links_measure(&groups[i], plii_records8_load(a, stride), plii_records8_load(a + offset, stride),
+                          plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
+        }
+        for (int i = 0; i < count; ++i) {
+            links_divide(&groups[i]);
+        }
+        for (int i = 0; i < count; ++i) {
+            const links_group* g = &groups[i];
+            pli_vec4* a = first + i * step;
+            plii_records8_add(a, stride, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
+                              plii_float8_mul(g->z, g->mass_a));
+            plii_records8_add(a + offset, stride, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
+                              plii_float8_mul(g->z, g->mass_b));
+        }
+        first += count * step;
+        rest += PLII_LINK_GROUP * count;
     }
 }
 
@@ -52,18 +85,39 @@ static void links_run_any(const plii_links_task* task, const plii_link_run* run,
     }
 }
 
+PLII_SIMD_INLINE void links_measure_block(links_group* group, const plii_links_task* task, const uint32_t* a,
+                                          const uint32_t* b, plii_float8 rest, plii_link_tag tag) {
+    const float inverse_stiffness = task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)];
+    links_measure(group, plii_records8_gather(task->body->positions, a), plii_records8_gather(task->body->positions, b),
+                  rest, plii_float8_all(inverse_stiffness));
+}
+PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions, const uint32_t* a,
+                                       const uint32_t* b) {
+    plii_records8_add_scattered(positions, a, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
+                                plii_float8_mul(g->z, g->mass_a));
+    plii_records8_add_scattered(positions, b, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
+                                plii_float8_mul(g->z, g->mass_b));
+}
+
 static void links_blocks(const plii_links_task* task, int begin, int end) {
     const plii_link_colors* colors = task->colors;
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (colors->run_group_count + begin);
-    for (int i = begin; i < end; ++i, rest += PLII_LINK_GROUP) {
-        const int* nodes_a = colors->block_nodes[i][0];
-        const int* nodes_b = colors->block_nodes[i][1];
-        const int material = colors->block_tags[i] & (PLII_LINK_TAG_BENDING - 1);
-        plii_records8 a = plii_records8_gather(task->body->positions, nodes_a);
-        plii_records8 b = plii_records8_gather(task->body->positions, nodes_b);
-        links_solve(&a, &b, plii_float8_load(rest), plii_float8_all(task->inverse_stiffnesses[material]));
-        plii_records8_scatter(task->body->positions, nodes_a, a);
-        plii_records8_scatter(task->body->positions, nodes_b, b);
+    links_group groups[LINKS_BATCH];
+    for (int first = begin; first < end; first += LINKS_BATCH) {
+        const int count = end - first < LINKS_BATCH ? end - first : LINKS_BATCH;
+        const uint32_t(*places)[2][PLII_LINK_GROUP] =
+            (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
+        for (int i = 0; i < count; ++i) {
+            links_measure_block(&groups[i], task, places[i][0], places[i][1],
+                                plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), colors->block_tags[first + i]);
+        }
+        for (int i = 0; i < count; ++i) {
+            links_divide(&groups[i]);
+        }
+        for (int i = 0; i < count; ++i) {
+            links_move_block(&groups[i], task->body->positions, places[i][0], places[i][1]);
+        }
+        rest += PLII_LINK_GROUP * count;
     }
 }
 
@@ -82,22 +136,24 @@ static void links_color(const plii_links_task* task, int begin, int end) {
     if (end > first) { links_blocks(task, color[0].first_block + from, color[0].first_block + end - first); }
 }
 
-/* One link in all lanes, after the other. */
+/* One link after the other; only one lane moves anything. */
 static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
+    pli_body* body = task->body;
     const float* rest = task->rest_squared + plii_link_colors_slot_count(colors) - colors->serial_count;
     for (int i = 0; i < colors->serial_count; ++i) {
         const int link = colors->serial_links[i];
-        int nodes[2][PLII_LINK_GROUP];
+        uint32_t places[2][PLII_LINK_GROUP];
+        float rests[PLII_LINK_GROUP];
         for (int lane = 0; lane < PLII_LINK_GROUP; ++lane) {
-            nodes[0][lane] = task->body->links[link].nodes[0];
-            nodes[1][lane] = task->body->links[link].nodes[1];
+            places[0][lane] = plii_simd_place(body->links[link].nodes[0]);
+            places[1][lane] = plii_simd_place(body->links[link].nodes[1]);
+            rests[lane] = lane == 0 ? rest[i] : PLII_LINKS_NO_LINK;
         }
-        const int material = plii_link_colors_tag(task->body, link) & (PLII_LINK_TAG_BENDING - 1);
-        plii_records8 a = plii_records8_gather(task->body->positions, nodes[0]);
-        plii_records8 b = plii_records8_gather(task->body->positions, nodes[1]);
-        links_solve(&a, &b, plii_float8_all(rest[i]), plii_float8_all(task->inverse_stiffnesses[material]));
-        plii_records8_scatter(task->body->positions, nodes[0], a);
-        plii_records8_scatter(task->body->positions, nodes[1], b);
+        links_group group;
+        links_measure_block(&group, task, places[0], places[1], plii_float8_load(rests),
+                            plii_link_colors_tag(body, link));
+        links_divide(&group);
+        links_move_block(&group, body->positions, places[0], places[1]);
     }
 }

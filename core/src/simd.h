@@ -27,6 +27,21 @@ static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;
 }
 
+/* A record by its place, which is twice its index: a processor that multiplies addresses by eight at most needs no
+   shift then. */
+static inline uint32_t plii_simd_place(int index) {
+    return 2u * (uint32_t)index;
+}
+static inline int plii_simd_index(uint32_t place) {
+    return (int)(place / 2u);
+}
+PLII_SIMD_INLINE const pli_vec4* plii_simd_at(const pli_vec4* records, uint32_t place) {
+    return (const pli_vec4*)(const void*)((const char*)records + 8 * (size_t)place);
+}
+PLII_SIMD_INLINE pli_vec4* plii_simd_at_mutable(pli_vec4* records, uint32_t place) {
+    return (pli_vec4*)(void*)((char*)records + 8 * (size_t)place);
+}
+
 #if defined(PLII_SIMD_AVX2)
 #include <immintrin.h>
 
@@ -56,6 +71,9 @@ PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return _mm256_sqrt_ps(a);
 }
+PLII_SIMD_INLINE plii_float8 plii_float8_negate(plii_float8 a) {
+    return _mm256_xor_ps(a, _mm256_set1_ps(-0.0f));
+}
 /* `value` where a > b, else 0. */
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
     return _mm256_and_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ), value);
@@ -68,9 +86,12 @@ typedef struct plii_records8 {
 PLII_SIMD_INLINE plii_float8 plii_simd_pair(const pli_vec4* low, const pli_vec4* high) {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(&low->x)), _mm_loadu_ps(&high->x), 1);
 }
-PLII_SIMD_INLINE void plii_simd_put_pair(pli_vec4* low, pli_vec4* high, plii_float8 pair) {
-    _mm_storeu_ps(&low->x, _mm256_castps256_ps128(pair));
-    _mm_storeu_ps(&high->x, _mm256_extractf128_ps(pair, 1));
+PLII_SIMD_INLINE void plii_simd_add_pair(pli_vec4* low, pli_vec4* high, plii_float8 change) {
+    _mm_storeu_ps(&low->x, _mm_add_ps(_mm_loadu_ps(&low->x), _mm256_castps256_ps128(change)));
+    _mm_storeu_ps(&high->x, _mm_add_ps(_mm_loadu_ps(&high->x), _mm256_extractf128_ps(change, 1)));
+}
+PLII_SIMD_INLINE void plii_simd_add_neighbours(pli_vec4* low, plii_float8 change) {
+    _mm256_storeu_ps(&low->x, _mm256_add_ps(_mm256_loadu_ps(&low->x), change));
 }
 
 /* Four pairs of records to components, and the same way back. */
@@ -81,18 +102,11 @@ PLII_SIMD_INLINE plii_records8 plii_simd_turn(plii_float8 r0, plii_float8 r1, pl
                            _mm256_shuffle_ps(zw01, zw23, 0x44), _mm256_shuffle_ps(zw01, zw23, 0xee)};
 }
 
-PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const int* indices) {
-    return plii_simd_turn(plii_simd_pair(&records[indices[0]], &records[indices[1]]),
-                          plii_simd_pair(&records[indices[2]], &records[indices[3]]),
-                          plii_simd_pair(&records[indices[4]], &records[indices[5]]),
-                          plii_simd_pair(&records[indices[6]], &records[indices[7]]));
-}
-PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const int* indices, plii_records8 r) {
-    const plii_records8 t = plii_simd_turn(r.x, r.y, r.z, r.w);
-    plii_simd_put_pair(&records[indices[0]], &records[indices[1]], t.x);
-    plii_simd_put_pair(&records[indices[2]], &records[indices[3]], t.y);
-    plii_simd_put_pair(&records[indices[4]], &records[indices[5]], t.z);
-    plii_simd_put_pair(&records[indices[6]], &records[indices[7]], t.w);
+PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
+    return plii_simd_turn(plii_simd_pair(plii_simd_at(records, places[0]), plii_simd_at(records, places[1])),
+                          plii_simd_pair(plii_simd_at(records, places[2]), plii_simd_at(records, places[3])),
+                          plii_simd_pair(plii_simd_at(records, places[4]), plii_simd_at(records, places[5])),
+                          plii_simd_pair(plii_simd_at(records, places[6]), plii_simd_at(records, places[7])));
 }
 /* Records first, first + stride, ... first + 7 stride. */
 PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
@@ -104,19 +118,30 @@ PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff
                           plii_simd_pair(first + 4 * stride, first + 5 * stride),
                           plii_simd_pair(first + 6 * stride, first + 7 * stride));
 }
-PLII_SIMD_INLINE void plii_records8_store(pli_vec4* first, ptrdiff_t stride, plii_records8 r) {
-    const plii_records8 t = plii_simd_turn(r.x, r.y, r.z, r.w);
+
+/* Adds x, y, z to records, and 0 to their w. */
+PLII_SIMD_INLINE void plii_records8_add_scattered(pli_vec4* records, const uint32_t* places, plii_float8 x,
+                                                  plii_float8 y, plii_float8 z) {
+    const plii_records8 t = plii_simd_turn(x, y, z, plii_float8_all(0.0f));
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[0]), plii_simd_at_mutable(records, places[1]), t.x);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[2]), plii_simd_at_mutable(records, places[3]), t.y);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[4]), plii_simd_at_mutable(records, places[5]), t.z);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]), t.w);
+}
+PLII_SIMD_INLINE void plii_records8_add(pli_vec4* first, ptrdiff_t stride, plii_float8 x, plii_float8 y,
+                                        plii_float8 z) {
+    const plii_records8 t = plii_simd_turn(x, y, z, plii_float8_all(0.0f));
     if (stride == 1) {
-        _mm256_storeu_ps(&first[0].x, t.x);
-        _mm256_storeu_ps(&first[2].x, t.y);
-        _mm256_storeu_ps(&first[4].x, t.z);
-        _mm256_storeu_ps(&first[6].x, t.w);
+        plii_simd_add_neighbours(first, t.x);
+        plii_simd_add_neighbours(first + 2, t.y);
+        plii_simd_add_neighbours(first + 4, t.z);
+        plii_simd_add_neighbours(first + 6, t.w);
         return;
     }
-    plii_simd_put_pair(first, first + stride, t.x);
-    plii_simd_put_pair(first + 2 * stride, first + 3 * stride, t.y);
-    plii_simd_put_pair(first + 4 * stride, first + 5 * stride, t.z);
-    plii_simd_put_pair(first + 6 * stride, first + 7 * stride, t.w);
+    plii_simd_add_pair(first, first + stride, t.x);
+    plii_simd_add_pair(first + 2 * stride, first + 3 * stride, t.y);
+    plii_simd_add_pair(first + 4 * stride, first + 5 * stride, t.z);
+    plii_simd_add_pair(first + 6 * stride, first + 7 * stride, t.w);
 }
 
 #elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
@@ -157,6 +182,9 @@ PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
     return _mm_sqrt_ps(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
+    return _mm_xor_ps(a, _mm_set1_ps(-0.0f));
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
     return _mm_and_ps(_mm_cmpgt_ps(a, b), value);
@@ -200,6 +228,9 @@ PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
     return vsqrtq_f32(a);
 }
+PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
+    return vnegq_f32(a);
+}
 PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
     return vreinterpretq_f32_u32(vandq_u32(vcgtq_f32(a, b), vreinterpretq_u32_f32(value)));
 }
@@ -236,32 +267,30 @@ PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
     return (plii_float4){{value, value, value, value}};
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
-    for (int k = 0; k < 4; ++k) {
-        a.lanes[k] = a.lanes[k] + b.lanes[k];
-    }
-    return a;
+    return (plii_float4){
+        {a.lanes[0] + b.lanes[0], a.lanes[1] + b.lanes[1], a.lanes[2] + b.lanes[2], a.lanes[3] + b.lanes[3]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
-    for (int k = 0; k < 4; ++k) {
-        a.lanes[k] = a.lanes[k] - b.lanes[k];
-    }
-    return a;
+    return (plii_float4){
+        {a.lanes[0] - b.lanes[0], a.lanes[1] - b.lanes[1], a.lanes[2] - b.lanes[2], a.lanes[3] - b.lanes[3]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
-    for (int k = 0; k < 4; ++k) {
-        a.lanes[k] = a.lanes[k] * b.lanes[k];
-    }
-    return a;
+    return (plii_float4){
+        {a.lanes[0] * b.lanes[0], a.lanes[1] * b.lanes[1], a.lanes[2] * b.lanes[2], a.lanes[3] * b.lanes[3]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
-    for (int k = 0; k < 4; ++k) {
-        a.lanes[k] = a.lanes[k] / b.lanes[k];
-    }
-    return a;
+    return (plii_float4){
+        {a.lanes[0] / b.lanes[0], a.lanes[1] / b.lanes[1], a.lanes[2] / b.lanes[2], a.lanes[3] / b.lanes[3]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
     for (int k = 0; k < 4; ++k) {
         a.lanes[k] = sqrtf(a.lanes[k]);
+    }
+    return a;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
+    for (int k = 0; k < 4; ++k) {
+        a.lanes[k] = -a.lanes[k];
     }
     return a;
 }
@@ -272,13 +301,11 @@ PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float
     return value;
 }
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
-    for (int i = 0; i < 4; ++i) {
-        for (int k = i + 1; k < 4; ++k) {
-            const float kept = r[i].lanes[k];
-            r[i].lanes[k] = r[k].lanes[i];
-            r[k].lanes[i] = kept;
-        }
-    }
+    const plii_float4 a = r[0], b = r[1], c = r[2], d = r[3];
+    r[0] = (plii_float4){{a.lanes[0], b.lanes[0], c.lanes[0], d.lanes[0]}};
+    r[1] = (plii_float4){{a.lanes[1], b.lanes[1], c.lanes[1], d.lanes[1]}};
+    r[2] = (plii_float4){{a.lanes[2], b.lanes[2], c.lanes[2], d.lanes[2]}};
+    r[3] = (plii_float4){{a.lanes[3], b.lanes[3], c.lanes[3], d.lanes[3]}};
 }
 
 #endif
@@ -312,6 +339,9 @@ PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
 }
+PLII_SIMD_INLINE plii_float8 plii_float8_negate(plii_float8 a) {
+    return (plii_float8){plii_float4_negate(a.low), plii_float4_negate(a.high)};
+}
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
     return (plii_float8){plii_float4_where_greater(a.low, b.low, value.low),
                          plii_float4_where_greater(a.high, b.high, value.high)};
@@ -326,44 +356,55 @@ PLII_SIMD_INLINE plii_records8 plii_simd_join(plii_float4 even[4], plii_float4 o
     plii_float4_turn(odd);
     return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
 }
-PLII_SIMD_INLINE void plii_simd_part(plii_records8 r, plii_float4 even[4], plii_float4 odd[4]) {
-    even[0] = r.x.low, even[1] = r.y.low, even[2] = r.z.low, even[3] = r.w.low;
-    odd[0] = r.x.high, odd[1] = r.y.high, odd[2] = r.z.high, odd[3] = r.w.high;
-    plii_float4_turn(even);
-    plii_float4_turn(odd);
-}
-
-PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const int* indices) {
-    plii_float4 even[4], odd[4];
-    for (int k = 0; k < 4; ++k) {
-        even[k] = plii_float4_from(&records[indices[2 * k]]);
-        odd[k] = plii_float4_from(&records[indices[2 * k + 1]]);
-    }
+PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
+    plii_float4 even[4] = {
+        plii_float4_from(plii_simd_at(records, places[0])), plii_float4_from(plii_simd_at(records, places[2])),
+        plii_float4_from(plii_simd_at(records, places[4])), plii_float4_from(plii_simd_at(records, places[6]))};
+    plii_float4 odd[4] = {
+        plii_float4_from(plii_simd_at(records, places[1])), plii_float4_from(plii_simd_at(records, places[3])),
+        plii_float4_from(plii_simd_at(records, places[5])), plii_float4_from(plii_simd_at(records, places[7]))};
     return plii_simd_join(even, odd);
-}
-PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const int* indices, plii_records8 r) {
-    plii_float4 even[4], odd[4];
-    plii_simd_part(r, even, odd);
-    for (int k = 0; k < 4; ++k) {
-        plii_float4_to(&records[indices[2 * k]], even[k]);
-        plii_float4_to(&records[indices[2 * k + 1]], odd[k]);
-    }
 }
 PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
-    plii_float4 even[4], odd[4];
-    for (int k = 0; k < 4; ++k) {
-        even[k] = plii_float4_from(&first[2 * k * stride]);
-        odd[k] = plii_float4_from(&first[(2 * k + 1) * stride]);
-    }
+    plii_float4 even[4] = {plii_float4_from(first), plii_float4_from(first + 2 * stride),
+                           plii_float4_from(first + 4 * stride), plii_float4_from(first + 6 * stride)};
+    plii_float4 odd[4] = {plii_float4_from(first + stride), plii_float4_from(first + 3 * stride),
+                          plii_float4_from(first + 5 * stride), plii_float4_from(first + 7 * stride)};
     return plii_simd_join(even, odd);
 }
-PLII_SIMD_INLINE void plii_records8_store(pli_vec4* first, ptrdiff_t stride, plii_records8 r) {
-    plii_float4 even[4], odd[4];
-    plii_simd_part(r, even, odd);
-    for (int k = 0; k < 4; ++k) {
-        plii_float4_to(&first[2 * k * stride], even[k]);
-        plii_float4_to(&first[(2 * k + 1) * stride], odd[k]);
-    }
+
+PLII_SIMD_INLINE void plii_simd_add_to(pli_vec4* record, plii_float4 change) {
+    plii_float4_to(record, plii_float4_add(plii_float4_from(record), change));
+}
+PLII_SIMD_INLINE void plii_records8_add_scattered(pli_vec4* records, const uint32_t* places, plii_float8 x,
+                                                  plii_float8 y, plii_float8 z) {
+    plii_float4 even[4] = {x.low, y.low, z.low, plii_float4_all(0.0f)};
+    plii_float4 odd[4] = {x.high, y.high, z.high, plii_float4_all(0.0f)};
+    plii_float4_turn(even);
+    plii_float4_turn(odd);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[0]), even[0]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[1]), odd[0]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[2]), even[1]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[3]), odd[1]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[4]), even[2]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[5]), odd[2]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[6]), even[3]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[7]), odd[3]);
+}
+PLII_SIMD_INLINE void plii_records8_add(pli_vec4* first, ptrdiff_t stride, plii_float8 x, plii_float8 y,
+                                        plii_float8 z) {
+    plii_float4 even[4] = {x.low, y.low, z.low, plii_float4_all(0.0f)};
+    plii_float4 odd[4] = {x.high, y.high, z.high, plii_float4_all(0.0f)};
+    plii_float4_turn(even);
+    plii_float4_turn(odd);
+    plii_simd_add_to(first, even[0]);
+    plii_simd_add_to(first + stride, odd[0]);
+    plii_simd_add_to(first + 2 * stride, even[1]);
+    plii_simd_add_to(first + 3 * stride, odd[1]);
+    plii_simd_add_to(first + 4 * stride, even[2]);
+    plii_simd_add_to(first + 5 * stride, odd[2]);
+    plii_simd_add_to(first + 6 * stride, even[3]);
+    plii_simd_add_to(first + 7 * stride, odd[3]);
 }
 
 #endif

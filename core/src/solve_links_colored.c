@@ -39,7 +39,7 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     if (!state->is_stale && state->rest_revision == body->rest_revision) { return; }
     if (body->link_count > 0) {
         plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
-                                (int)(sizeof *body->links / sizeof(float)), state->rest_squared);
+                                (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK, state->rest_squared);
     }
     state->rest_revision = body->rest_revision;
     state->is_stale = false;

@@ -123,7 +123,7 @@ static void sample_destroy(sample* s) {
     pli_context_destroy(s->context);
 }
 
-/* Index of the link of every slot. */
+/* Index of the link of every slot, -1 where there is none. */
 static int list_slots(const pli_body* body, const plii_link_colors* colors, int** slots) {
     const int count = plii_link_colors_slot_count(colors);
     float* own = calloc((size_t)body->link_count + 1, sizeof *own);
@@ -133,7 +133,7 @@ static int list_slots(const pli_body* body, const plii_link_colors* colors, int*
     for (int i = 0; i < body->link_count; ++i) {
         own[i] = (float)i;
     }
-    plii_link_colors_gather(colors, own, 1, gathered);
+    plii_link_colors_gather(colors, own, 1, -1.0f, gathered);
     for (int i = 0; i < count; ++i) {
         (*slots)[i] = (int)gathered[i];
     }
@@ -167,13 +167,12 @@ static void check_colors(const pli_body* body) {
         slots_of_color(colors, c, first, end);
         for (int part = 0; part < 2; ++part) {
             for (int i = first[part]; i < end[part]; ++i) {
-                /* Places that repeat a link are next to it, in a block that is not full. */
-                if (seen[slots[i]] > 0) {
+                if (slots[i] < 0) {
                     assert_int_equal(part, 1);
                     continue;
                 }
                 last_link = slots[i];
-                seen[last_link] = 1;
+                seen[last_link] += 1;
                 for (int k = 0; k < 2; ++k) {
                     int* color = &colored[body->links[last_link].nodes[k]];
                     assert_int_not_equal(*color, c + 1);
@@ -244,23 +243,20 @@ static pli_mesh* reorder(const sample* s, pli_context* context, make_mesh_fn* ma
     for (int i = 1; i < view.material_count; ++i) {
         assert_int_equal(pli_mesh_append_material(mesh, &view.materials[i], NULL), PLI_OK);
     }
-    char* seen = calloc((size_t)view.link_count + 1, 1);
-    assert_non_null(seen);
     const int serial_begin = count - colors->serial_count;
     for (int c = 0; c <= colors->color_count; ++c) {
         int first[2] = {serial_begin, 0}, end[2] = {count, 0};
         if (c < colors->color_count) { slots_of_color(colors, c, first, end); }
         for (int part = 0; part < 2; ++part) {
             for (int i = first[part]; i < end[part]; ++i) {
-                const pli_link* link = &view.links[slots[i]];
-                if (seen[slots[i]]++ == 0) {
+                if (slots[i] >= 0) {
+                    const pli_link* link = &view.links[slots[i]];
                     assert_int_equal(pli_mesh_append_link(mesh, link->nodes[0], link->nodes[1], link->material, NULL),
                                      PLI_OK);
                 }
             }
         }
     }
-    free(seen);
     free(slots);
     pli_mesh_destroy(source);
     return mesh;
