@@ -32,6 +32,8 @@ typedef struct plii_solver_class {
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     void (*solve)(pli_body* body);
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
+    /* Of the collision margin: contacts with rigid bodies are looked for so much further out. */
+    float contact_reach;
 } plii_solver_class;
 
 struct pli_body {

@@ -81,17 +81,17 @@ static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state
     return PLI_OK;
 }
 
-/* Distances of gathered nodes, and contacts from those below the margin. */
+/* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
 static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape_index,
                                        pli_transform pose, int count, const int* nodes, const pli_vec3* points) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    const float margin = body->collision_margin;
+    const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
-    shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+    shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         const float distance = distances[i] - margin;
-        if (!(distance < 0.0f) || !plii_is_finite(distance) || !plii_vec3_is_finite(normals[i])) { continue; }
+        if (!(distance < reach) || !plii_is_finite(distance) || !plii_vec3_is_finite(normals[i])) { continue; }
         const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
         PLII_TRY(rigid_contacts_add(body, state, rigid, shape_index, nodes[i], normal, distance));
     }
@@ -102,8 +102,8 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
                                                int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
     const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
-    const pli_bounds near =
-        plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose), body->collision_margin);
+    const pli_bounds near = plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose),
+                                             body->collision_margin * (1.0f + body->solver_class->contact_reach));
     if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];

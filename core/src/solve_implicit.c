@@ -178,7 +178,7 @@ static void implicit_solve(pli_body* body) {
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-static const plii_solver_class implicit_solver = {"implicit", implicit_predict, implicit_solve, false};
+static const plii_solver_class implicit_solver = {"implicit", implicit_predict, implicit_solve, false, 0.0f};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

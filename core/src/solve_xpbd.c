@@ -153,7 +153,11 @@ static void xpbd_solve(pli_body* body) {
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
 }
 
-static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve, true};
+/* A node that rests on a surface and was not found would fall into it for the rest of the step, and come back with
+   speed. */
+#define XPBD_CONTACT_REACH 1.0f
+
+static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve, true, XPBD_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

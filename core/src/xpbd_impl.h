@@ -12,7 +12,7 @@ typedef struct plii_xpbd_substep {
     float dt, inverse_dt;    /* s, of the substep */
     int index;               /* of the substep in the step */
     pli_vec4* displacements; /* [node_count] m; w = inverse mass */
-    const pli_vec4* carried; /* [node_count] m, the displacements at the start of the substep */
+    pli_vec4* carried;       /* [node_count] m, the displacements at the start of the substep */
 } plii_xpbd_substep;
 
 typedef void plii_xpbd_run_fn(pli_body* body, void* state, const plii_xpbd_substep* substep);
@@ -57,6 +57,13 @@ static inline void plii_xpbd_move(const plii_xpbd_substep* substep, int node, pl
     pli_vec4* displacement = &substep->displacements[node];
     plii_set_xyz(displacement,
                  pli_vec3_add(plii_xyz(*displacement), pli_vec3_scale(gradient, displacement->w * multiplier)));
+}
+
+/* Before the sweeps of a substep: moves a node as if it had started there, so that no velocity comes of it. */
+static inline void plii_xpbd_shift(const plii_xpbd_substep* substep, int node, pli_vec3 shift) {
+    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->carried[node];
+    plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
+    plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
 }
 
 /* Change of the multiplier of a constraint (Macklin and others 2016, equations 18 and 26).

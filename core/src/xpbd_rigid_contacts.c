@@ -65,7 +65,8 @@ static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_x
         const pli_vec3 before =
             pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->carried[contact->node]));
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(before, contact->point.moved)) + contact->offset;
-        contact->floor = plii_xpbd_contact_floor(gap, state->def.recovery_speed, substep->dt);
+        contact->floor =
+            plii_xpbd_contact_recover(substep, contact->node, contact->normal, gap, 1.0f, state->def.recovery_speed);
         contact->weight =
             substep->displacements[contact->node].w + plii_xpbd_rigid_point_weight(&contact->point, contact->normal);
         contact->multiplier = 0.0f;

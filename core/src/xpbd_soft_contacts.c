@@ -129,7 +129,10 @@ static void xpbd_soft_contacts_restart(pli_body* body, void* data, const plii_xp
             pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->carried[contact->node]));
         const pli_vec3 point = pli_vec3_add(contact->point, contact->moved);
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(node, point)) - contact->margin;
-        contact->floor = plii_xpbd_contact_floor(gap, state->def.recovery_speed, substep->dt);
+        const float mobility = substep->displacements[contact->node].w;
+        contact->floor =
+            plii_xpbd_contact_recover(substep, contact->node, contact->normal, gap,
+                                      mobility / (mobility + contact->face_weight), state->def.recovery_speed);
         contact->multiplier = 0.0f;
         contact->friction = pli_vec3_make(0, 0, 0);
     }

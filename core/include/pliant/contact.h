@@ -33,7 +33,7 @@ typedef struct pli_rigid_contact {
     pli_rigid* rigid;
     int shape;       ///< index in the rigid body's shapes
     pli_vec3 normal; ///< unit, world, out of the rigid body
-    float distance;  ///< m, minus the collision margin, at the predicted position; < 0
+    float distance;  ///< m, minus the collision margin, at the predicted position; < 0, under XPBD < the margin
 } pli_rigid_contact;
 
 /// Contacts of the step in progress, or of the last one.
