@@ -1,69 +1,121 @@
 /* Self-collision of nodes: pairs from a dense hash, once per step; distances at rest count as the thickness where they
    are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute Physics" 15.
 
-   The search reaches further than the thickness. When nodes of the body have since moved so differently that a pair
-   could have come near unseen, it is repeated; so no pair is missed, with a speed limit or without. */
+   Pairs are kept that could touch if nodes went on as they do, with a margin for what constraints change. When a node
+   has since left its way by more than its margin the search is repeated; so no pair is missed, with a speed limit or
+   without. Nodes that stray get larger margins. */
 
 #include "node_hash.h"
 #include "self_collision_impl.h"
 
-/* Of the thickness: how far nodes may move against each other before the search is repeated. */
-#define SELF_NODES_MIN_REACH 0.25f
-#define SELF_NODES_MAX_REACH 1.0f
+/* Of the thickness: how far a node may stray from its way before the search is repeated. */
+#define SELF_NODES_MIN_MARGIN 0.25f
+#define SELF_NODES_MAX_MARGIN 0.5f
+/* What becomes of a margin that was not needed, in a step. */
+#define SELF_NODES_MARGIN_DECAY 0.9f
+/* Of the thickness: how far nodes may go against each other, in the time that one search is good for. */
+#define SELF_NODES_MAX_TRAVEL 1.0f
 
 typedef struct self_nodes_state {
     pli_self_collision_def def;
-    float reach;        /* m */
-    pli_vec3* rest;     /* [node_count] positions */
-    pli_vec3* searched; /* [node_count] positions at the last search */
+    pli_vec3* rest;     /* [node_count] positions, as all that follow */
+    pli_vec3 origin;    /* of the positions below, which are small that way, and precise */
+    pli_vec4* at;       /* now; w = inverse mass */
+    pli_vec4* searched; /* at the last search */
+    pli_vec4* travel;   /* expected from there to the end of the step; w = margin, m */
+    pli_vec3* middle;   /* half way */
+    float searched_at;  /* s since the start of the step */
+    float travel_time;  /* s, that the travel takes */
     plii_node_hash hash;
     plii_node_pairs pairs; /* second field of each: the distance to keep, m */
+    int (*touching)[2];    /* pairs that the last sweep parted */
+    int touching_count, touching_capacity;
     pli_self_collision_report report;
 } self_nodes_state;
 
 // ------------------------------------------------------------------------------------------------------ the search
 
-/* How far a pair may have moved towards each other: the extent of all moves. */
-static float self_nodes_spread(pli_vec3 low, pli_vec3 high) {
-    return sqrtf(pli_vec3_length_squared(pli_vec3_sub(high, low)));
+/* Largest difference of two of the vectors, in a bound. */
+typedef struct self_nodes_spread {
+    float low[4], high[4];
+} self_nodes_spread;
+
+static self_nodes_spread self_nodes_no_spread(void) {
+    return (self_nodes_spread){{FLT_MAX, FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX, -FLT_MAX}};
 }
 
-static float self_nodes_spread_since_search(const pli_body* body, const self_nodes_state* state,
-                                            const plii_self_nodes* nodes) {
-    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), state->searched[i]);
-        low = plii_vec3_min(moved, low);
-        high = plii_vec3_max(moved, high);
+static void self_nodes_widen(self_nodes_spread* spread, pli_vec4 v) {
+    const float values[4] = {v.x, v.y, v.z, 0.0f};
+    for (int k = 0; k < 4; ++k) {
+        spread->low[k] = values[k] < spread->low[k] ? values[k] : spread->low[k];
+        spread->high[k] = values[k] > spread->high[k] ? values[k] : spread->high[k];
     }
-    return self_nodes_spread(low, high);
 }
 
-static float self_nodes_spread_of_prediction(const pli_body* body) {
-    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
-        low = plii_vec3_min(moved, low);
-        high = plii_vec3_max(moved, high);
+static float self_nodes_extent(const self_nodes_spread* spread) {
+    float squared = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const float size = spread->high[k] - spread->low[k];
+        squared += size * size;
     }
-    return self_nodes_spread(low, high);
+    return sqrtf(squared);
 }
 
-/* Replaces distances by the ones to keep, and drops what cannot touch before the next search. */
+/* Takes positions over, relative to the origin. */
+static void self_nodes_take_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    const pli_vec3 o = state->origin;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec4 offset = nodes->offsets[i];
+        const pli_vec4 base = nodes->bases != NULL ? nodes->bases[i] : (pli_vec4){0};
+        state->at[i] =
+            (pli_vec4){(base.x - o.x) + offset.x, (base.y - o.y) + offset.y, (base.z - o.z) + offset.z, offset.w};
+    }
+}
+
+/* How far a node is off its way, squared; share: of the travel since the search. */
+static float self_nodes_stray_squared(const self_nodes_state* state, int node, float share) {
+    const pli_vec4 at = state->at[node], from = state->searched[node], way = state->travel[node];
+    const float x = at.x - from.x - share * way.x, y = at.y - from.y - share * way.y, z = at.z - from.z - share * way.z;
+    return x * x + y * y + z * z;
+}
+
+static bool self_nodes_are_on_their_way(const pli_body* body, const self_nodes_state* state, float share) {
+    int strayed = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        const float margin = state->travel[i].w;
+        strayed += self_nodes_stray_squared(state, i, share) > margin * margin;
+    }
+    return strayed == 0;
+}
+
+/* A node that strayed is expected to do so again; one that strays by as much as it goes has no way. */
+static void self_nodes_set_travel(self_nodes_state* state, int node, pli_vec3 way, float share, float decay) {
+    const float thickness = state->def.thickness;
+    const float stray = 1.5f * sqrtf(self_nodes_stray_squared(state, node, share));
+    const float margin = plii_clamp(plii_max(stray, decay * state->travel[node].w), SELF_NODES_MIN_MARGIN * thickness,
+                                    SELF_NODES_MAX_MARGIN * thickness);
+    const bool is_lost = stray > pli_vec3_length(way);
+    state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){way.x, way.y, way.z, margin};
+}
+
+/* Replaces distances by the ones to keep, and drops what cannot touch before the next search: what is further apart
+   half way than the pair can come nearer in either half. */
 static void self_nodes_take_targets(self_nodes_state* state) {
     plii_node_pairs* pairs = &state->pairs;
-    const float thickness = state->def.thickness, reach = 2.0f * state->reach;
+    const float thickness = state->def.thickness;
     int kept = 0, begin = 0;
     for (int i = 0; i < pairs->row_count; ++i) {
         const int end = pairs->begin[i + 1];
+        const pli_vec3 rest = state->rest[i];
+        const pli_vec4 way = state->travel[i];
         for (int k = begin; k < end; ++k) {
             const plii_node_pair pair = pairs->pairs[k];
-            const pli_vec3 apart = pli_vec3_sub(state->rest[pair.other], state->rest[i]);
-            const float target = plii_min(thickness, sqrtf(pli_vec3_length_squared(apart)));
-            const float limit = target + reach;
-            if (pair.distance_squared < limit * limit && target > 0.0f) {
-                pairs->pairs[kept++] = (plii_node_pair){pair.other, target};
-            }
+            const pli_vec3 apart = pli_vec3_sub(state->rest[pair.other], rest);
+            const pli_vec3 nearer = pli_vec3_sub(plii_xyz(state->travel[pair.other]), plii_xyz(way));
+            const float target = plii_min(thickness, pli_vec3_length(apart));
+            const float limit = target + way.w + state->travel[pair.other].w + 0.5f * pli_vec3_length(nearer);
+            pairs->pairs[kept] = (plii_node_pair){pair.other, target};
+            kept += (pair.distance_squared < limit * limit) & (target > 0.0f);
         }
         begin = end;
         pairs->begin[i + 1] = kept;
@@ -71,28 +123,79 @@ static void self_nodes_take_targets(self_nodes_state* state) {
     pairs->count = kept;
 }
 
-static void self_nodes_search(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const float radius = state->def.thickness + 2.0f * state->reach;
+/* Searches from the positions taken over last, along `travel`. */
+static void self_nodes_search(pli_body* body, self_nodes_state* state) {
+    pli_context* context = body->context;
+    self_nodes_spread spread = self_nodes_no_spread();
+    float margin = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
-        state->searched[i] = plii_self_position(nodes, i);
+        self_nodes_widen(&spread, state->travel[i]);
+        margin = plii_max(margin, state->travel[i].w);
     }
+    /* Beyond what a search is good for nodes are off their way, and it is repeated. */
+    const float extent = self_nodes_extent(&spread), longest = SELF_NODES_MAX_TRAVEL * state->def.thickness;
+    const float scale = extent > longest ? longest / extent : 1.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec4 at = state->at[i];
+        const pli_vec3 way = pli_vec3_scale(plii_xyz(state->travel[i]), scale);
+        state->searched[i] = at;
+        plii_set_xyz(&state->travel[i], way);
+        state->middle[i] = pli_vec3_add(plii_xyz(at), pli_vec3_scale(way, 0.5f));
+    }
+    state->travel_time *= scale;
+    const float radius = state->def.thickness + 2.0f * margin + 0.5f * plii_min(extent, longest);
     const bool has_memory =
-        plii_node_hash_build(body->context, &state->hash, body->node_count, state->searched, radius, 0.0f) &&
-        plii_node_hash_find(body->context, &state->hash, state->searched, radius, &state->pairs);
+        plii_node_hash_build(context, &state->hash, body->node_count, state->middle, radius, 0.0f) &&
+        plii_node_hash_find(context, &state->hash, state->middle, radius, &state->pairs);
     if (!has_memory) { state->pairs.count = state->pairs.row_count = 0; }
     self_nodes_take_targets(state);
+    const bool has_room = PLII_RESERVE(context, &state->touching, &state->touching_capacity, state->pairs.count);
     state->report.pairs = state->pairs.count;
     state->report.searches += 1;
-    state->report.is_cut_short = state->report.is_cut_short || !has_memory || state->pairs.is_cut_short;
+    state->report.is_cut_short = state->report.is_cut_short || !has_memory || !has_room || state->pairs.is_cut_short;
 }
 
-static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const float thickness = state->def.thickness;
+static void self_nodes_start_report(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
     state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
-    state->reach = plii_clamp(0.5f * self_nodes_spread_of_prediction(body) + SELF_NODES_MIN_REACH * thickness,
-                              SELF_NODES_MIN_REACH * thickness, SELF_NODES_MAX_REACH * thickness);
-    self_nodes_search(body, state, nodes);
+    state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
+    if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+}
+
+/* At predicted positions: from there constraints move nodes by about what the prediction did. */
+static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    const float thickness = state->def.thickness;
+    self_nodes_spread spread = self_nodes_no_spread();
+    self_nodes_start_report(body, state, nodes);
+    self_nodes_take_positions(body, state, nodes);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 moved = plii_self_motion(nodes, i);
+        self_nodes_widen(&spread, (pli_vec4){moved.x, moved.y, moved.z, 0.0f});
+    }
+    const float margin = plii_clamp(0.5f * self_nodes_extent(&spread) + SELF_NODES_MIN_MARGIN * thickness,
+                                    SELF_NODES_MIN_MARGIN * thickness, SELF_NODES_MAX_MARGIN * thickness);
+    for (int i = 0; i < body->node_count; ++i) {
+        state->travel[i] = (pli_vec4){0, 0, 0, margin};
+    }
+    self_nodes_search(body, state);
+}
+
+/* At the start of a step with substeps. */
+static void self_nodes_begin_substeps(pli_body* body, void* data) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    const pli_vec3 origin = state->origin;
+    self_nodes_start_report(body, state, &nodes);
+    self_nodes_take_positions(body, state, &nodes);
+    const pli_vec3 shift = pli_vec3_sub(origin, state->origin); /* of what is known from the step before */
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), shift));
+        const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
+        self_nodes_set_travel(state, i, way, 1.0f, SELF_NODES_MARGIN_DECAY);
+    }
+    state->searched_at = 0.0f;
+    state->travel_time = body->step.dt;
+    self_nodes_search(body, state);
 }
 
 // ------------------------------------------------------------------------------------------------------ the solve
@@ -116,40 +219,102 @@ static void self_nodes_limit(const pli_body* body, self_nodes_state* state, cons
     }
 }
 
-static void self_nodes_rub(const plii_self_nodes* nodes, int a, int b, float share_a, float share_b) {
-    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
-    plii_self_move(nodes, a, motion, share_a);
-    plii_self_move(nodes, b, motion, -share_b);
+static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, pli_vec3 move) {
+    pli_vec4* offset = &nodes->offsets[node];
+    plii_set_xyz(offset, pli_vec3_add(plii_xyz(*offset), move));
+    plii_set_xyz(&at[node], pli_vec3_add(plii_xyz(at[node]), move));
 }
 
-/* True when the pair was too near. */
-static bool self_nodes_part(const plii_self_nodes* nodes, int a, int b, float target, float friction) {
-    const pli_vec3 apart = plii_self_difference(nodes, a, b);
-    const float squared = pli_vec3_length_squared(apart);
-    if (!(squared < target * target)) { return false; }
-    const float weight_a = nodes->offsets[a].w, weight = weight_a + nodes->offsets[b].w;
+/* Of a pair that is too near. True when one of them can move. */
+static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float target, float friction) {
+    const float weight = at[a].w + at[b].w;
     if (!(weight > 0.0f)) { return false; }
-    const float distance = sqrtf(squared), share_a = weight_a / weight;
+    const pli_vec3 apart = pli_vec3_sub(plii_xyz(at[b]), plii_xyz(at[a]));
+    const float distance = pli_vec3_length(apart), share_a = at[a].w / weight, share_b = 1.0f - share_a;
     const pli_vec3 n = distance > 1e-6f * target ? plii_vec3_divide(apart, distance) : plii_self_direction(a, b);
-    plii_self_move(nodes, a, n, (distance - target) * share_a);
-    plii_self_move(nodes, b, n, (target - distance) * (1.0f - share_a));
-    if (friction > 0.0f) { self_nodes_rub(nodes, a, b, friction * share_a, friction * (1.0f - share_a)); }
+    const pli_vec3 push = pli_vec3_scale(n, target - distance);
+    self_nodes_move(nodes, at, a, pli_vec3_scale(push, -share_a));
+    self_nodes_move(nodes, at, b, pli_vec3_scale(push, share_b));
+    if (friction > 0.0f) {
+        const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
+        self_nodes_move(nodes, at, a, pli_vec3_scale(motion, friction * share_a));
+        self_nodes_move(nodes, at, b, pli_vec3_scale(motion, -friction * share_b));
+    }
     return true;
 }
 
-static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    if (self_nodes_spread_since_search(body, state, nodes) > 2.0f * state->reach) {
-        self_nodes_search(body, state, nodes);
-    }
+static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
     const plii_node_pairs* pairs = &state->pairs;
-    const float friction = state->def.friction;
-    int contacts = 0;
+    pli_vec4* at = state->at;
+    int touching = 0;
     for (int i = 0; i < pairs->row_count; ++i) {
         for (int k = pairs->begin[i]; k < pairs->begin[i + 1]; ++k) {
-            contacts += self_nodes_part(nodes, i, pairs->pairs[k].other, pairs->pairs[k].distance_squared, friction);
+            const int other = pairs->pairs[k].other;
+            const float target = pairs->pairs[k].distance_squared;
+            const float x = at[other].x - at[i].x, y = at[other].y - at[i].y, z = at[other].z - at[i].z;
+            if (!(x * x + y * y + z * z < target * target)) { continue; }
+            if (!self_nodes_part(nodes, at, i, other, target, friction)) { continue; }
+            if (touching < state->touching_capacity) {
+                state->touching[touching][0] = i;
+                state->touching[touching][1] = other;
+            }
+            ++touching;
         }
     }
-    state->report.contacts = contacts;
+    state->touching_count = touching < state->touching_capacity ? touching : state->touching_capacity;
+    state->report.contacts = touching;
+}
+
+static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    self_nodes_take_positions(body, state, nodes);
+    if (!self_nodes_are_on_their_way(body, state, 0.0f)) { self_nodes_search(body, state); }
+    self_nodes_part_all(state, nodes, state->def.friction);
+}
+
+static void self_nodes_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_nodes_limit(body, data, &nodes);
+}
+
+/* Friction is left to the velocities: moved sideways, nodes would get into others. */
+static void self_nodes_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    const float done = (float)(substep->index + 1) * substep->dt, left = body->step.dt - done;
+    const float since = done - state->searched_at;
+    const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
+    self_nodes_take_positions(body, state, &nodes);
+    if (!self_nodes_are_on_their_way(body, state, share)) {
+        for (int i = 0; i < body->node_count; ++i) {
+            const pli_vec3 way = pli_vec3_scale(plii_self_motion(&nodes, i), left * substep->inverse_dt);
+            self_nodes_set_travel(state, i, way, share, 1.0f);
+        }
+        state->searched_at = done;
+        state->travel_time = left;
+        self_nodes_search(body, state);
+    }
+    self_nodes_part_all(state, &nodes, 0.0f);
+}
+
+/* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
+static void self_nodes_finish(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const self_nodes_state* state = data;
+    pli_vec4* v = body->velocities;
+    (void)substep;
+    for (int i = 0; i < state->touching_count; ++i) {
+        const int a = state->touching[i][0], b = state->touching[i][1];
+        const pli_vec3 apart = pli_vec3_sub(plii_xyz(state->at[b]), plii_xyz(state->at[a]));
+        const pli_vec3 relative = pli_vec3_sub(plii_xyz(v[b]), plii_xyz(v[a]));
+        const float squared = pli_vec3_length_squared(apart);
+        if (!(squared > 0.0f)) { continue; }
+        const pli_vec3 along = pli_vec3_scale(apart, pli_vec3_dot(relative, apart) / squared);
+        const float lost = pli_vec3_dot(along, apart) > 0.0f ? 1.0f : 0.0f;
+        const pli_vec3 change = pli_vec3_add(pli_vec3_scale(along, lost),
+                                             pli_vec3_scale(pli_vec3_sub(relative, along), state->def.friction));
+        const float share_a = state->at[a].w / (state->at[a].w + state->at[b].w);
+        plii_set_xyz(&v[a], pli_vec3_add(plii_xyz(v[a]), pli_vec3_scale(change, share_a)));
+        plii_set_xyz(&v[b], pli_vec3_sub(plii_xyz(v[b]), pli_vec3_scale(change, 1.0f - share_a)));
+    }
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -180,32 +345,43 @@ static void self_nodes_run_position(pli_body* body, void* data, const plii_step*
     self_nodes_solve(body, data, &nodes);
 }
 
-static void self_nodes_begin_substeps(pli_body* body, void* data) {
-    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
-    self_nodes_begin(body, data, &nodes);
+enum { SELF_NODES_BLOCKS = 5 };
+
+static void self_nodes_sizes(int node_count, size_t sizes[SELF_NODES_BLOCKS]) {
+    sizes[0] = sizes[1] = (size_t)node_count * sizeof(pli_vec3);
+    sizes[2] = sizes[3] = sizes[4] = (size_t)node_count * sizeof(pli_vec4);
 }
 
-static void self_nodes_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_nodes_limit(body, data, &nodes);
+static void self_nodes_take_blocks(self_nodes_state* state, void* blocks[SELF_NODES_BLOCKS]) {
+    state->rest = blocks[0];
+    state->middle = blocks[1];
+    state->at = blocks[2];
+    state->searched = blocks[3];
+    state->travel = blocks[4];
 }
 
-static void self_nodes_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
-    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_nodes_solve(body, data, &nodes);
-}
-
-static size_t self_nodes_vectors_size(int node_count) {
-    return (size_t)node_count * sizeof(pli_vec3);
+static void self_nodes_release_blocks(pli_body* body, const self_nodes_state* state, int node_count) {
+    size_t sizes[SELF_NODES_BLOCKS];
+    void* const blocks[SELF_NODES_BLOCKS] = {state->rest, state->middle, state->at, state->searched, state->travel};
+    self_nodes_sizes(node_count, sizes);
+    for (int i = 0; i < SELF_NODES_BLOCKS; ++i) {
+        plii_release(body->context, blocks[i], sizes[i]);
+    }
 }
 
 static pli_status self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    state->rest = plii_allocate(body->context, self_nodes_vectors_size(body->node_count));
-    state->searched = plii_allocate(body->context, self_nodes_vectors_size(body->node_count));
-    if (state->rest == NULL || state->searched == NULL) {
-        plii_release(body->context, state->rest, self_nodes_vectors_size(body->node_count));
-        plii_release(body->context, state->searched, self_nodes_vectors_size(body->node_count));
+    size_t sizes[SELF_NODES_BLOCKS];
+    void* blocks[SELF_NODES_BLOCKS];
+    bool is_complete = true;
+    self_nodes_sizes(body->node_count, sizes);
+    for (int i = 0; i < SELF_NODES_BLOCKS; ++i) {
+        blocks[i] = plii_allocate(body->context, sizes[i]);
+        is_complete = is_complete && blocks[i] != NULL;
+    }
+    self_nodes_take_blocks(state, blocks);
+    if (!is_complete) {
+        self_nodes_release_blocks(body, state, body->node_count);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     for (int i = 0; i < body->node_count; ++i) {
@@ -216,39 +392,48 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
 
 static void self_nodes_disable(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    plii_release(body->context, state->rest, self_nodes_vectors_size(body->node_count));
-    plii_release(body->context, state->searched, self_nodes_vectors_size(body->node_count));
+    self_nodes_release_blocks(body, state, body->node_count);
+    plii_release(body->context, state->touching, (size_t)state->touching_capacity * sizeof *state->touching);
     plii_node_hash_free(body->context, &state->hash);
     plii_node_pairs_free(body->context, &state->pairs);
 }
 
 static size_t self_nodes_bytes(const pli_body* body, const void* data) {
     const self_nodes_state* state = data;
-    return 2 * self_nodes_vectors_size(body->node_count) + plii_node_hash_bytes(&state->hash) +
-           plii_node_pairs_bytes(&state->pairs);
+    size_t sizes[SELF_NODES_BLOCKS];
+    size_t bytes = (size_t)state->touching_capacity * sizeof *state->touching + plii_node_hash_bytes(&state->hash) +
+                   plii_node_pairs_bytes(&state->pairs);
+    self_nodes_sizes(body->node_count, sizes);
+    for (int i = 0; i < SELF_NODES_BLOCKS; ++i) {
+        bytes += sizes[i];
+    }
+    return bytes;
 }
 
 static int self_nodes_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                       size_t* sizes) {
     (void)body;
     (void)data;
-    sizes[0] = sizes[1] = self_nodes_vectors_size(change->node_count);
-    return 2;
+    self_nodes_sizes(change->node_count, sizes);
+    return SELF_NODES_BLOCKS;
 }
 
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     self_nodes_state* state = data;
     plii_self_carry_rest(body, change, state->rest, blocks[0]);
-    plii_release(body->context, state->rest, self_nodes_vectors_size(change->old_node_count));
-    plii_release(body->context, state->searched, self_nodes_vectors_size(change->old_node_count));
-    state->rest = blocks[0];
-    state->searched = blocks[1];
+    self_nodes_release_blocks(body, state, change->old_node_count);
+    self_nodes_take_blocks(state, blocks);
     state->report = (pli_self_collision_report){0};
+    state->touching_count = 0;
 }
 
 static const plii_feature_class self_nodes_class;
-static const plii_xpbd_kind self_nodes_kind = {PLII_XPBD_ORDER_SELF_COLLISION, &self_nodes_class,
-                                               self_nodes_begin_substeps, self_nodes_restart, self_nodes_sweep};
+static const plii_xpbd_kind self_nodes_kind = {PLII_XPBD_ORDER_SELF_COLLISION,
+                                               &self_nodes_class,
+                                               self_nodes_begin_substeps,
+                                               self_nodes_restart,
+                                               self_nodes_sweep,
+                                               self_nodes_finish};
 static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),

@@ -4,22 +4,20 @@
 
 #include "node_hash.h"
 
-typedef struct node_hash_cell {
-    int x, y, z;
-} node_hash_cell;
-
 static int node_hash_coordinate(const plii_node_hash* hash, float x, float origin) {
     const float cell = (x - origin) * hash->inverse_cell_size;
     if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
-    if (cell > 1e9f) { return 1000000000; }
-    const int towards_zero = (int)cell;
-    return towards_zero - ((float)towards_zero > cell);
+    return cell < 1e9f ? (int)cell : 1000000000; /* never negative but where something is not finite */
 }
 
-static node_hash_cell node_hash_cell_of(const plii_node_hash* hash, pli_vec3 p) {
-    return (node_hash_cell){node_hash_coordinate(hash, p.x, hash->origin.x),
-                            node_hash_coordinate(hash, p.y, hash->origin.y),
-                            node_hash_coordinate(hash, p.z, hash->origin.z)};
+static plii_node_hash_cell node_hash_cell_of(const plii_node_hash* hash, pli_vec3 p) {
+    return (plii_node_hash_cell){node_hash_coordinate(hash, p.x, hash->origin.x),
+                                 node_hash_coordinate(hash, p.y, hash->origin.y),
+                                 node_hash_coordinate(hash, p.z, hash->origin.z)};
+}
+
+static uint64_t node_hash_column_name(int x, int y) {
+    return (uint64_t)(uint32_t)x << 32 | (uint32_t)y;
 }
 
 static unsigned node_hash_column(int x, int y) {
@@ -29,7 +27,7 @@ static unsigned node_hash_column(int x, int y) {
     return h ^ h >> 13;
 }
 
-static unsigned node_hash_bucket(const plii_node_hash* hash, node_hash_cell cell) {
+static unsigned node_hash_bucket(const plii_node_hash* hash, plii_node_hash_cell cell) {
     return (node_hash_column(cell.x, cell.y) + (unsigned)cell.z) & hash->mask;
 }
 
@@ -61,6 +59,7 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
     }
     hash->count = 0;
     if (!PLII_RESERVE(context, &hash->starts, &hash->start_capacity, (int)size + 1) ||
+        !PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) ||
         !PLII_RESERVE(context, &hash->entries, &hash->entry_capacity, count)) {
         return false;
     }
@@ -72,7 +71,8 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
         hash->starts[i] = 0;
     }
     for (int i = 0; i < count; ++i) {
-        ++hash->starts[node_hash_bucket(hash, node_hash_cell_of(hash, positions[i]))];
+        hash->cells[i] = node_hash_cell_of(hash, positions[i]);
+        ++hash->starts[node_hash_bucket(hash, hash->cells[i])];
     }
     int sum = 0;
     for (unsigned i = 0; i <= size; ++i) {
@@ -81,12 +81,20 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
     }
     /* Backwards, so that each bucket ends up in the order of nodes. */
     for (int i = count - 1; i >= 0; --i) {
-        const node_hash_cell cell = node_hash_cell_of(hash, positions[i]);
+        const plii_node_hash_cell cell = hash->cells[i];
         const int place = --hash->starts[node_hash_bucket(hash, cell)];
-        hash->entries[place] = (plii_node_hash_entry){positions[i], i, {cell.x, cell.y}};
+        hash->entries[place] = (plii_node_hash_entry){positions[i], i, node_hash_column_name(cell.x, cell.y)};
     }
     return true;
 }
+
+/* Entries that lie side by side, and the column that those of interest belong to. */
+typedef struct node_hash_run {
+    int begin, end;
+    uint64_t column;
+} node_hash_run;
+
+enum { NODE_HASH_MAX_RUNS = 10 };
 
 typedef struct node_hash_search {
     pli_context* context;
@@ -95,54 +103,93 @@ typedef struct node_hash_search {
     float radius_squared;
 } node_hash_search;
 
-/* Pairs of a node with those of a run of buckets that are in the column and have an index above `after`; that is looked
-   at only where it ends the search, so `after` >= 0 goes with one bucket. */
-static bool node_hash_search_run(const node_hash_search* search, pli_vec3 p, int x, int y, unsigned bucket,
-                                 unsigned bucket_count, int after) {
-    const plii_node_hash* hash = search->hash;
-    plii_node_pairs* pairs = search->pairs;
-    const int begin = hash->starts[bucket], end = hash->starts[bucket + bucket_count];
-    if (begin == end) { return true; }
-    const int room = pairs->begin[pairs->row_count] + PLII_NODE_PAIRS_MAX_ROW;
-    const int wanted = end - begin < room - pairs->count ? pairs->count + end - begin : room;
-    if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, wanted)) { return false; }
-    for (int k = end - 1; k >= begin && hash->entries[k].node > after; --k) {
-        const plii_node_hash_entry* entry = &hash->entries[k];
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(entry->position, p));
-        if (!(squared < search->radius_squared) || entry->column[0] != x || entry->column[1] != y) { continue; }
-        if (pairs->count == wanted) {
-            pairs->is_cut_short = true;
+/* Without a branch that depends on positions: every entry is written, those too far are written over. Returns the
+   number of pairs; `pairs` has room for the run. */
+static int node_hash_scan(const node_hash_search* search, const node_hash_run* run, pli_vec3 p, plii_node_pair* pairs) {
+    const plii_node_hash_entry* entries = search->hash->entries;
+    int count = 0;
+    for (int k = run->end - 1; k >= run->begin; --k) {
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(entries[k].position, p));
+        pairs[count] = (plii_node_pair){entries[k].node, squared};
+        count += (squared < search->radius_squared) & (entries[k].column == run->column);
+    }
+    return count;
+}
+
+/* As above, until the row is full. */
+static int node_hash_scan_crowd(const node_hash_search* search, const node_hash_run* run, pli_vec3 p,
+                                plii_node_pair* pairs, int room) {
+    int count = 0;
+    for (int k = run->begin; k < run->end; ++k) {
+        const node_hash_run one = {k, k + 1, run->column};
+        plii_node_pair pair;
+        if (node_hash_scan(search, &one, p, &pair) == 0) { continue; }
+        if (count == room) {
+            search->pairs->is_cut_short = true;
             break;
         }
-        pairs->pairs[pairs->count++] = (plii_node_pair){entry->node, squared};
+        pairs[count++] = pair;
+    }
+    return count;
+}
+
+/* Appends the pairs of a point with the entries of some runs. */
+static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const node_hash_run* runs, int run_count) {
+    plii_node_pairs* pairs = search->pairs;
+    int candidates = 0;
+    for (int r = 0; r < run_count; ++r) {
+        candidates += runs[r].end - runs[r].begin;
+    }
+    const bool is_crowd = candidates > PLII_NODE_PAIRS_MAX_ROW;
+    int room = is_crowd ? PLII_NODE_PAIRS_MAX_ROW : candidates;
+    if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + room)) { return false; }
+    for (int r = 0; r < run_count; ++r) {
+        plii_node_pair* to = pairs->pairs + pairs->count;
+        const int added =
+            is_crowd ? node_hash_scan_crowd(search, &runs[r], p, to, room) : node_hash_scan(search, &runs[r], p, to);
+        room -= added;
+        pairs->count += added;
     }
     return true;
+}
+
+/* Of the bucket of a node, those of larger index. */
+static node_hash_run node_hash_own_run(const plii_node_hash* hash, int node, unsigned bucket, uint64_t column) {
+    node_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
+    while (run.begin > hash->starts[bucket] && hash->entries[run.begin - 1].node > node) {
+        --run.begin;
+    }
+    return run;
 }
 
 static bool node_hash_search_half(const node_hash_search* search, pli_vec3 p, int node) {
     static const int columns[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};
     const plii_node_hash* hash = search->hash;
-    const node_hash_cell cell = node_hash_cell_of(hash, p);
-    const unsigned own = node_hash_bucket(hash, cell);
-    bool is_complete = node_hash_search_run(search, p, cell.x, cell.y, own, 1, node) &&
-                       node_hash_search_run(search, p, cell.x, cell.y, (own + 1) & hash->mask, 1, -1);
-    for (int c = 0; is_complete && c < 4; ++c) {
+    const int* starts = hash->starts;
+    const plii_node_hash_cell cell = hash->cells[node];
+    const unsigned own = node_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
+    const uint64_t name = node_hash_column_name(cell.x, cell.y);
+    node_hash_run runs[NODE_HASH_MAX_RUNS] = {node_hash_own_run(hash, node, own, name),
+                                              {starts[above], starts[above + 1], name}};
+    int run_count = 2;
+    for (int c = 0; c < 4; ++c) {
         const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
+        const uint64_t column = node_hash_column_name(x, y);
         const unsigned below = (node_hash_column(x, y) + (unsigned)cell.z - 1u) & hash->mask;
         const unsigned before_end = hash->mask + 1 - below; /* of the table, where runs go on at its start */
-        if (before_end >= 3) {
-            is_complete = node_hash_search_run(search, p, x, y, below, 3, -1);
-        } else {
-            is_complete = node_hash_search_run(search, p, x, y, below, before_end, -1) &&
-                          node_hash_search_run(search, p, x, y, 0, 3 - before_end, -1);
-        }
+        const unsigned first = before_end < 3 ? before_end : 3;
+        runs[run_count++] = (node_hash_run){starts[below], starts[below + first], column};
+        if (first < 3) { runs[run_count++] = (node_hash_run){starts[0], starts[3 - first], column}; }
     }
-    return is_complete;
+    return node_hash_append(search, p, runs, run_count);
 }
 
 static bool node_hash_search_own(const node_hash_search* search, pli_vec3 p, int node) {
-    const node_hash_cell cell = node_hash_cell_of(search->hash, p);
-    return node_hash_search_run(search, p, cell.x, cell.y, node_hash_bucket(search->hash, cell), 1, node);
+    const plii_node_hash* hash = search->hash;
+    const plii_node_hash_cell cell = hash->cells[node];
+    const node_hash_run run =
+        node_hash_own_run(hash, node, node_hash_bucket(hash, cell), node_hash_column_name(cell.x, cell.y));
+    return node_hash_append(search, p, &run, 1);
 }
 
 static bool node_hash_search_all(const node_hash_search* search, const pli_vec3* positions,
@@ -177,18 +224,20 @@ bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* ha
 }
 
 bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b) {
-    const node_hash_cell i = node_hash_cell_of(hash, a), j = node_hash_cell_of(hash, b);
+    const plii_node_hash_cell i = node_hash_cell_of(hash, a), j = node_hash_cell_of(hash, b);
     return i.x == j.x && i.y == j.y && i.z == j.z;
 }
 
 void plii_node_hash_free(pli_context* context, plii_node_hash* hash) {
     plii_release(context, hash->starts, (size_t)hash->start_capacity * sizeof *hash->starts);
+    plii_release(context, hash->cells, (size_t)hash->cell_capacity * sizeof *hash->cells);
     plii_release(context, hash->entries, (size_t)hash->entry_capacity * sizeof *hash->entries);
     *hash = (plii_node_hash){0};
 }
 
 size_t plii_node_hash_bytes(const plii_node_hash* hash) {
-    return (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->entry_capacity * sizeof *hash->entries;
+    return (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->cell_capacity * sizeof *hash->cells +
+           (size_t)hash->entry_capacity * sizeof *hash->entries;
 }
 
 void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {

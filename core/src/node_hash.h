@@ -8,10 +8,14 @@
 #include "context.h"
 #include "vec.h"
 
+typedef struct plii_node_hash_cell {
+    int x, y, z;
+} plii_node_hash_cell;
+
 typedef struct plii_node_hash_entry {
     pli_vec3 position;
     int node;
-    int column[2]; /* of its cell: the first two axes. Others in the same run of the table are not near. */
+    uint64_t column; /* of its cell: the first two axes. Others in the same run of the table are not near. */
 } plii_node_hash_entry;
 
 typedef struct plii_node_pair {
@@ -25,8 +29,9 @@ typedef struct plii_node_hash {
     float cell_size, inverse_cell_size;
     unsigned mask;                 /* table size - 1; a power of two minus 1 */
     int* starts;                   /* [mask + 2] first entry of each bucket */
+    plii_node_hash_cell* cells;    /* [count] by node */
     plii_node_hash_entry* entries; /* [count] by bucket, then by node */
-    int start_capacity, entry_capacity;
+    int start_capacity, cell_capacity, entry_capacity;
 } plii_node_hash;
 
 /* A body that has collapsed to a point must not ask for the square of its nodes in memory and time. */

@@ -122,6 +122,9 @@ static void xpbd_substep(pli_body* body, xpbd_state* state, const xpbd_kinds* ki
         }
     }
     xpbd_finish_substep(body, state, substep);
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
+    }
 }
 
 static void xpbd_solve(pli_body* body) {

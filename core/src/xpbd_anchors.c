@@ -102,7 +102,7 @@ static const plii_feature_class xpbd_anchors_class = {
 };
 
 static const plii_xpbd_kind xpbd_anchors_kind = {PLII_XPBD_ORDER_ANCHORS, &xpbd_anchors_class, xpbd_anchors_begin,
-                                                 xpbd_anchors_restart, xpbd_anchors_sweep};
+                                                 xpbd_anchors_restart,    xpbd_anchors_sweep,  NULL};
 
 pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body(body, __func__));

@@ -261,7 +261,7 @@ static const plii_feature_class xpbd_bending_class = {
 };
 
 static const plii_xpbd_kind xpbd_bending_kind = {PLII_XPBD_ORDER_BENDING, &xpbd_bending_class, NULL,
-                                                 xpbd_bending_restart, xpbd_bending_sweep};
+                                                 xpbd_bending_restart,    xpbd_bending_sweep,  NULL};
 
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
     return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};

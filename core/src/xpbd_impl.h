@@ -25,6 +25,7 @@ typedef struct plii_xpbd_kind {
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_xpbd_run_fn* restart;                  /* before the sweeps of a substep: multipliers to zero; optional */
     plii_xpbd_run_fn* sweep;
+    plii_xpbd_run_fn* finish; /* after a substep, velocities are those of its end; optional */
 } plii_xpbd_kind;
 
 /* Contacts come last, so that what is drawn does not penetrate. */

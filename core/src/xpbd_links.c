@@ -166,7 +166,7 @@ static const plii_feature_class xpbd_links_class = {
 };
 
 static const plii_xpbd_kind xpbd_links_kind = {PLII_XPBD_ORDER_LINKS, &xpbd_links_class, xpbd_links_begin,
-                                               xpbd_links_restart, xpbd_links_sweep};
+                                               xpbd_links_restart,    xpbd_links_sweep,  NULL};
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {
     return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};

@@ -140,8 +140,8 @@ static const plii_feature_class xpbd_rigid_contacts_class = {
 };
 
 static const plii_xpbd_kind xpbd_rigid_contacts_kind = {PLII_XPBD_ORDER_RIGID_CONTACTS, &xpbd_rigid_contacts_class,
-                                                        xpbd_rigid_contacts_begin, xpbd_rigid_contacts_restart,
-                                                        xpbd_rigid_contacts_sweep};
+                                                        xpbd_rigid_contacts_begin,      xpbd_rigid_contacts_restart,
+                                                        xpbd_rigid_contacts_sweep,      NULL};
 
 pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def) {
     PLII_TRY(plii_check_body(body, __func__));

@@ -198,8 +198,8 @@ static const plii_feature_class xpbd_soft_contacts_class = {
 };
 
 static const plii_xpbd_kind xpbd_soft_contacts_kind = {PLII_XPBD_ORDER_SOFT_CONTACTS, &xpbd_soft_contacts_class,
-                                                       xpbd_soft_contacts_begin, xpbd_soft_contacts_restart,
-                                                       xpbd_soft_contacts_sweep};
+                                                       xpbd_soft_contacts_begin,      xpbd_soft_contacts_restart,
+                                                       xpbd_soft_contacts_sweep,      NULL};
 
 pli_status pli_body_enable_xpbd_soft_contacts(pli_body* body, const pli_xpbd_contacts_def* def) {
     PLII_TRY(plii_check_body(body, __func__));

@@ -104,8 +104,8 @@ static const plii_feature_class xpbd_tetras_class = {
     .bytes = xpbd_tetras_bytes,
 };
 
-static const plii_xpbd_kind xpbd_tetras_kind = {PLII_XPBD_ORDER_TETRAS, &xpbd_tetras_class, NULL, xpbd_tetras_restart,
-                                                xpbd_tetras_sweep};
+static const plii_xpbd_kind xpbd_tetras_kind = {PLII_XPBD_ORDER_TETRAS, &xpbd_tetras_class, NULL,
+                                                xpbd_tetras_restart,    xpbd_tetras_sweep,  NULL};
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body(body, __func__));
