@@ -11,6 +11,8 @@
 /* Of the thickness: how far a node may stray from its way before the search is repeated. */
 #define SELF_NODES_MIN_MARGIN 0.25f
 #define SELF_NODES_MAX_MARGIN 0.5f
+/* The same where a step solves once. */
+#define SELF_NODES_MAX_STEP_MARGIN 1.0f
 /* What becomes of a margin that was not needed, in a step. */
 #define SELF_NODES_MARGIN_DECAY 0.9f
 /* Of the thickness: how far nodes may go against each other, in the time that one search is good for. */
@@ -149,7 +151,8 @@ static void self_nodes_search(pli_body* body, self_nodes_state* state) {
         plii_node_hash_find(context, &state->hash, state->middle, radius, &state->pairs);
     if (!has_memory) { state->pairs.count = state->pairs.row_count = 0; }
     self_nodes_take_targets(state);
-    const bool has_room = PLII_RESERVE(context, &state->touching, &state->touching_capacity, state->pairs.count);
+    const bool has_room = !body->solver_class->has_substeps ||
+                          PLII_RESERVE(context, &state->touching, &state->touching_capacity, state->pairs.count);
     state->report.pairs = state->pairs.count;
     state->report.searches += 1;
     state->report.is_cut_short = state->report.is_cut_short || !has_memory || !has_room || state->pairs.is_cut_short;
@@ -173,7 +176,7 @@ static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii
         self_nodes_widen(&spread, (pli_vec4){moved.x, moved.y, moved.z, 0.0f});
     }
     const float margin = plii_clamp(0.5f * self_nodes_extent(&spread) + SELF_NODES_MIN_MARGIN * thickness,
-                                    SELF_NODES_MIN_MARGIN * thickness, SELF_NODES_MAX_MARGIN * thickness);
+                                    SELF_NODES_MIN_MARGIN * thickness, SELF_NODES_MAX_STEP_MARGIN * thickness);
     for (int i = 0; i < body->node_count; ++i) {
         state->travel[i] = (pli_vec4){0, 0, 0, margin};
     }
