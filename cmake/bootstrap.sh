@@ -18,6 +18,8 @@ libgl1-mesa-dri file    /usr/lib/*/dri/swrast_dri.so
 libstb-dev      module  stb
 nlohmann-json3-dev module nlohmann_json
 libcli11-dev    module  CLI11
+libglfw3-dev    module  glfw3
+libimgui-dev    module  imgui
 '
 
 say() { printf '== %s\n' "$*"; }

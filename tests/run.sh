@@ -7,6 +7,10 @@ set -eu
 cd "$(dirname "$0")/.."
 . cmake/bootstrap.sh
 
+# Tests of the window need a screen, and this one is not looked at.
+packages="$packages
+xvfb            command Xvfb"
+
 passed=0
 failed=0
 

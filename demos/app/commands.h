@@ -55,11 +55,21 @@ struct DemoOptions {
     int frames = 300;
 };
 
+struct ViewOptions {
+    std::string scene, engine = "pliant"; // or "bullet" or "both"
+    StepOptions step;
+    std::string mesh_file, tetra_base, png_file, script_file;
+    int width = 1280, height = 720;
+    int frames = 0; // 0: until the window is closed
+    bool json = false;
+};
+
 int run_list(const ListOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
 int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
+int run_view(const ViewOptions& options);
 
 } // namespace app
 #endif

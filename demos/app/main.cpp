@@ -20,6 +20,7 @@ using app::CompareOptions;
 using app::DemoOptions;
 using app::ListOptions;
 using app::RunOptions;
+using app::ViewOptions;
 
 static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000;
 static constexpr double shortest_step = 1e-5, longest_step = 1.0; // s
@@ -122,6 +123,31 @@ static void add_demo(CLI::App& program, DemoOptions& options, std::function<int(
     command->callback([&] { chosen = [&] { return app::run_demo(options); }; });
 }
 
+static void add_view(CLI::App& program, ViewOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("view", "Run scenes in a window, with mouse and keys");
+    command->add_option("scene", options.scene, "Name of the first scene (default: Cloth)")->type_name("SCENE");
+    command->add_option("--engine", options.engine, "Engine to run it with: pliant (default), bullet or both")
+        ->check(CLI::IsMember({"pliant", "bullet", "both"}).description(""))
+        ->type_name("NAME");
+    command->add_option("--mesh", options.mesh_file, "OBJ file in place of the scene's triangle mesh")
+        ->type_name("FILE");
+    command->add_option("--tetra", options.tetra_base, "BASE.node and BASE.ele in place of the scene's tetrahedra")
+        ->type_name("BASE");
+    add_step(command, options.step);
+    command->add_option("--width", options.width, "Of the window, pixels (default: 1280)")
+        ->check(CLI::Range(320, 8192).description(""))
+        ->type_name("N");
+    command->add_option("--height", options.height, "Of the window, pixels (default: 720)")
+        ->check(CLI::Range(240, 8192).description(""))
+        ->type_name("N");
+    add_frames(command, options.frames, "Show so many frames, one step each, and end");
+    command->add_option("--script", options.script_file, "What mouse and keys do, by frames")->type_name("FILE");
+    command->add_option("--png", options.png_file, "Write a picture of the window at the last frame")
+        ->type_name("FILE");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_view(options); }; });
+}
+
 static int fail(const std::string& reason, int status) {
     std::cout.flush();
     const std::string line = reason.substr(0, reason.find('\n'));
@@ -145,6 +171,7 @@ static int run_program(int argument_count, char** arguments) {
     CompareOptions compare;
     BenchOptions bench;
     DemoOptions demo;
+    ViewOptions view;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
     program.set_version_flag("--version", "pliant " APP_VERSION);
@@ -154,6 +181,7 @@ static int run_program(int argument_count, char** arguments) {
     add_compare(program, compare, chosen);
     add_bench(program, bench, chosen);
     add_demo(program, demo, chosen);
+    add_view(program, view, chosen);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& request) { // --help, --version

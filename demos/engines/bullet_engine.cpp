@@ -2,6 +2,7 @@
 
 #include "bullet_engine.h"
 
+#include "components.h"
 #include "stopwatch.h"
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
@@ -10,7 +11,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <optional>
 
 namespace demos {
@@ -18,34 +18,6 @@ namespace demos {
 // --------------------------------------------------------------------------------- meshes that Bullet cannot take
 
 namespace {
-
-// Which members are connected, by union of sets.
-class Components {
-public:
-    explicit Components(int count) : parents_(static_cast<size_t>(count)), count_(count) {
-        std::iota(parents_.begin(), parents_.end(), 0);
-    }
-    void join(int a, int b) {
-        const int root_a = root(a), root_b = root(b);
-        if (root_a != root_b) {
-            parents_[static_cast<size_t>(root_a)] = root_b;
-            --count_;
-        }
-    }
-    int count() const { return count_; }
-
-private:
-    int root(int member) {
-        while (parents_[static_cast<size_t>(member)] != member) {
-            int& parent = parents_[static_cast<size_t>(member)];
-            parent = parents_[static_cast<size_t>(parent)];
-            member = parent;
-        }
-        return member;
-    }
-    std::vector<int> parents_;
-    int count_;
-};
 
 int face_components(const pli_mesh_view& mesh) {
     Components components(mesh.face_count);
@@ -309,18 +281,31 @@ BulletEngine::~BulletEngine() {
     info_.m_sparsesdf.Reset(); // frees its cells
 }
 
+// After a cut btSoftBody's clusters point to nodes that are no more, and its trees of soft contacts are never finished.
+void BulletEngine::cut_sphere(int soft, pli_vec3 center, float radius) {
+    const SoftRecord& record = description_.softs.at(static_cast<size_t>(soft));
+    if (record.def.has_clusters || record.def.has_soft_contacts || body(soft).m_tetras.size() > 0) {
+        throw Error(record.name + ": btSoftBody does not outlive a cut with clusters, soft contacts or tetrahedra");
+    }
+    Sphere sphere;
+    sphere.center = to_bullet(center);
+    sphere.radius = radius;
+    const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory: times start after it
+    body(soft).refine(&sphere, cut_accuracy, true);
+    body(soft).m_rcontacts.clear(); // those of the last step point to nodes that have moved in memory
+}
+
+void BulletEngine::cut_swept(const pli_vec3[2], const pli_vec3[2]) {
+    throw Error("btSoftBody cannot be cut along a swept ray");
+}
+
 void BulletEngine::step() {
     const Stopwatch watch;
     clock_.advance();
     drive_.advance(clock_.frame());
-    run_control_events(clock_);
+    prepare_step(clock_);
     for (const CutRecord& cut : description_.cuts) {
-        if (!clock_.begins(cut.frame)) { continue; }
-        const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory: times start after it
-        Sphere sphere;
-        sphere.center = body(cut.soft).m_nodes[cut.node].m_x;
-        sphere.radius = cut.radius;
-        body(cut.soft).refine(&sphere, cut_accuracy, true);
+        if (clock_.begins(cut.frame)) { cut_sphere(cut.soft, node_position(cut.soft, cut.node), cut.radius); }
     }
     rigids_.clock().start_step();
     rigids_.world().stepSimulation(options_.step_seconds, 0);

@@ -26,17 +26,26 @@ public:
     size_t soft_bytes() const override;
     uint64_t soft_allocations() const override { return rigids_.clock().allocations(); }
     SoftState soft(int index) const override;
-    RigidState rigid(int index) const override { return rigids_.state(index); }
+    std::vector<ContactMark> contacts(int soft) const override;
+    std::vector<ClusterMark> clusters(int soft) const override;
+    void cut_sphere(int soft, pli_vec3 center, float radius) override;
+    void cut_swept(const pli_vec3 first[2], const pli_vec3 second[2]) override;
     void set_wind(int soft, pli_vec3 wind) override;
     void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
     void steer(float angle) override { drive_.take_angle(angle); }
 
-    RigidWorld& rigids() { return rigids_; }
+    RigidWorld& rigids() override { return rigids_; }
+    const RigidWorld& rigids() const override { return rigids_; }
     int soft_count() const override { return static_cast<int>(softs_.size()); }
     btSoftBody& body(int index) const { return *softs_.at(static_cast<size_t>(index)); }
 
     // Called in each step when all contacts are made and nothing of the soft bodies is solved yet.
     void set_before_solve(std::function<void()> hook) { before_solve_ = std::move(hook); }
+
+protected:
+    RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
+    pli_vec3 node_position(int soft, int node) const override;
+    void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
 
 private:
     struct JointControl;

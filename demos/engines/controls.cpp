@@ -32,12 +32,6 @@ float Engine::control(int index) const {
     return changed_controls_.empty() ? description().controls.at(at).def.initial : changed_controls_.at(at);
 }
 
-void Engine::run_control_events(const ScriptClock& clock) {
-    for (const ControlEvent& event : description().control_events) {
-        if (clock.begins(event.frame)) { set_control(event.control, event.value); }
-    }
-}
-
 } // namespace demos
 
 void scene_run_set_wind(scene_run* run, int soft, pli_vec3 wind) {

@@ -25,6 +25,7 @@ public:
         ++steps_;
     }
     int frame() const { return now_; }
+    float step_seconds() const { return step_seconds_; }
     // Whether this step is the first one of the frame.
     bool begins(int frame) const { return before_ < frame && frame <= now_; }
 

@@ -197,6 +197,28 @@ struct StepTimes {
     double sum() const { return parts[0] + parts[1] + parts[2]; }
 };
 
+// What a ray meets first.
+struct RayHit {
+    int soft = -1, node = -1; // a soft body and its node that is nearest to the point, or
+    int rigid = -1;           // a rigid body
+    pli_vec3 point{};         // m
+    float fraction = 1;       // (0, 1) of the way along the ray; 1: it meets nothing
+
+    bool is_hit() const { return fraction < 1.0f; }
+};
+
+// A contact of a soft body in the last step.
+struct ContactMark {
+    pli_vec3 point, normal;
+};
+
+struct ClusterMark {
+    pli_vec3 center; // of mass
+    std::vector<int> nodes;
+};
+
+class RigidWorld;
+
 class Engine : public scene_run {
 public:
     virtual EngineKind kind() const = 0;
@@ -215,18 +237,51 @@ public:
     virtual uint64_t soft_allocations() const = 0;
 
     virtual SoftState soft(int index) const = 0;
-    virtual RigidState rigid(int index) const = 0;
+    // Throws Error when there is no such node.
+    virtual pli_vec3 node_position(int soft, int node) const = 0;
+    virtual std::vector<ContactMark> contacts(int soft) const = 0;
+    virtual std::vector<ClusterMark> clusters(int soft) const = 0;
+    virtual RigidWorld& rigids() = 0;
+    virtual const RigidWorld& rigids() const = 0;
+
+    // Those of the description, then the balls that were shot.
+    int rigid_count() const;
+    RigidState rigid(int index) const;
+    const RigidRecord& rigid_record(int index) const;
+
+    // ----------------------------------------------------------------- what a user does to a scene that runs
+
+    // Nodes and links of bodies without faces count as thick as `radius`.
+    RayHit cast_ray(pli_vec3 from, pli_vec3 to, float radius) const;
+    // Takes hold of a node, or of a rigid body that moves, where the ray has met it; false when it cannot be held.
+    bool grab(const RayHit& hit);
+    // From now on each step moves what is held towards the goal.
+    void drag(pli_vec3 goal);
+    void let_go();
+
+    // Throws Error when the body cannot be cut; it is then as before.
+    virtual void cut_sphere(int soft, pli_vec3 center, float radius) = 0;
+    // All bodies along the surface that a ray sweeps from its first place to its second. Throws Error.
+    virtual void cut_swept(const pli_vec3 first[2], const pli_vec3 second[2]) = 0;
+
+    // Throws Error when there are `most_balls` balls.
+    void shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass);
 
     // Clamped to the range of the control. Throws Error when the engine cannot follow.
     void set_control(int index, float value);
     float control(int index) const;
 
 protected:
-    // To be called before each step.
-    void run_control_events(const ScriptClock& clock);
+    virtual RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const = 0;
+    virtual void set_node_velocity(int soft, int node, pli_vec3 velocity) = 0;
+
+    // To be called before each step: what the user holds and what the script sets.
+    void prepare_step(const ScriptClock& clock);
 
 private:
     std::vector<float> changed_controls_; // values, when any control was set
+    RayHit held_;
+    pli_vec3 goal_{};
 };
 
 std::unique_ptr<Engine> make_engine(EngineKind kind, const Description& description, const EngineOptions& options);
@@ -244,7 +299,11 @@ struct Measures {
 
 Measures measure(const Engine& engine);
 
+// Number of parts that hang together by links, faces or tetrahedra; lone nodes are not counted.
+int part_count(const SoftState& state);
+
 constexpr float cut_accuracy = 1e-4f;
+constexpr int most_balls = 64;
 
 } // namespace demos
 #endif

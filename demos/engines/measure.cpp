@@ -1,7 +1,9 @@
 // Figures of a scene that runs: sizes, stretch, energy, and a hash of the whole state.
 
+#include "components.h"
 #include "engine.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -77,6 +79,21 @@ Measures measure(const Engine& engine) {
     }
     if (measured_links > 0) { measures.rms_stretch = std::sqrt(measures.rms_stretch / measured_links); }
     return measures;
+}
+
+int part_count(const SoftState& state) {
+    Components parts(static_cast<int>(state.positions.size()));
+    std::vector<bool> is_used(state.positions.size());
+    const auto join = [&](const std::vector<int>& nodes, size_t each) {
+        for (size_t i = 0; i < nodes.size(); ++i) {
+            parts.join(nodes[i - i % each], nodes[i]);
+            is_used[static_cast<size_t>(nodes[i])] = true;
+        }
+    };
+    join(state.link_nodes, 2);
+    join(state.face_nodes, 3);
+    join(state.tetra_nodes, 4);
+    return parts.count() - static_cast<int>(std::count(is_used.begin(), is_used.end(), false));
 }
 
 } // namespace demos

@@ -11,6 +11,10 @@
 
 namespace demos {
 
+static pli_vec3 xyz(const pli_vec4& v) {
+    return pli_vec3_make(v.x, v.y, v.z);
+}
+
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
     : description_(description), options_(options), run_(choose_solver(description, EngineKind::pliant, options)),
       clock_(options.step_seconds), drive_(description.drives),
@@ -175,15 +179,20 @@ float sphere_surface(pli_vec3 point, void* user) {
 
 } // namespace
 
-void PliantEngine::cut(const CutRecord& record) {
-    const pli_vec4 center = pli_body_get_view(body(record.soft)).positions[record.node];
-    Sphere sphere{pli_vec3_make(center.x, center.y, center.z), record.radius};
+void PliantEngine::cut_sphere(int soft, pli_vec3 center, float radius) {
+    Sphere sphere{center, radius};
     pli_refine_def def = pli_refine_def_default();
     def.surface = sphere_surface;
     def.user = &sphere;
     def.accuracy = cut_accuracy;
     def.reset_rest_lengths = options_.reference;
-    check(pli_body_refine(body(record.soft), &def));
+    check(pli_body_refine(body(soft), &def));
+}
+
+void PliantEngine::cut_swept(const pli_vec3 first[2], const pli_vec3 second[2]) {
+    for (pli_body* each : bodies_) {
+        check(pli_body_cut_swept(each, first[0], first[1], second[0], second[1], nullptr));
+    }
 }
 
 pli_rigid* PliantEngine::proxy(int rigid) {
@@ -197,9 +206,11 @@ void PliantEngine::step() {
     const Stopwatch watch;
     clock_.advance();
     drive_.advance(clock_.frame());
-    run_control_events(clock_);
+    prepare_step(clock_);
     for (const CutRecord& record : description_.cuts) {
-        if (clock_.begins(record.frame)) { cut(record); }
+        if (clock_.begins(record.frame)) {
+            cut_sphere(record.soft, node_position(record.soft, record.node), record.radius);
+        }
     }
     rigids_.clock().start_step();
     rigids_.world().stepSimulation(options_.step_seconds, 0);
@@ -224,10 +235,6 @@ size_t PliantEngine::soft_bytes() const {
 
 uint64_t PliantEngine::soft_allocations() const {
     return pli_context_allocation_count(bridge_->context()) + rigids_.clock().allocations();
-}
-
-static pli_vec3 xyz(const pli_vec4& v) {
-    return pli_vec3_make(v.x, v.y, v.z);
 }
 
 SoftState PliantEngine::soft(int index) const {

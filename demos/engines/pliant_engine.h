@@ -26,17 +26,26 @@ public:
     size_t soft_bytes() const override;
     uint64_t soft_allocations() const override;
     SoftState soft(int index) const override;
-    RigidState rigid(int index) const override { return rigids_.state(index); }
+    std::vector<ContactMark> contacts(int soft) const override;
+    std::vector<ClusterMark> clusters(int soft) const override;
+    void cut_sphere(int soft, pli_vec3 center, float radius) override;
+    void cut_swept(const pli_vec3 first[2], const pli_vec3 second[2]) override;
     void set_wind(int soft, pli_vec3 wind) override;
     void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
     void steer(float angle) override { drive_.take_angle(angle); }
 
-    RigidWorld& rigids() { return rigids_; }
+    RigidWorld& rigids() override { return rigids_; }
+    const RigidWorld& rigids() const override { return rigids_; }
     pliant::Bridge& bridge() { return *bridge_; }
     int soft_count() const override { return static_cast<int>(bodies_.size()); }
     pli_body* body(int index) const { return bodies_.at(static_cast<size_t>(index)); }
     // The proxy of a rigid body, made when there is none yet.
     pli_rigid* proxy(int rigid);
+
+protected:
+    RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
+    pli_vec3 node_position(int soft, int node) const override;
+    void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
 
 private:
     void add_soft(const SoftRecord& record);
@@ -45,7 +54,6 @@ private:
     void add_anchor(pli_body* body, const AnchorRecord& record);
     void add_joint(const JointRecord& record);
     pli_joint_end second_end(const scene_joint& ends);
-    void cut(const CutRecord& record);
     void check(pli_status status) const;
 
     const Description& description_;

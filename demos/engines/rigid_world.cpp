@@ -36,7 +36,9 @@ RigidWorld::RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration)
                                                  static_cast<unsigned short>(32766))),
       solver_(std::make_unique<btSequentialImpulseConstraintSolver>()) {}
 
-RigidWorld::~RigidWorld() = default;
+RigidWorld::~RigidWorld() {
+    let_go();
+}
 
 void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity) {
     world_ = std::move(made);
@@ -46,6 +48,7 @@ void RigidWorld::adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 g
 void RigidWorld::add(const RigidRecord& record) {
     btCollisionShape* collision_shape = shape(record.shape);
     const btTransform pose = to_bullet(record.pose);
+    records_.push_back(&record);
     if (record.is_collision_only) {
         auto object = std::make_unique<btCollisionObject>();
         object->setCollisionShape(collision_shape);
@@ -73,6 +76,74 @@ RigidState RigidWorld::state(int index) const {
         result.angular_velocity = from_bullet(rigid->getAngularVelocity());
     }
     return result;
+}
+
+void RigidWorld::add_ball(pli_vec3 center, pli_vec3 velocity, float radius, float mass) {
+    RigidRecord record{};
+    record.name = "ball";
+    record.shape.kind = SCENE_SHAPE_SPHERE;
+    record.shape.radius = radius;
+    record.shape.margin = -1.0f;
+    record.mass = mass;
+    record.pose = pli_transform_identity();
+    record.pose.origin = center;
+    record.friction = 0.5f;
+    balls_.push_back(std::move(record));
+    add(balls_.back());
+    body(object_count() - 1)->setLinearVelocity(to_bullet(velocity));
+}
+
+// ------------------------------------------------------------------------------------------- rays and dragging
+
+// The objects of soft bodies are in the same world, and rays at them would be answered at length.
+struct OwnRay final : btCollisionWorld::ClosestRayResultCallback {
+    OwnRay(const btVector3& from, const btVector3& to, const std::vector<std::unique_ptr<btCollisionObject>>& own)
+        : ClosestRayResultCallback(from, to), objects(own) {}
+    int index(const void* object) const {
+        for (size_t i = 0; i < objects.size(); ++i) {
+            if (objects[i].get() == object) { return static_cast<int>(i); }
+        }
+        return -1;
+    }
+    bool needsCollision(btBroadphaseProxy* proxy) const override { return index(proxy->m_clientObject) >= 0; }
+
+    const std::vector<std::unique_ptr<btCollisionObject>>& objects;
+};
+
+RayHit RigidWorld::cast_ray(pli_vec3 from, pli_vec3 to) const {
+    OwnRay ray(to_bullet(from), to_bullet(to), objects_);
+    world_->rayTest(ray.m_rayFromWorld, ray.m_rayToWorld, ray);
+    RayHit hit;
+    if (!ray.hasHit()) { return hit; }
+    hit.rigid = ray.index(ray.m_collisionObject);
+    hit.point = from_bullet(ray.m_hitPointWorld);
+    hit.fraction = ray.m_closestHitFraction;
+    return hit;
+}
+
+bool RigidWorld::hold(int index, pli_vec3 point) {
+    btRigidBody* held = body(index);
+    if (held == nullptr || held->getInvMass() <= 0.0f) { return false; }
+    held_ = std::make_unique<btPoint2PointConstraint>(*held, held->getWorldTransform().inverse() * to_bullet(point));
+    held_->m_setting.m_tau = 0.1f; // follows softly
+    world_->addConstraint(held_.get());
+    linear_damping_ = held->getLinearDamping();
+    angular_damping_ = held->getAngularDamping();
+    held->setDamping(0.5f, 0.9f); // else it would swing for long
+    return true;
+}
+
+void RigidWorld::drag(pli_vec3 goal) {
+    if (held_ == nullptr) { return; }
+    held_->getRigidBodyA().activate(true);
+    held_->setPivotB(to_bullet(goal));
+}
+
+void RigidWorld::let_go() {
+    if (held_ == nullptr) { return; }
+    held_->getRigidBodyA().setDamping(linear_damping_, angular_damping_);
+    world_->removeConstraint(held_.get());
+    held_.reset();
 }
 
 // ---------------------------------------------------------------------------------------------------- shapes

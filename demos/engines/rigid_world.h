@@ -8,6 +8,8 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <deque>
+
 namespace demos {
 
 class RigidWorld {
@@ -19,7 +21,8 @@ public:
 
     // To be set once, before bodies are added.
     void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity);
-    void add(const RigidRecord& record);
+    void add(const RigidRecord& record); // which must outlive this
+    void add_ball(pli_vec3 center, pli_vec3 velocity, float radius, float mass);
 
     btCollisionDispatcher& dispatcher() { return *dispatcher_; }
     btBroadphaseInterface& broadphase() { return *broadphase_; }
@@ -34,6 +37,14 @@ public:
     // Null for a plain collision object.
     btRigidBody* body(int index) const { return btRigidBody::upcast(&object(index)); }
     RigidState state(int index) const;
+    const RigidRecord& record(int index) const { return *records_.at(static_cast<size_t>(index)); }
+
+    // Looks at the objects that were added here only.
+    RayHit cast_ray(pli_vec3 from, pli_vec3 to) const;
+    // Holds a body by a point of it; false when it does not move.
+    bool hold(int index, pli_vec3 point);
+    void drag(pli_vec3 goal);
+    void let_go();
 
 private:
     btCollisionShape* shape(const Shape& record);
@@ -54,6 +65,10 @@ private:
     std::vector<std::unique_ptr<btStridingMeshInterface>> meshes_;
     std::vector<CachedShape> shapes_; // equal shapes are one object, as in the demos
     std::vector<std::unique_ptr<btCollisionObject>> objects_;
+    std::vector<const RigidRecord*> records_; // of the objects
+    std::deque<RigidRecord> balls_;
+    std::unique_ptr<btPoint2PointConstraint> held_;
+    float linear_damping_ = 0, angular_damping_ = 0; // of the held body when it is not held
     std::unique_ptr<btDiscreteDynamicsWorld> world_;
 };
 

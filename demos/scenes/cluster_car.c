@@ -45,9 +45,9 @@ static int car_add_wheel(scene_builder* builder, pli_vec3 place, float width) {
     return scene_add_soft(builder, mesh, &def);
 }
 
-/* The wheels turn freely when the car is not driven. */
+/* Forwards; the wheels turn freely when the car is not driven. */
 static void car_drive(scene_run* run, float value) {
-    scene_run_drive(run, value, fabsf(value) > 0.0f ? 10.0f : 0.0f);
+    scene_run_drive(run, -value, fabsf(value) > 0.0f ? 10.0f : 0.0f);
 }
 
 static void car_add_controls(scene_builder* builder) {

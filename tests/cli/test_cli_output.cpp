@@ -29,7 +29,7 @@ static void expect_keys(const json& object, const std::vector<std::string>& keys
 }
 
 static void test_cli_help_of_everything(void**) {
-    for (const char* command : {"", "list ", "run ", "compare ", "bench ", "demo "}) {
+    for (const char* command : {"", "list ", "run ", "compare ", "bench ", "demo ", "view "}) {
         const cli::Result result = cli::run(command + std::string("--help"));
         assert_int_equal(result.status, 0);
         assert_true(result.output.find("Usage: pliant " + std::string(command)) != std::string::npos);

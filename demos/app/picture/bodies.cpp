@@ -1,5 +1,7 @@
 #include "bodies.h"
 
+#include "marks.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -142,11 +144,12 @@ static void append_ropes(Batch& batch, const demos::SoftState& soft, const std::
     }
 }
 
-static Batch make_soft(const demos::SoftState& soft, size_t index, float pixel) {
+static Batch make_soft(const demos::SoftState& soft, size_t index, float pixel, const Look& look) {
     Batch batch;
     batch.front = pick_color(soft_colors, index);
     batch.back = pli_vec3_lerp(batch.front, linear_color(0xfff2dc), 0.22f);
-    batch.wire = 0.6f;
+    batch.wire = look.mesh_lines || look.wireframe ? 0.6f : 0.0f;
+    batch.is_hollow = look.wireframe;
     batch.gloss = 0.18f;
     const std::vector<int> faces = soft.face_nodes.empty() ? tetra_surface(soft) : soft.face_nodes;
     append_mesh(batch, soft.positions, faces, pli_transform_identity());
@@ -191,7 +194,7 @@ Extent measure_extent(const Snapshot& snapshot) {
         }
     }
     for (size_t i = 0; i < snapshot.rigids.size(); ++i) {
-        const demos::RigidRecord& record = snapshot.description->rigids[i];
+        const demos::RigidRecord& record = snapshot.rigid_record(i);
         Extent::Rigid rigid{{}, record.mass == 0.0f};
         for (const Vertex& vertex : make_rigid(record, snapshot.rigids[i].pose).vertices) {
             if (!is_finite(vertex.position)) {
@@ -204,11 +207,12 @@ Extent measure_extent(const Snapshot& snapshot) {
     return extent;
 }
 
-std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel) {
+std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel,
+                                const Look& look) {
     std::vector<Batch> batches;
     size_t moving = 0, standing = 0;
     for (size_t i = 0; i < snapshot.rigids.size(); ++i) {
-        Batch batch = make_rigid(snapshot.description->rigids[i], snapshot.rigids[i].pose);
+        Batch batch = make_rigid(snapshot.rigid_record(i), snapshot.rigids[i].pose);
         batch.gloss = 0.15f;
         if (is_ground(extent.rigids[i], soft)) {
             batch.surface = Surface::ground;
@@ -223,10 +227,11 @@ std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, 
         batches.push_back(std::move(batch));
     }
     for (size_t i = 0; i < snapshot.softs.size(); ++i) {
-        batches.push_back(make_soft(snapshot.softs[i], i, pixel));
+        batches.push_back(make_soft(snapshot.softs[i], i, pixel, look));
     }
     batches.push_back(make_markers(snapshot, pixel));
     batches.push_back(make_anchors(snapshot, pixel));
+    append_marks(batches, snapshot, pixel, look);
     return batches;
 }
 

@@ -27,7 +27,8 @@ bool is_ground(const Extent::Rigid& rigid, const Box& soft);
 
 // `soft`: bounds of all soft bodies that the picture shows; `pixel`: size of a pixel of the final picture at the
 // middle of the scene, m, below which nothing is drawn thin.
-std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel);
+std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel,
+                                const Look& look);
 
 } // namespace picture
 #endif

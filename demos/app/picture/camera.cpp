@@ -56,7 +56,7 @@ View make_view(const std::vector<Extent>& extents) {
     return view;
 }
 
-static Camera turned_camera(float yaw_degrees, float pitch_degrees, float aspect) {
+Camera turned_camera(float yaw_degrees, float pitch_degrees, float aspect) {
     const float yaw = yaw_degrees * radians_per_degree, pitch = pitch_degrees * radians_per_degree;
     Camera camera{};
     camera.forward = pli_vec3_make(std::sin(yaw) * std::cos(pitch), std::sin(pitch), std::cos(yaw) * std::cos(pitch));

@@ -27,6 +27,9 @@ struct View {
 
 View make_view(const std::vector<Extent>& extents);
 
+// Looks along the direction of the angles; the eye is at the origin and the distance is not set yet.
+Camera turned_camera(float yaw_degrees, float pitch_degrees, float aspect);
+
 // The scene's own camera when it has one and sees all soft bodies; otherwise one from the same or a usual direction
 // that shows all points of the view.
 Camera choose_camera(const demos::Description& description, const View& view, float aspect);

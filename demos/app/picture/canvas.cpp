@@ -2,6 +2,7 @@
 
 #include "../../engines/engine.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace picture {
@@ -20,7 +21,7 @@ static void attach_storage(GLuint renderbuffer, GLenum attachment, GLenum format
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, renderbuffer);
 }
 
-Canvas::Canvas(int width, int height) : width_(width), height_(height) {
+Canvas::Canvas(int width, int height, int scale) : width_(width), height_(height), scale_(scale) {
     glGenFramebuffers(3, framebuffers_);
     glGenRenderbuffers(4, renderbuffers_);
     GLint most_samples = 0;
@@ -28,11 +29,11 @@ Canvas::Canvas(int width, int height) : width_(width), height_(height) {
     const int samples = most_samples < 4 ? most_samples : 4;
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[0]);
     attach_storage(renderbuffers_[0], GL_COLOR_ATTACHMENT0, GL_RGBA8, samples, scale * width, scale * height);
-    attach_storage(renderbuffers_[3], GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT24, samples, scale * width,
-                   scale * height);
+    attach_storage(renderbuffers_[3], GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT24, samples, scale_ * width,
+                   scale_ * height);
     check_framebuffer();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[1]);
-    attach_storage(renderbuffers_[1], GL_COLOR_ATTACHMENT0, GL_RGBA8, 0, scale * width, scale * height);
+    attach_storage(renderbuffers_[1], GL_COLOR_ATTACHMENT0, GL_RGBA8, 0, scale_ * width, scale_ * height);
     check_framebuffer();
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[2]);
     attach_storage(renderbuffers_[2], GL_COLOR_ATTACHMENT0, GL_RGBA8, 0, width, height);
@@ -46,15 +47,43 @@ Canvas::~Canvas() {
 
 void Canvas::begin() const {
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[0]);
-    glViewport(0, 0, scale * width_, scale * height_);
+    glViewport(0, 0, scale_ * width_, scale_ * height_);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 }
 
-Image Canvas::read() const {
-    const int wide = scale * width_, high = scale * height_;
+// Many samples to one.
+void Canvas::resolve() const {
+    const int wide = scale_ * width_, high = scale_ * height_;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[0]);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers_[1]);
     glBlitFramebuffer(0, 0, wide, high, 0, 0, wide, high, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void Canvas::show(int x, int y) const {
+    resolve();
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[1]);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+    glBlitFramebuffer(0, 0, width_, height_, x, y, x + width_, y + height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+}
+
+Image read_window(int width, int height) {
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    Image upside_down(width, height), image(width, height);
+    glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, upside_down.pixels.data());
+    const size_t row = 3 * static_cast<size_t>(width);
+    for (size_t y = 0; y < static_cast<size_t>(height); ++y) {
+        const auto from = upside_down.pixels.begin() + static_cast<std::ptrdiff_t>(y * row);
+        std::copy(from, from + static_cast<std::ptrdiff_t>(row),
+                  image.pixels.end() - static_cast<std::ptrdiff_t>((y + 1) * row));
+    }
+    return image;
+}
+
+Image Canvas::read() const {
+    const int wide = scale_ * width_, high = scale_ * height_;
+    resolve();
     // Halving with a linear filter takes the mean of four pixels; turned upside down, as images go from the top.
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[1]);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers_[2]);

@@ -10,21 +10,27 @@
 
 namespace picture {
 
-// Drawn to with twice the width and height and four samples per pixel, read back at the size of the picture.
+// Drawn to with `scale` times the width and height and four samples per pixel, read back at the size of the picture.
 class Canvas {
 public:
-    Canvas(int width, int height);
+    Canvas(int width, int height, int scale);
     ~Canvas();
     Canvas(const Canvas&) = delete;
     Canvas& operator=(const Canvas&) = delete;
 
     void begin() const; // what is drawn from now on goes here
     Image read() const;
+    // Copies to a window's own buffer, with the bottom left corner at (x, y); for a scale of 1.
+    void show(int x, int y) const;
 
-    static constexpr int scale = 2;
+    int width() const { return width_; }
+    int height() const { return height_; }
+    int scale() const { return scale_; }
 
 private:
-    int width_, height_;
+    void resolve() const;
+
+    int width_, height_, scale_;
     GLuint framebuffers_[3]{}, renderbuffers_[4]{}; // many samples, one sample, picture; the first has depth too
 };
 
@@ -43,6 +49,9 @@ private:
     int size_;
     GLuint framebuffer_ = 0, texture_ = 0;
 };
+
+// The window's own buffer as it was drawn last, before it is shown.
+Image read_window(int width, int height);
 
 // Vertices of a batch, or corners of text.
 class Triangles {

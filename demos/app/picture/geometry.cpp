@@ -115,7 +115,7 @@ void append_cylinder(Batch& batch, float radius, float half_height, int axis, co
                       axis, pose, 40);
 }
 
-void append_tube(Batch& batch, pli_vec3 from, pli_vec3 to, float radius) {
+void append_tube(Batch& batch, pli_vec3 from, pli_vec3 to, float radius, int slices) {
     const float length = pli_vec3_length(to - from);
     if (!(length > 0.0f)) { return; }
     const pli_vec3 direction = (to - from) * (1.0f / length);
@@ -127,7 +127,7 @@ void append_tube(Batch& batch, pli_vec3 from, pli_vec3 to, float radius) {
     pose.rotation.rows[2] = direction;
     pose.rotation = pli_mat3_transpose(pose.rotation);
     pose.origin = (from + to) * 0.5f;
-    append_revolution(batch, {{radius, -0.5f * length, 1, 0}, {radius, 0.5f * length, 1, 0}}, 2, pose, 20);
+    append_revolution(batch, {{radius, -0.5f * length, 1, 0}, {radius, 0.5f * length, 1, 0}}, 2, pose, slices);
 }
 
 std::vector<pli_vec3> smooth_normals(const std::vector<pli_vec3>& points, const std::vector<int>& triangles) {

@@ -21,6 +21,9 @@ struct Batch {
     std::vector<Vertex> vertices;
     pli_vec3 front{}, back{}; // colours, linear
     float wire = 0;           // strength of the lines along triangle edges, 0..1
+    bool is_hollow = false;   // nothing but these lines
+    bool has_shadow = true;
+    bool is_on_top = false; // of all that comes before it
     float gloss = 0;
     Surface surface = Surface::plain;
 };
@@ -33,7 +36,7 @@ void append_sphere(Batch& batch, float radius, const pli_transform& pose, int sl
 void append_capsule(Batch& batch, float radius, float half_height, int axis, const pli_transform& pose);
 void append_cylinder(Batch& batch, float radius, float half_height, int axis, const pli_transform& pose);
 // An open tube between two points of the world.
-void append_tube(Batch& batch, pli_vec3 from, pli_vec3 to, float radius);
+void append_tube(Batch& batch, pli_vec3 from, pli_vec3 to, float radius, int slices = 20);
 // A smoothly shaded triangle mesh; its edges are drawn when the batch has wire lines.
 void append_mesh(Batch& batch, const std::vector<pli_vec3>& points, const std::vector<int>& triangles,
                  const pli_transform& pose);

@@ -47,11 +47,13 @@ uniform vec3 haze_color;
 uniform vec3 haze_center;
 uniform float haze_distance;
 uniform float wire;
+uniform float hollow; // above 0: nothing but the lines along triangle edges
 uniform float line_width; // pixels of the buffer that is drawn to
 uniform float gloss;
 uniform float grid; // spacing, m; 0: no grid
 uniform float shadow_offset;
 uniform float shadow_blur; // radius in texture coordinates
+uniform float shadow_taps;
 uniform sampler2DShadow shadow_map;
 out vec4 color;
 
@@ -62,7 +64,7 @@ float lit_share(vec3 normal) {
     // A spiral of taps, turned per pixel so that no bands show.
     float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     float sum = 0.0;
-    const int taps = 24;
+    int taps = int(shadow_taps);
     for (int i = 0; i < taps; ++i) {
         float angle = turn + 2.3999632 * float(i);
         float radius = shadow_blur * sqrt((float(i) + 0.5) / float(taps));
@@ -100,6 +102,8 @@ void main() {
         // Where triangles come down to a few pixels, lines would only darken: they fade.
         float size = 1.0 / max(max(pixel.x, pixel.y), pixel.z);
         float line = clamp(line_width * 0.5 + 0.5 - min(min(away.x, away.y), away.z), 0.0, 1.0);
+        bool has_edges = edge_distance.x + edge_distance.y + edge_distance.z < 1.5;
+        if (hollow > 0.0 && has_edges && line < 0.5) { discard; }
         surface = mix(surface, surface * 0.22, wire * line * smoothstep(4.0, 16.0, size));
     }
 

@@ -1,0 +1,41 @@
+#include "tools.h"
+
+#include <cmath>
+
+namespace view {
+
+using picture::operator+;
+using picture::operator-;
+using picture::operator*;
+
+bool DragTool::begin(Session& session, const picture::Camera& camera, const Ray& ray, float radius) {
+    grips_.clear();
+    normal_ = camera.forward;
+    session.for_each([&](demos::Engine& engine, size_t run) {
+        const demos::RayHit hit = engine.cast_ray(ray.from, ray.to, radius);
+        if (!hit.is_hit() || !engine.grab(hit)) { return; }
+        const pli_vec3 held = hit.rigid >= 0 ? hit.point : engine.node_position(hit.soft, hit.node);
+        grips_.push_back({run, hit.point, held - hit.point});
+    });
+    return is_active();
+}
+
+void DragTool::move(Session& session, const Ray& ray) const {
+    const pli_vec3 way = ray.to - ray.from;
+    const float descent = pli_vec3_dot(way, normal_);
+    if (!(descent > 0.0f)) { return; }
+    session.for_each([&](demos::Engine& engine, size_t run) {
+        for (const Grip& grip : grips_) {
+            if (grip.run != run) { continue; }
+            const float share = pli_vec3_dot(grip.point - ray.from, normal_) / descent;
+            engine.drag(ray.from + way * share + grip.offset);
+        }
+    });
+}
+
+void DragTool::end(Session& session) {
+    session.for_each([](demos::Engine& engine, size_t) { engine.let_go(); });
+    grips_.clear();
+}
+
+} // namespace view
