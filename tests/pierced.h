@@ -28,35 +28,58 @@ static inline pierced_moment pierced_look(const pli_body* body, pli_vec3 point) 
     return moment;
 }
 
-/* The face that the point crossed, all motions being straight; PLI_NULL_INDEX if none. */
+/* Signed volume: which side of a face the point is on. */
+static inline float pierced_side(const pli_vec3 corners[3], pli_vec3 point) {
+    const pli_vec3 normal = pli_vec3_cross(pli_vec3_sub(corners[1], corners[0]), pli_vec3_sub(corners[2], corners[0]));
+    return pli_vec3_dot(normal, pli_vec3_sub(point, corners[0]));
+}
+
+static inline bool pierced_is_inside(const pli_vec3 corners[3], pli_vec3 point) {
+    const pli_vec3 normal = pli_vec3_cross(pli_vec3_sub(corners[1], corners[0]), pli_vec3_sub(corners[2], corners[0]));
+    bool is_inside = true;
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 edge = pli_vec3_sub(corners[(k + 1) % 3], corners[k]);
+        is_inside = is_inside && pli_vec3_dot(normal, pli_vec3_cross(edge, pli_vec3_sub(point, corners[k]))) >= 0;
+    }
+    return is_inside;
+}
+
+/* Whether a point crosses a face, all motions being straight. Looked at in parts, within which sides change evenly. */
+static inline bool pierced_crosses(const pli_vec3 begin[3], const pli_vec3 end[3], pli_vec3 point_begin,
+                                   pli_vec3 point_end) {
+    enum { PARTS = 32 };
+    float before = pierced_side(begin, point_begin);
+    for (int i = 1; i <= PARTS; ++i) {
+        pli_vec3 at[3];
+        const float share = (float)i / PARTS;
+        for (int k = 0; k < 3; ++k) {
+            at[k] = pierced_mix(begin[k], end[k], share);
+        }
+        const float after = pierced_side(at, pierced_mix(point_begin, point_end, share));
+        if ((before < 0) != (after < 0)) {
+            const float moment = share - after / (after - before) / PARTS;
+            for (int k = 0; k < 3; ++k) {
+                at[k] = pierced_mix(begin[k], end[k], moment);
+            }
+            if (pierced_is_inside(at, pierced_mix(point_begin, point_end, moment))) { return true; }
+        }
+        before = after;
+    }
+    return false;
+}
+
+/* The face that the point crossed; PLI_NULL_INDEX if none. */
 static inline int pierced_face(const pli_body* body, const pierced_moment* before, const pierced_moment* after) {
     const pli_body_view view = pli_body_get_view(body);
     for (int f = 0; f < view.face_count; ++f) {
-        pli_vec3 begin[3], end[3], at[3];
+        pli_vec3 begin[3], end[3];
         for (int k = 0; k < 3; ++k) {
             const pli_vec4 b = before->positions[view.face_nodes[3 * f + k]];
             const pli_vec4 e = after->positions[view.face_nodes[3 * f + k]];
             begin[k] = pli_vec3_make(b.x, b.y, b.z);
             end[k] = pli_vec3_make(e.x, e.y, e.z);
         }
-        const pli_vec3 begin_normal =
-            pli_vec3_cross(pli_vec3_sub(begin[1], begin[0]), pli_vec3_sub(begin[2], begin[0]));
-        const pli_vec3 end_normal = pli_vec3_cross(pli_vec3_sub(end[1], end[0]), pli_vec3_sub(end[2], end[0]));
-        const float side_before = pli_vec3_dot(begin_normal, pli_vec3_sub(before->point, begin[0]));
-        const float side_after = pli_vec3_dot(end_normal, pli_vec3_sub(after->point, end[0]));
-        if ((side_before < 0) == (side_after < 0)) { continue; }
-        const float share = side_before / (side_before - side_after);
-        for (int k = 0; k < 3; ++k) {
-            at[k] = pierced_mix(begin[k], end[k], share);
-        }
-        const pli_vec3 p = pierced_mix(before->point, after->point, share);
-        const pli_vec3 normal = pli_vec3_cross(pli_vec3_sub(at[1], at[0]), pli_vec3_sub(at[2], at[0]));
-        bool is_inside = true;
-        for (int k = 0; k < 3; ++k) {
-            const pli_vec3 edge = pli_vec3_sub(at[(k + 1) % 3], at[k]);
-            is_inside = is_inside && pli_vec3_dot(normal, pli_vec3_cross(edge, pli_vec3_sub(p, at[k]))) >= 0;
-        }
-        if (is_inside) { return f; }
+        if (pierced_crosses(begin, end, before->point, after->point)) { return f; }
     }
     return PLI_NULL_INDEX;
 }

@@ -100,9 +100,19 @@ static void anchor_forget_rigid(pli_body* body, void* state, const pli_rigid* ri
     if (found) { anchor_compact(body, anchors); }
 }
 
+static const plii_feature_class anchor_class;
+
+static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
+    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    for (int i = 0; i < anchors->item_count; ++i) {
+        if (anchors->items[i].node == node && anchors->items[i].rigid == rigid) { return true; }
+    }
+    return false;
+}
+
 static pli_status anchor_enable(pli_body* body, void* state) {
-    (void)body;
     anchor_state* anchors = state;
+    body->is_anchored_to = anchor_is_anchored_to;
     anchors->hardness = 0.7f;
     return PLI_OK;
 }

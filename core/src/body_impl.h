@@ -75,6 +75,7 @@ struct pli_body {
     float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
     float* face_areas;      /* [face_count] doubled area, at rest */
     uint8_t* anchored;      /* [node_count] 1 where an anchor holds the node */
+    bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     const pli_rigid** ignored_rigids;
     int ignored_rigid_count, ignored_rigid_capacity;

@@ -46,19 +46,22 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     return true;
 }
 
+const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key) {
+    const size_t mask = (size_t)memory->table_size - 1;
+    for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
+         slot = (slot + 1) & mask) {
+        const plii_pair_record* record = &memory->before[memory->table[slot] - 1];
+        if (pair_keys_equal(record->key, key)) { return &record->cache; }
+    }
+    return NULL;
+}
+
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key) {
     if (!PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->present_count + 1)) { return NULL; }
     plii_pair_record* record = &memory->present[memory->present_count++];
     *record = (plii_pair_record){.key = key};
-    const size_t mask = (size_t)memory->table_size - 1;
-    for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
-         slot = (slot + 1) & mask) {
-        const plii_pair_record* old = &memory->before[memory->table[slot] - 1];
-        if (pair_keys_equal(old->key, key)) {
-            record->cache = old->cache;
-            break;
-        }
-    }
+    const plii_convex_cache* before = plii_pair_memory_find(memory, key);
+    if (before != NULL) { record->cache = *before; }
     return &record->cache;
 }
 

@@ -30,6 +30,8 @@ typedef struct plii_pair_memory {
 bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
 /* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. */
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key);
+/* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
+const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key);
 void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory);
 size_t plii_pair_memory_bytes(const plii_pair_memory* memory);
 
