@@ -47,17 +47,17 @@ static inline bool pierced_is_inside(const pli_vec3 corners[3], pli_vec3 point) 
 /* Whether a point crosses a face, all motions being straight. Looked at in parts, within which sides change evenly. */
 static inline bool pierced_crosses(const pli_vec3 begin[3], const pli_vec3 end[3], pli_vec3 point_begin,
                                    pli_vec3 point_end) {
-    enum { PARTS = 32 };
+    const int parts = 32;
     float before = pierced_side(begin, point_begin);
-    for (int i = 1; i <= PARTS; ++i) {
+    for (int i = 1; i <= parts; ++i) {
         pli_vec3 at[3];
-        const float share = (float)i / PARTS;
+        const float share = (float)i / (float)parts;
         for (int k = 0; k < 3; ++k) {
             at[k] = pierced_mix(begin[k], end[k], share);
         }
         const float after = pierced_side(at, pierced_mix(point_begin, point_end, share));
         if ((before < 0) != (after < 0)) {
-            const float moment = share - after / (after - before) / PARTS;
+            const float moment = share - after / (after - before) / (float)parts;
             for (int k = 0; k < 3; ++k) {
                 at[k] = pierced_mix(begin[k], end[k], moment);
             }
