@@ -44,6 +44,18 @@ static inline bool pierced_is_inside(const pli_vec3 corners[3], pli_vec3 point) 
     return is_inside;
 }
 
+/* Whether a point and a face are apart along one axis during all of their motions. */
+static inline bool pierced_is_apart(const float begin[3], const float end[3], float point_begin, float point_end) {
+    const float low = point_begin < point_end ? point_begin : point_end;
+    const float high = point_begin < point_end ? point_end : point_begin;
+    bool is_below = true, is_above = true;
+    for (int k = 0; k < 3; ++k) {
+        is_below = is_below && begin[k] < low && end[k] < low;
+        is_above = is_above && begin[k] > high && end[k] > high;
+    }
+    return is_below || is_above;
+}
+
 /* Whether a point crosses a face, all motions being straight. Looked at in parts, within which sides change evenly. */
 static inline bool pierced_crosses(const pli_vec3 begin[3], const pli_vec3 end[3], pli_vec3 point_begin,
                                    pli_vec3 point_end) {
@@ -73,12 +85,19 @@ static inline int pierced_face(const pli_body* body, const pierced_moment* befor
     const pli_body_view view = pli_body_get_view(body);
     for (int f = 0; f < view.face_count; ++f) {
         pli_vec3 begin[3], end[3];
+        float begin_xs[3], begin_zs[3], end_xs[3], end_zs[3];
         for (int k = 0; k < 3; ++k) {
             const pli_vec4 b = before->positions[view.face_nodes[3 * f + k]];
             const pli_vec4 e = after->positions[view.face_nodes[3 * f + k]];
             begin[k] = pli_vec3_make(b.x, b.y, b.z);
             end[k] = pli_vec3_make(e.x, e.y, e.z);
+            begin_xs[k] = b.x;
+            begin_zs[k] = b.z;
+            end_xs[k] = e.x;
+            end_zs[k] = e.z;
         }
+        if (pierced_is_apart(begin_xs, end_xs, before->point.x, after->point.x)) { continue; }
+        if (pierced_is_apart(begin_zs, end_zs, before->point.z, after->point.z)) { continue; }
         if (pierced_crosses(begin, end, before->point, after->point)) { return f; }
     }
     return PLI_NULL_INDEX;
