@@ -53,7 +53,7 @@ struct pli_body {
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
     void* sweep_links_state;
-    pli_material* materials;  /* [material_count] */
+    pli_material* materials; /* [material_count] */
     plii_topology* topology;
 
     float collision_margin;
