@@ -253,6 +253,7 @@ static void link_colors_make_runs(link_colors_work* work, int d, uint8_t side, b
     const int stride = d < LINK_COLORS_NEAR ? 2 * d : 1;
     link_colors_row row = {0};
     work->made.colors[color].first_run = work->made.run_count;
+    work->made.colors[color].first_group = work->made.run_group_count;
     for (int first = 0; first < stride; ++first) {
         for (int64_t node = first; node < work->node_count; node += stride) {
             if (work->places[node] > 0 && work->sides[node] == side) {
@@ -344,7 +345,9 @@ static void link_colors_take_greedily(link_colors_work* work) {
         work->colors[link] = (uint16_t)color;
     }
     for (; all_used != 0; all_used >>= 1) {
-        work->made.colors[work->color_count++].first_run = work->made.run_count;
+        plii_link_color* color = &work->made.colors[work->color_count++];
+        color->first_run = work->made.run_count;
+        color->first_group = work->made.run_group_count;
     }
 }
 
@@ -417,6 +420,7 @@ static void link_colors_make_blocks(link_colors_work* work) {
     }
     plii_link_color* end = &work->made.colors[work->color_count];
     end->first_run = work->made.run_count;
+    end->first_group = work->made.run_group_count;
     end->first_block = work->made.block_count;
     work->made.color_count = work->color_count;
 }
@@ -460,10 +464,6 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     plii_release(body->context, storage, storage_size);
 }
 
-int plii_link_colors_max_slot_count(const pli_body* body, int link_count) {
-    return PLII_LINK_GROUP * link_colors_max_block_count(body, link_count) + link_count;
-}
-
 static int link_colors_run_link(const plii_link_colors* colors, const plii_link_run* run, int place) {
     return run->link_stride == 0 ? colors->run_links[run->link + place] : run->link + place * run->link_stride;
 }
@@ -490,11 +490,43 @@ void plii_link_colors_gather(const plii_link_colors* colors, const float* values
     }
 }
 
+bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, plii_link_slots* slots) {
+    slots->size = (size_t)plii_link_colors_slot_count(colors) * sizeof *slots->values;
+    slots->values = plii_allocate(body->context, slots->size);
+    return slots->values != NULL || slots->size == 0;
+}
+
+void plii_link_slots_release(const pli_body* body, plii_link_slots* slots) {
+    plii_release(body->context, slots->values, slots->size);
+    *slots = (plii_link_slots){0};
+}
+
+size_t plii_link_slots_max_size(const pli_body* body, int link_count) {
+    const size_t in_blocks = (size_t)PLII_LINK_GROUP * (size_t)link_colors_max_block_count(body, link_count);
+    return (in_blocks + (size_t)link_count) * sizeof(float);
+}
+
+void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, void* block,
+                             plii_link_slots* slots) {
+    plii_link_slots_release(body, slots);
+    const size_t max_size = plii_link_slots_max_size(body, link_count);
+    if (plii_link_slots_make(body, colors, slots)) {
+        plii_release(body->context, block, max_size);
+    } else {
+        *slots = (plii_link_slots){block, max_size};
+    }
+}
+
 static pli_status link_colors_enable(pli_body* body, void* state) {
     const size_t size = link_colors_work_size(body, body->node_count, body->link_count);
     void* storage = plii_allocate(body->context, size);
     if (storage == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    link_colors_make(body, storage, size, state);
+    plii_link_colors* colors = state;
+    link_colors_make(body, storage, size, colors);
+    if (colors->storage == storage) { /* it would stay far too large */
+        plii_release(body->context, storage, size);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
     return PLI_OK;
 }
 

@@ -28,6 +28,7 @@ typedef struct plii_link_run {
 
 typedef struct plii_link_color {
     int first_run, first_block; /* to those of the next colour */
+    int first_group;            /* of its runs */
 } plii_link_color;
 
 typedef struct plii_link_colors {
@@ -56,17 +57,42 @@ static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
 /* Groups of a colour, those of runs first. */
 static inline int plii_link_colors_group_count(const plii_link_colors* colors, int color) {
     const plii_link_color* own = &colors->colors[color];
-    const plii_link_run* last = own[1].first_run > 0 ? &colors->runs[own[1].first_run - 1] : NULL;
-    const int in_runs = own[1].first_run > own[0].first_run
-                            ? last->first_group + last->group_count - colors->runs[own[0].first_run].first_group
-                            : 0;
-    return in_runs + own[1].first_block - own[0].first_block;
+    return own[1].first_group - own[0].first_group + own[1].first_block - own[0].first_block;
 }
-/* No body with so many links has more slots. */
-int plii_link_colors_max_slot_count(const pli_body* body, int link_count);
+
+typedef struct plii_link_part {
+    int begin, end; /* nothing when end <= begin */
+} plii_link_part;
+
+/* Of groups [begin, end) of a colour: those of a run, counted from its first one, and the blocks. */
+static inline plii_link_part plii_link_run_part(const plii_link_run* run, const plii_link_color* color, int begin,
+                                                int end) {
+    const int before = run->first_group - color->first_group;
+    return (plii_link_part){begin > before ? begin - before : 0,
+                            end - before < run->group_count ? end - before : run->group_count};
+}
+static inline plii_link_part plii_link_block_part(const plii_link_color* color, int begin, int end) {
+    const int in_runs = color[1].first_group - color[0].first_group;
+    return (plii_link_part){color->first_block + (begin > in_runs ? begin - in_runs : 0),
+                            color->first_block + (end > in_runs ? end - in_runs : 0)};
+}
 
 /* Of each slot the value of its link: values[stride * link], or `filler` for lanes without a link. */
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);
+
+/* A number for each slot. */
+typedef struct plii_link_slots {
+    float* values;
+    size_t size; /* bytes */
+} plii_link_slots;
+
+bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, plii_link_slots* slots);
+void plii_link_slots_release(const pli_body* body, plii_link_slots* slots);
+/* What to ask for when the topology changes, and afterwards, when the colours are new: takes over the block, or one
+   that just holds the slots where there is memory for it. The values are lost. */
+size_t plii_link_slots_max_size(const pli_body* body, int link_count);
+void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, void* block,
+                             plii_link_slots* slots);
 
 #endif

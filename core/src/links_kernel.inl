@@ -15,8 +15,9 @@ typedef struct links_group {
     plii_float8 excess, divisor;
 } links_group;
 
-PLII_SIMD_INLINE void links_measure(links_group* group, plii_records8 a, plii_records8 b, plii_float8 rest,
+PLII_SIMD_INLINE void links_measure(links_group* group, plii_packed8 packed_a, plii_packed8 packed_b, plii_float8 rest,
                                     plii_float8 inverse_stiffness) {
+    const plii_records8 a = plii_packed8_turn(packed_a), b = plii_packed8_turn(packed_b);
     const plii_float8 x = plii_float8_sub(b.x, a.x), y = plii_float8_sub(b.y, a.y), z = plii_float8_sub(b.z, a.z);
     const plii_float8 length =
         plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
@@ -52,7 +53,7 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
             const pli_vec4* a = first + i * step;
-            links_measure(&groups[i], plii_records8_load(a, stride), plii_records8_load(a + offset, stride),
+            links_measure(&groups[i], plii_packed8_load(a, stride), plii_packed8_load(a + offset, stride),
                           plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
@@ -88,7 +89,7 @@ static void links_run_any(const plii_links_task* task, const plii_link_run* run,
 PLII_SIMD_INLINE void links_measure_block(links_group* group, const plii_links_task* task, const uint32_t* a,
                                           const uint32_t* b, plii_float8 rest, plii_link_tag tag) {
     const float inverse_stiffness = task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)];
-    links_measure(group, plii_records8_gather(task->body->positions, a), plii_records8_gather(task->body->positions, b),
+    links_measure(group, plii_packed8_gather(task->body->positions, a), plii_packed8_gather(task->body->positions, b),
                   rest, plii_float8_all(inverse_stiffness));
 }
 PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions, const uint32_t* a,
@@ -124,16 +125,12 @@ static void links_blocks(const plii_links_task* task, int begin, int end) {
 static void links_color(const plii_links_task* task, int begin, int end) {
     const plii_link_colors* colors = task->colors;
     const plii_link_color* color = &colors->colors[task->color];
-    int first = 0; /* groups of the colour before the run */
-    for (int r = color[0].first_run; r < color[1].first_run && first < end; ++r) {
-        const plii_link_run* run = &colors->runs[r];
-        const int from = begin > first ? begin - first : 0;
-        const int to = end - first < run->group_count ? end - first : run->group_count;
-        if (from < to) { links_run_any(task, run, from, to); }
-        first += run->group_count;
+    for (int r = color[0].first_run; r < color[1].first_run; ++r) {
+        const plii_link_part part = plii_link_run_part(&colors->runs[r], color, begin, end);
+        if (part.begin < part.end) { links_run_any(task, &colors->runs[r], part.begin, part.end); }
     }
-    const int from = begin > first ? begin - first : 0;
-    if (end > first) { links_blocks(task, color[0].first_block + from, color[0].first_block + end - first); }
+    const plii_link_part part = plii_link_block_part(color, begin, end);
+    links_blocks(task, part.begin, part.end);
 }
 
 /* One link after the other; only one lane moves anything. */

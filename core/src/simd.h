@@ -94,6 +94,37 @@ PLII_SIMD_INLINE void plii_simd_add_neighbours(pli_vec4* low, plii_float8 change
     _mm256_storeu_ps(&low->x, _mm256_add_ps(_mm256_loadu_ps(&low->x), change));
 }
 
+/* Eight records as they lie in memory, two in each register. */
+typedef struct plii_packed8 {
+    plii_float8 pairs[4];
+} plii_packed8;
+
+PLII_SIMD_INLINE plii_packed8 plii_packed8_gather(const pli_vec4* records, const uint32_t* places) {
+    return (plii_packed8){{plii_simd_pair(plii_simd_at(records, places[0]), plii_simd_at(records, places[1])),
+                           plii_simd_pair(plii_simd_at(records, places[2]), plii_simd_at(records, places[3])),
+                           plii_simd_pair(plii_simd_at(records, places[4]), plii_simd_at(records, places[5])),
+                           plii_simd_pair(plii_simd_at(records, places[6]), plii_simd_at(records, places[7]))}};
+}
+/* Records first, first + stride, ... first + 7 stride. */
+PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, ptrdiff_t stride) {
+    if (stride == 1) {
+        return (plii_packed8){{_mm256_loadu_ps(&first[0].x), _mm256_loadu_ps(&first[2].x), _mm256_loadu_ps(&first[4].x),
+                               _mm256_loadu_ps(&first[6].x)}};
+    }
+    return (plii_packed8){{plii_simd_pair(first, first + stride),
+                           plii_simd_pair(first + 2 * stride, first + 3 * stride),
+                           plii_simd_pair(first + 4 * stride, first + 5 * stride),
+                           plii_simd_pair(first + 6 * stride, first + 7 * stride)}};
+}
+PLII_SIMD_INLINE plii_packed8 plii_packed8_add(plii_packed8 a, plii_packed8 b) {
+    return (plii_packed8){{_mm256_add_ps(a.pairs[0], b.pairs[0]), _mm256_add_ps(a.pairs[1], b.pairs[1]),
+                           _mm256_add_ps(a.pairs[2], b.pairs[2]), _mm256_add_ps(a.pairs[3], b.pairs[3])}};
+}
+PLII_SIMD_INLINE plii_packed8 plii_packed8_sub(plii_packed8 a, plii_packed8 b) {
+    return (plii_packed8){{_mm256_sub_ps(a.pairs[0], b.pairs[0]), _mm256_sub_ps(a.pairs[1], b.pairs[1]),
+                           _mm256_sub_ps(a.pairs[2], b.pairs[2]), _mm256_sub_ps(a.pairs[3], b.pairs[3])}};
+}
+
 /* Four pairs of records to components, and the same way back. */
 PLII_SIMD_INLINE plii_records8 plii_simd_turn(plii_float8 r0, plii_float8 r1, plii_float8 r2, plii_float8 r3) {
     const __m256 xy01 = _mm256_unpacklo_ps(r0, r1), zw01 = _mm256_unpackhi_ps(r0, r1);
@@ -101,22 +132,8 @@ PLII_SIMD_INLINE plii_records8 plii_simd_turn(plii_float8 r0, plii_float8 r1, pl
     return (plii_records8){_mm256_shuffle_ps(xy01, xy23, 0x44), _mm256_shuffle_ps(xy01, xy23, 0xee),
                            _mm256_shuffle_ps(zw01, zw23, 0x44), _mm256_shuffle_ps(zw01, zw23, 0xee)};
 }
-
-PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
-    return plii_simd_turn(plii_simd_pair(plii_simd_at(records, places[0]), plii_simd_at(records, places[1])),
-                          plii_simd_pair(plii_simd_at(records, places[2]), plii_simd_at(records, places[3])),
-                          plii_simd_pair(plii_simd_at(records, places[4]), plii_simd_at(records, places[5])),
-                          plii_simd_pair(plii_simd_at(records, places[6]), plii_simd_at(records, places[7])));
-}
-/* Records first, first + stride, ... first + 7 stride. */
-PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
-    if (stride == 1) {
-        return plii_simd_turn(_mm256_loadu_ps(&first[0].x), _mm256_loadu_ps(&first[2].x), _mm256_loadu_ps(&first[4].x),
-                              _mm256_loadu_ps(&first[6].x));
-    }
-    return plii_simd_turn(plii_simd_pair(first, first + stride), plii_simd_pair(first + 2 * stride, first + 3 * stride),
-                          plii_simd_pair(first + 4 * stride, first + 5 * stride),
-                          plii_simd_pair(first + 6 * stride, first + 7 * stride));
+PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
+    return plii_simd_turn(a.pairs[0], a.pairs[1], a.pairs[2], a.pairs[3]);
 }
 
 /* Adds x, y, z to records, and 0 to their w. */
@@ -351,26 +368,41 @@ typedef struct plii_records8 {
     plii_float8 x, y, z, w;
 } plii_records8;
 
-PLII_SIMD_INLINE plii_records8 plii_simd_join(plii_float4 even[4], plii_float4 odd[4]) {
+typedef struct plii_packed8 {
+    plii_float4 records[8];
+} plii_packed8;
+
+PLII_SIMD_INLINE plii_packed8 plii_packed8_gather(const pli_vec4* records, const uint32_t* places) {
+    return (plii_packed8){
+        {plii_float4_from(plii_simd_at(records, places[0])), plii_float4_from(plii_simd_at(records, places[1])),
+         plii_float4_from(plii_simd_at(records, places[2])), plii_float4_from(plii_simd_at(records, places[3])),
+         plii_float4_from(plii_simd_at(records, places[4])), plii_float4_from(plii_simd_at(records, places[5])),
+         plii_float4_from(plii_simd_at(records, places[6])), plii_float4_from(plii_simd_at(records, places[7]))}};
+}
+PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, ptrdiff_t stride) {
+    return (plii_packed8){{plii_float4_from(first), plii_float4_from(first + stride),
+                           plii_float4_from(first + 2 * stride), plii_float4_from(first + 3 * stride),
+                           plii_float4_from(first + 4 * stride), plii_float4_from(first + 5 * stride),
+                           plii_float4_from(first + 6 * stride), plii_float4_from(first + 7 * stride)}};
+}
+PLII_SIMD_INLINE plii_packed8 plii_packed8_add(plii_packed8 a, plii_packed8 b) {
+    return (plii_packed8){{plii_float4_add(a.records[0], b.records[0]), plii_float4_add(a.records[1], b.records[1]),
+                           plii_float4_add(a.records[2], b.records[2]), plii_float4_add(a.records[3], b.records[3]),
+                           plii_float4_add(a.records[4], b.records[4]), plii_float4_add(a.records[5], b.records[5]),
+                           plii_float4_add(a.records[6], b.records[6]), plii_float4_add(a.records[7], b.records[7])}};
+}
+PLII_SIMD_INLINE plii_packed8 plii_packed8_sub(plii_packed8 a, plii_packed8 b) {
+    return (plii_packed8){{plii_float4_sub(a.records[0], b.records[0]), plii_float4_sub(a.records[1], b.records[1]),
+                           plii_float4_sub(a.records[2], b.records[2]), plii_float4_sub(a.records[3], b.records[3]),
+                           plii_float4_sub(a.records[4], b.records[4]), plii_float4_sub(a.records[5], b.records[5]),
+                           plii_float4_sub(a.records[6], b.records[6]), plii_float4_sub(a.records[7], b.records[7])}};
+}
+PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
+    plii_float4 even[4] = {a.records[0], a.records[2], a.records[4], a.records[6]};
+    plii_float4 odd[4] = {a.records[1], a.records[3], a.records[5], a.records[7]};
     plii_float4_turn(even);
     plii_float4_turn(odd);
     return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
-}
-PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
-    plii_float4 even[4] = {
-        plii_float4_from(plii_simd_at(records, places[0])), plii_float4_from(plii_simd_at(records, places[2])),
-        plii_float4_from(plii_simd_at(records, places[4])), plii_float4_from(plii_simd_at(records, places[6]))};
-    plii_float4 odd[4] = {
-        plii_float4_from(plii_simd_at(records, places[1])), plii_float4_from(plii_simd_at(records, places[3])),
-        plii_float4_from(plii_simd_at(records, places[5])), plii_float4_from(plii_simd_at(records, places[7]))};
-    return plii_simd_join(even, odd);
-}
-PLII_SIMD_INLINE plii_records8 plii_records8_load(const pli_vec4* first, ptrdiff_t stride) {
-    plii_float4 even[4] = {plii_float4_from(first), plii_float4_from(first + 2 * stride),
-                           plii_float4_from(first + 4 * stride), plii_float4_from(first + 6 * stride)};
-    plii_float4 odd[4] = {plii_float4_from(first + stride), plii_float4_from(first + 3 * stride),
-                          plii_float4_from(first + 5 * stride), plii_float4_from(first + 7 * stride)};
-    return plii_simd_join(even, odd);
 }
 
 PLII_SIMD_INLINE void plii_simd_add_to(pli_vec4* record, plii_float4 change) {

@@ -8,8 +8,7 @@ enum { COLORED_LINKS_GRAIN = 128 }; /* groups of links; about 1 microsecond */
 typedef struct colored_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
-    float* rest_squared; /* by slot */
-    size_t rest_size;    /* bytes */
+    plii_link_slots rest_squared; /* m^2 */
     uint32_t rest_revision;
     bool is_stale;
     float* inverse_stiffnesses; /* [material_count] */
@@ -39,7 +38,8 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     if (!state->is_stale && state->rest_revision == body->rest_revision) { return; }
     if (body->link_count > 0) {
         plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
-                                (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK, state->rest_squared);
+                                (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK,
+                                state->rest_squared.values);
     }
     state->rest_revision = body->rest_revision;
     state->is_stale = false;
@@ -63,7 +63,7 @@ static void colored_links_range(int begin, int end, void* data) {
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_link_colors* colors = state->colors;
-    colored_links_part part = {state, {body, colors, state->rest_squared, state->inverse_stiffnesses, 0}};
+    colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, 0}};
     for (int i = 0; i < colors->color_count; ++i) {
         part.task.color = i;
         plii_parallel_for(body->context, colored_links_range, &part, plii_link_colors_group_count(colors, i),
@@ -77,19 +77,13 @@ static void colored_links_sweep(pli_body* body, void* data) {
 static size_t colored_links_stiffness_size(const pli_body* body) {
     return (size_t)body->material_count * sizeof(float);
 }
-static size_t colored_links_max_rest_size(const pli_body* body, int link_count) {
-    return (size_t)plii_link_colors_max_slot_count(body, link_count) * sizeof(float);
-}
-
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = colored_links_kernel(body->context->simd);
-    state->rest_size = (size_t)plii_link_colors_slot_count(state->colors) * sizeof(float);
-    state->rest_squared = plii_allocate(body->context, state->rest_size);
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
-    if ((state->rest_squared == NULL && state->rest_size > 0) || state->inverse_stiffnesses == NULL) {
-        plii_release(body->context, state->rest_squared, state->rest_size);
+    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
+        plii_link_slots_release(body, &state->rest_squared);
         plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -100,37 +94,28 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
 }
 
 static void colored_links_disable(pli_body* body, void* data) {
-    const colored_links_state* state = data;
-    plii_release(body->context, state->rest_squared, state->rest_size);
+    colored_links_state* state = data;
+    plii_link_slots_release(body, &state->rest_squared);
     plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
     body->sweep_links = plii_links_sweep;
     body->sweep_links_state = NULL;
 }
 
 static size_t colored_links_bytes(const pli_body* body, const void* data) {
-    return ((const colored_links_state*)data)->rest_size + colored_links_stiffness_size(body);
+    return ((const colored_links_state*)data)->rest_squared.size + colored_links_stiffness_size(body);
 }
 
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                          size_t* sizes) {
     (void)data;
-    sizes[0] = colored_links_max_rest_size(body, change->link_count);
+    sizes[0] = plii_link_slots_max_size(body, change->link_count);
     return 1;
 }
 
-/* The colours are new already. A block that just holds them is taken where there is memory for it. */
 static void colored_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                           void** blocks) {
     colored_links_state* state = data;
-    plii_release(body->context, state->rest_squared, state->rest_size);
-    state->rest_size = (size_t)plii_link_colors_slot_count(state->colors) * sizeof(float);
-    state->rest_squared = plii_allocate(body->context, state->rest_size);
-    if (state->rest_squared != NULL || state->rest_size == 0) {
-        plii_release(body->context, blocks[0], colored_links_max_rest_size(body, change->link_count));
-    } else {
-        state->rest_squared = blocks[0];
-        state->rest_size = colored_links_max_rest_size(body, change->link_count);
-    }
+    plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
     state->is_stale = true;
 }
 

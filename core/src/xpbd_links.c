@@ -1,163 +1,147 @@
-/* XPBD: lengths of the links, C = |x_b - x_a| - rest length, in coloured order. */
+/* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
-#include "constraint_order.h"
-#include "xpbd_impl.h"
+#include "xpbd_links_kernel.h"
 
-typedef struct xpbd_link {
-    int nodes[2];
-    float rest_length; /* m */
-    float compliance;  /* m/N */
-    float damping;     /* N s/m */
-    float multiplier;
-} xpbd_link;
+#include <string.h>
+
+enum { XPBD_LINKS_GRAIN = 64 }; /* groups of links; about 1 microsecond */
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
-    int* order;       /* [link_count] */
-    xpbd_link* links; /* [link_count] in that order */
+    const plii_link_colors* colors;
+    const plii_xpbd_links_kernel* kernel;
+    plii_link_slots rest_lengths, multipliers;
+    plii_xpbd_link_softness* softness; /* [2 * material_count] */
+    uint32_t rest_revision;
+    bool is_stale; /* the rest lengths are to be taken anew */
+    bool is_soft;  /* some link is */
 } xpbd_links_state;
 
-/* What making the order needs for a while. */
-typedef struct xpbd_links_scratch {
-    int (*nodes)[2];
-    uint64_t* masks;
-    uint8_t* colors;
-} xpbd_links_scratch;
-
-static size_t xpbd_links_size(int link_count) {
-    return (size_t)link_count * sizeof(xpbd_link);
-}
-static size_t xpbd_links_order_size(int link_count) {
-    return (size_t)link_count * sizeof(int);
+static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
+    switch (simd) {
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX2:
+        return &plii_xpbd_links_kernel_avx2;
+    case PLI_SIMD_SSE2:
+        return &plii_xpbd_links_kernel_sse2;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return &plii_xpbd_links_kernel_neon;
+#endif
+    default:
+        return &plii_xpbd_links_kernel_portable;
+    }
 }
 
 // --------------------------------------------------------------------------------------------------------- solving
 
-/* Rest lengths and materials may change between steps. */
+/* Rest lengths may change between steps. */
 static void xpbd_links_begin(pli_body* body, void* data) {
-    const xpbd_links_state* state = data;
-    for (int i = 0; i < body->link_count; ++i) {
-        const int index = state->order[i];
-        const plii_link* link = &body->links[index];
-        const bool is_bending = body->link_tags != NULL && (body->link_tags[index] & PLII_LINK_TAG_BENDING) != 0;
-        const float compliance = is_bending ? state->def.bending_compliance : state->def.compliance;
-        const float material = plii_link_stiffness(body, index);
-        state->links[i] = (xpbd_link){.nodes = {link->nodes[0], link->nodes[1]},
-                                      .rest_length = sqrtf(link->rest_length_squared),
-                                      .compliance = compliance / material,
-                                      .damping = state->def.damping * material};
+    xpbd_links_state* state = data;
+    if (body->link_count == 0 || (!state->is_stale && state->rest_revision == body->rest_revision)) { return; }
+    plii_link_slots* rest = &state->rest_lengths;
+    plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
+                            (int)(sizeof *body->links / sizeof(float)), PLII_XPBD_NO_LINK, rest->values);
+    const int slot_count = plii_link_colors_slot_count(state->colors);
+    for (int i = 0; i < slot_count; ++i) {
+        if (rest->values[i] >= 0.0f) { rest->values[i] = sqrtf(rest->values[i]); }
     }
+    state->rest_revision = body->rest_revision;
+    state->is_stale = false;
 }
 
+/* So may materials. */
 static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
-    const xpbd_links_state* state = data;
-    (void)substep;
-    for (int i = 0; i < body->link_count; ++i) {
-        state->links[i].multiplier = 0.0f;
+    xpbd_links_state* state = data;
+    state->is_soft = false;
+    for (int i = 0; i < 2 * body->material_count; ++i) {
+        const float stiffness = body->materials[i / 2].linear_stiffness;
+        const float compliance = (i % 2 != 0 ? state->def.bending_compliance : state->def.compliance) / stiffness;
+        const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
+        const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
+        state->softness[i] = (plii_xpbd_link_softness){alpha, gamma};
+        state->is_soft = state->is_soft || alpha > 0.0f;
     }
+    if (state->is_soft) { memset(state->multipliers.values, 0, state->multipliers.size); }
+}
+
+typedef struct xpbd_links_part {
+    const plii_xpbd_links_kernel* kernel;
+    plii_xpbd_links_task task;
+} xpbd_links_part;
+
+static void xpbd_links_range(int begin, int end, void* data) {
+    const xpbd_links_part* part = data;
+    part->kernel->color(&part->task, begin, end);
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
     const xpbd_links_state* state = data;
-    for (int i = 0; i < body->link_count; ++i) {
-        xpbd_link* link = &state->links[i];
-        const int a = link->nodes[0], b = link->nodes[1];
-        const pli_vec3 before = pli_vec3_sub(plii_xyz(body->positions[b]), plii_xyz(body->positions[a]));
-        const pli_vec3 moved = pli_vec3_sub(plii_xyz(substep->displacements[b]), plii_xyz(substep->displacements[a]));
-        const pli_vec3 delta = pli_vec3_add(before, moved);
-        const float length = pli_vec3_length(delta);
-        if (!(length > 0.0f)) { continue; } /* no direction */
-        const pli_vec3 n = pli_vec3_scale(delta, 1.0f / length);
-        const pli_vec3 motion = pli_vec3_sub(plii_xpbd_motion(substep, b), plii_xpbd_motion(substep, a));
-        const float weight = substep->displacements[a].w + substep->displacements[b].w;
-        const float change = plii_xpbd_multiplier(length - link->rest_length, weight, link->compliance, link->damping,
-                                                  link->multiplier, pli_vec3_dot(n, motion), substep);
-        link->multiplier += change;
-        plii_xpbd_move(substep, a, n, -change);
-        plii_xpbd_move(substep, b, n, change);
+    const plii_link_colors* colors = state->colors;
+    xpbd_links_part part = {
+        state->kernel,
+        {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values, 0}};
+    for (int i = 0; i < colors->color_count; ++i) {
+        part.task.color = i;
+        plii_parallel_for(body->context, xpbd_links_range, &part, plii_link_colors_group_count(colors, i),
+                          XPBD_LINKS_GRAIN);
     }
+    if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static void xpbd_links_make_order(const pli_body* body, const xpbd_links_state* state,
-                                  const xpbd_links_scratch* scratch) {
-    for (int i = 0; i < body->link_count; ++i) {
-        scratch->nodes[i][0] = body->links[i].nodes[0];
-        scratch->nodes[i][1] = body->links[i].nodes[1];
-    }
-    if (body->link_count > 0) {
-        plii_constraint_order(body->link_count, 2, scratch->nodes[0], scratch->masks, scratch->colors, state->order);
-    }
+static size_t xpbd_links_softness_size(const pli_body* body) {
+    return 2 * (size_t)body->material_count * sizeof(plii_xpbd_link_softness);
 }
 
-static void xpbd_links_release_scratch(pli_body* body, const xpbd_links_scratch* scratch) {
-    plii_release(body->context, scratch->nodes, (size_t)body->link_count * sizeof *scratch->nodes);
-    plii_release(body->context, scratch->masks, (size_t)body->node_count * sizeof *scratch->masks);
-    plii_release(body->context, scratch->colors, (size_t)body->link_count * sizeof *scratch->colors);
+static void xpbd_links_disable(pli_body* body, void* data) {
+    xpbd_links_state* state = data;
+    plii_link_slots_release(body, &state->rest_lengths);
+    plii_link_slots_release(body, &state->multipliers);
+    plii_release(body->context, state->softness, xpbd_links_softness_size(body));
 }
 
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    pli_context* context = body->context;
-    const size_t count = (size_t)body->link_count;
-    const xpbd_links_scratch scratch = {
-        plii_allocate(context, count * sizeof *scratch.nodes),
-        plii_allocate(context, (size_t)body->node_count * sizeof *scratch.masks),
-        plii_allocate(context, count * sizeof *scratch.colors),
-    };
-    state->order = plii_allocate(context, xpbd_links_order_size(body->link_count));
-    state->links = plii_allocate(context, xpbd_links_size(body->link_count));
-    const bool is_complete = count == 0 || (scratch.nodes != NULL && scratch.masks != NULL && scratch.colors != NULL &&
-                                            state->order != NULL && state->links != NULL);
-    if (is_complete) {
-        xpbd_links_make_order(body, state, &scratch);
-    } else {
-        plii_release(context, state->order, xpbd_links_order_size(body->link_count));
-        plii_release(context, state->links, xpbd_links_size(body->link_count));
+    state->colors = plii_feature_state(body, &plii_link_colors_class);
+    state->kernel = xpbd_links_kernel_of(body->context->simd);
+    state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
+    state->is_stale = true;
+    if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||
+        !plii_link_slots_make(body, state->colors, &state->multipliers)) {
+        xpbd_links_disable(body, state);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
-    xpbd_links_release_scratch(body, &scratch);
-    return is_complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static void xpbd_links_disable(pli_body* body, void* data) {
-    const xpbd_links_state* state = data;
-    plii_release(body->context, state->order, xpbd_links_order_size(body->link_count));
-    plii_release(body->context, state->links, xpbd_links_size(body->link_count));
+    return PLI_OK;
 }
 
 static size_t xpbd_links_bytes(const pli_body* body, const void* data) {
-    (void)data;
-    return xpbd_links_order_size(body->link_count) + xpbd_links_size(body->link_count);
+    const xpbd_links_state* state = data;
+    return state->rest_lengths.size + state->multipliers.size + xpbd_links_softness_size(body);
 }
 
 static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                       size_t* sizes) {
-    const xpbd_links_scratch scratch = {0};
-    (void)body;
     (void)data;
-    sizes[0] = xpbd_links_order_size(change->link_count);
-    sizes[1] = xpbd_links_size(change->link_count);
-    sizes[2] = (size_t)change->link_count * sizeof *scratch.nodes;
-    sizes[3] = (size_t)change->node_count * sizeof *scratch.masks;
-    sizes[4] = (size_t)change->link_count * sizeof *scratch.colors;
-    return 5;
+    sizes[0] = sizes[1] = plii_link_slots_max_size(body, change->link_count);
+    return 2;
 }
 
 static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     xpbd_links_state* state = data;
-    plii_release(body->context, state->order, xpbd_links_order_size(change->old_link_count));
-    plii_release(body->context, state->links, xpbd_links_size(change->old_link_count));
-    state->order = blocks[0];
-    state->links = blocks[1];
-    const xpbd_links_scratch scratch = {blocks[2], blocks[3], blocks[4]};
-    xpbd_links_make_order(body, state, &scratch);
-    xpbd_links_release_scratch(body, &scratch);
+    plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_lengths);
+    plii_link_slots_replace(body, state->colors, change->link_count, blocks[1], &state->multipliers);
+    state->is_stale = true;
 }
+
+static const plii_feature_class* const xpbd_links_needs[] = {&plii_link_colors_class, NULL};
 
 static const plii_feature_class xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
+    .needs = xpbd_links_needs,
     .enable = xpbd_links_enable,
     .disable = xpbd_links_disable,
     .bytes = xpbd_links_bytes,

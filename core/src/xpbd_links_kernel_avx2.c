@@ -1,0 +1,6 @@
+/* Lengths of links under XPBD in AVX2. */
+
+#define PLII_SIMD_AVX2
+#include "xpbd_links_kernel.inl"
+
+const plii_xpbd_links_kernel plii_xpbd_links_kernel_avx2 = {xpbd_links_color, xpbd_links_serial};

@@ -1,0 +1,6 @@
+/* Lengths of links under XPBD in NEON. */
+
+#define PLII_SIMD_NEON
+#include "xpbd_links_kernel.inl"
+
+const plii_xpbd_links_kernel plii_xpbd_links_kernel_neon = {xpbd_links_color, xpbd_links_serial};
