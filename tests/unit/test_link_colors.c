@@ -58,7 +58,7 @@ static pli_mesh* make_shuffled_sheet(pli_context* context) {
 }
 static pli_mesh* make_sphere(pli_context* context) {
     pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 1000, &mesh),
+    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 300, &mesh),
                      PLI_OK);
     assert_int_equal(pli_mesh_set_node_mass(mesh, 7, 0.0f), PLI_OK);
     return mesh;
@@ -308,7 +308,7 @@ static uint64_t hash_after_steps(make_mesh_fn* make_mesh, link_solver solver, pl
     sample s;
     if (!sample_create(&s, make_mesh, solver == LINKS_ON_POSITIONS, simd, part)) { return 0; }
     if (solver != LINKS_ON_POSITIONS) { use_xpbd(s.body, solver == XPBD_SOFT); }
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 2; ++i) {
         assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
     }
     if (is_cut) {
@@ -317,7 +317,7 @@ static uint64_t hash_after_steps(make_mesh_fn* make_mesh, link_solver solver, pl
         check_colors(s.body);
     }
     assert_int_equal(pli_body_set_rest_length(s.body, s.body->link_count / 3, 0.2f), PLI_OK);
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 5; ++i) {
         assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
     }
     const uint64_t hash = pli_body_state_hash(s.body);
@@ -327,7 +327,7 @@ static uint64_t hash_after_steps(make_mesh_fn* make_mesh, link_solver solver, pl
 
 static int check_equal_results(make_mesh_fn* make_mesh, link_solver solver, bool is_cut) {
     const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON};
-    const int parts[] = {1, 3, 64, 1000};
+    const int parts[] = {1, 37};
     const uint64_t expected = hash_after_steps(make_mesh, solver, PLI_SIMD_PORTABLE, NULL, is_cut);
     int compared = 0;
     for (size_t p = 0; p < sizeof paths / sizeof *paths; ++p) {

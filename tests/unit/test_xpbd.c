@@ -635,12 +635,14 @@ static void test_steady_steps_do_not_allocate_and_repeat_bit_for_bit(void** unus
         crowd c;
         CHECK_OK(crowd_create(context, &c));
         uint64_t allocations = 0;
+        int contacts = 0;
         for (int i = 0; i < 180; ++i) {
             if (i == 120) { allocations = pli_context_allocation_count(context); }
             CHECK_OK(pli_world_step(c.world, 1.0f / 60.0f));
+            if (i >= 120) { contacts += pli_body_get_rigid_contacts(c.body, 0, NULL); }
         }
         assert_int_equal(pli_context_allocation_count(context), allocations);
-        assert_true(pli_body_get_rigid_contacts(c.body, 0, NULL) > 0);
+        assert_true(contacts > 0);
         assert_false(pli_body_is_frozen(c.body));
         hashes[run] = pli_body_state_hash(c.body);
         crowd_destroy(&c);
