@@ -1,10 +1,11 @@
 /* Self-collision of faces: nodes with faces and edges with edges that have no node in common.
 
-   Pairs within reach are collected once per step. Nearest points at the start of a step (or substep) give each pair a
-   plane between its two sides. Pairs nearer than the thickness are pushed apart along its normal, like other contacts;
-   whatever constraints do after that, motions are in the end cut short where a pair would get to the wrong side of its
-   plane. So nothing that starts apart ever crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen
-   and others, "Offset Geometric Contact", cut motions short in the same spirit. */
+   Pairs within reach are collected once per step; of those, a substep looks at the ones that could come together in it.
+   Nearest points at the start of a step (or substep) give each pair a plane between its two sides. Pairs nearer than
+   the thickness are pushed apart along its normal, like other contacts; whatever constraints do after that, motions are
+   in the end cut short where a pair would get to the wrong side of its plane. So nothing that starts apart ever
+   crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
+   motions short in the same spirit. */
 
 #include "box_tree.h"
 #include "closest_point.h"
@@ -13,12 +14,15 @@
 #define SELF_FACES_MAX_PASSES 16
 /* Share of its distance that a pair keeps at least. */
 #define SELF_FACES_KEPT 0.2f
+/* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
+#define SELF_FACES_SUBSTEP_ROOM 0.1f
+/* Of the thickness: what rounding may take from a distance. */
+#define SELF_FACES_SLACK 0.01f
 
 typedef struct self_faces_pair {
     int nodes[4];   /* node and face, or edge and edge */
     bool is_edges;  /* first side: 2 nodes instead of 1 */
-    bool is_known;  /* has a normal */
-    float target;   /* m, distance to keep */
+    float target;   /* m, distance to keep; < 0: not known yet */
     float distance; /* m, at the start */
     float weights[4];
     pli_vec3 normal; /* unit, from the second side to the first */
@@ -27,17 +31,23 @@ typedef struct self_faces_pair {
 
 typedef struct self_faces_state {
     pli_self_faces_def def;
-    float travel;           /* m that a node may move in this step */
+    float travel;           /* m that a node may move in this step, */
+    float motion;           /* in this step or substep */
+    float reach;            /* m, of the last search; 0: none */
+    float moved;            /* m that a node has moved since then at most */
     float mean_edge_length; /* m, at rest */
     pli_vec3* rest;         /* [node_count] */
     pli_vec4* starts;       /* [node_count] at the start of the step */
     pli_vec3* was;          /* [node_count] before motions are cut short */
+    pli_vec3* last;         /* [node_count] where `moved` has counted to */
     int* rows;              /* [node_count + 1] of edges by their first node */
     int (*edges)[2];        /* [3 * face_count], of which edge_count are in use */
     int edge_count;
     pli_bounds* boxes;
     self_faces_pair* pairs;
-    int box_capacity, pair_count, pair_capacity;
+    float* due;  /* [pair_count] value of `moved` up to which a pair cannot come together */
+    int* active; /* pairs to be solved in this step or substep */
+    int box_capacity, pair_count, pair_capacity, due_capacity, active_count, active_capacity;
     plii_box_tree tree;
     pli_self_faces_report report;
 } self_faces_state;
@@ -158,11 +168,17 @@ static pli_bounds self_faces_box(const pli_body* body, const int* nodes, int cou
     return box;
 }
 
+static float self_faces_box_distance(const pli_bounds* a, const pli_bounds* b) {
+    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
+    const pli_vec3 apart = plii_vec3_max(pli_vec3_sub(a->min, b->max), pli_vec3_sub(b->min, a->max));
+    return pli_vec3_length(plii_vec3_max(apart, zero));
+}
+
 typedef struct self_faces_search {
     pli_body* body;
     self_faces_state* state;
-    float reach;
-    int item; /* node or edge that is looked for */
+    pli_bounds box; /* of the item */
+    int item;       /* node or edge that is looked for */
     bool is_edges;
     bool has_memory;
 } self_faces_search;
@@ -171,7 +187,7 @@ static void self_faces_hit(int item, void* user) {
     self_faces_search* search = user;
     self_faces_state* state = search->state;
     const pli_body* body = search->body;
-    self_faces_pair pair = {.is_edges = search->is_edges};
+    self_faces_pair pair = {.is_edges = search->is_edges, .target = -1.0f};
     if (search->is_edges) {
         if (item <= search->item) { return; }
         const int *a = state->edges[search->item], *b = state->edges[item];
@@ -182,22 +198,18 @@ static void self_faces_hit(int item, void* user) {
         if (face[0] == search->item || face[1] == search->item || face[2] == search->item) { return; }
         pair.nodes[0] = search->item, pair.nodes[1] = face[0], pair.nodes[2] = face[1], pair.nodes[3] = face[2];
     }
-    pli_vec3 x[4], rest[4];
     float mobility = 0.0f;
     for (int k = 0; k < 4; ++k) {
-        x[k] = plii_xyz(body->previous[pair.nodes[k]]);
-        rest[k] = state->rest[pair.nodes[k]];
         mobility += body->positions[pair.nodes[k]].w;
     }
-    if (!(mobility > 0.0f)) { return; }
-    const float squared = pli_vec3_length_squared(self_faces_nearest(x, pair.is_edges, pair.weights));
-    if (!(squared <= search->reach * search->reach)) { return; }
-    const float at_rest = sqrtf(pli_vec3_length_squared(self_faces_nearest(rest, pair.is_edges, pair.weights)));
-    pair.target = at_rest < state->def.thickness ? at_rest : state->def.thickness;
-    if (!PLII_RESERVE(body->context, &state->pairs, &state->pair_capacity, state->pair_count + 1)) {
+    const float distance = self_faces_box_distance(&search->box, &state->boxes[item]);
+    if (!(mobility > 0.0f) || !(distance <= state->reach)) { return; }
+    if (!PLII_RESERVE(body->context, &state->pairs, &state->pair_capacity, state->pair_count + 1) ||
+        !PLII_RESERVE(body->context, &state->due, &state->due_capacity, state->pair_count + 1)) {
         search->has_memory = false;
         return;
     }
+    state->due[state->pair_count] = 0.5f * (distance - state->def.thickness);
     state->pairs[state->pair_count++] = pair;
 }
 
@@ -220,9 +232,8 @@ static void self_faces_search_run(self_faces_search* search) {
     const int count = search->is_edges ? state->edge_count : body->node_count;
     for (int i = 0; i < count; ++i) {
         search->item = i;
-        const pli_bounds box =
-            search->is_edges ? self_faces_box(body, state->edges[i], 2) : self_faces_box(body, &i, 1);
-        plii_box_tree_overlaps(&state->tree, plii_bounds_grow(box, search->reach), self_faces_hit, search);
+        search->box = search->is_edges ? self_faces_box(body, state->edges[i], 2) : self_faces_box(body, &i, 1);
+        plii_box_tree_overlaps(&state->tree, plii_bounds_grow(search->box, state->reach), self_faces_hit, search);
     }
 }
 
@@ -237,49 +248,95 @@ static float self_faces_wanted_travel(const pli_body* body, const self_faces_sta
     return plii_min(most, 1.25f * sqrtf(squared) + 0.5f * state->def.thickness);
 }
 
+/* Counts how far nodes have got. What is not finite goes on being so, and is caught elsewhere. */
+static void self_faces_count_motion(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
+    float squared = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_self_start(nodes, i);
+        squared = plii_max(squared, pli_vec3_length_squared(pli_vec3_sub(x, state->last[i])));
+        state->last[i] = x;
+    }
+    state->moved += sqrtf(squared) * (1.0f + 1e-5f);
+}
+
 static void self_faces_begin(pli_body* body, self_faces_state* state) {
-    state->report = (pli_self_faces_report){0};
-    state->pair_count = 0;
+    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    state->report = (pli_self_faces_report){.pairs = state->pair_count};
     state->travel = self_faces_wanted_travel(body, state);
-    const float reach = state->def.thickness + 2.0f * state->travel;
-    self_faces_search search = {body, state, reach, 0, false, true};
+    self_faces_count_motion(body, state, &nodes);
+    const float room = 0.5f * (state->reach - state->def.thickness);
+    if (state->reach > 0.0f && state->moved + state->travel <= room) { return; }
+    state->reach = state->def.thickness + 2.0f * state->travel;
+    state->moved = 0.0f;
+    state->pair_count = 0;
+    self_faces_search search = {.body = body, .state = state, .has_memory = true};
     self_faces_search_run(&search);
     search.is_edges = true;
     self_faces_search_run(&search);
+    if (!search.has_memory) { state->reach = 0.0f; }
     state->report.pairs = state->pair_count;
     state->report.is_cut_short = !search.has_memory;
 }
 
 // --------------------------------------------------------------------------------------------------------- contacts
 
-/* Contacts as they are at the start of a step or substep. */
-static void self_faces_restart(self_faces_state* state, const plii_self_nodes* nodes) {
+static float self_faces_distance_at_rest(const self_faces_state* state, const self_faces_pair* pair) {
+    pli_vec3 x[4];
+    float weights[4];
+    for (int k = 0; k < 4; ++k) {
+        x[k] = state->rest[pair->nodes[k]];
+    }
+    return pli_vec3_length(self_faces_nearest(x, pair->is_edges, weights));
+}
+
+/* Takes a pair as it is at the start of a step or substep, where `last` is. True when it could come together in it and
+ * has a normal. */
+static bool self_faces_take(self_faces_state* state, int index) {
+    self_faces_pair* pair = &state->pairs[index];
+    const float thickness = state->def.thickness;
+    pli_vec3 x[4];
+    for (int k = 0; k < 4; ++k) {
+        x[k] = state->last[pair->nodes[k]];
+    }
+    const pli_vec3 apart = self_faces_nearest(x, pair->is_edges, pair->weights);
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > 1e-6f * thickness) || !plii_is_finite(distance)) { return false; }
+    float gap = distance - (1.0f + SELF_FACES_SLACK) * thickness;
+    if (gap < 2.0f * state->motion) {
+        if (pair->target < 0.0f) { pair->target = plii_min(thickness, self_faces_distance_at_rest(state, pair)); }
+        gap = distance - pair->target - SELF_FACES_SLACK * thickness;
+    }
+    state->due[index] = state->moved + 0.5f * gap;
+    if (gap >= 2.0f * state->motion) { return false; }
+    pair->normal = plii_vec3_divide(apart, distance);
+    /* The sides as they are, not as nearest points say: those are rounded. */
+    float low = FLT_MAX, high = -FLT_MAX;
+    for (int k = 0; k < 4; ++k) {
+        const float level = pli_vec3_dot(pair->normal, pli_vec3_sub(x[k], x[0]));
+        const bool is_first = k == 0 || (k == 1 && pair->is_edges);
+        if (is_first) {
+            low = plii_min(low, level);
+        } else {
+            high = plii_max(high, level);
+        }
+    }
+    pair->middle = 0.5f * (low + high);
+    pair->distance = low - high;
+    return pair->distance > 0.0f;
+}
+
+/* Collects the pairs that could come together when no node moves by more than `motion`. */
+static void self_faces_restart(pli_body* body, self_faces_state* state, const plii_self_nodes* nodes, float motion) {
+    state->motion = motion;
+    self_faces_count_motion(body, state, nodes);
+    state->active_count = 0;
     for (int i = 0; i < state->pair_count; ++i) {
-        self_faces_pair* pair = &state->pairs[i];
-        pli_vec3 x[4];
-        for (int k = 0; k < 4; ++k) {
-            x[k] = plii_self_start(nodes, pair->nodes[k]);
+        if (state->due[i] > state->moved + motion || !self_faces_take(state, i)) { continue; }
+        if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->active_count + 1)) {
+            state->report.is_cut_short = true;
+            return;
         }
-        const pli_vec3 apart = self_faces_nearest(x, pair->is_edges, pair->weights);
-        const float distance = sqrtf(pli_vec3_length_squared(apart));
-        pair->is_known = distance > 1e-6f * state->def.thickness && plii_is_finite(distance);
-        if (!pair->is_known) { continue; }
-        pair->distance = distance;
-        pair->normal = plii_vec3_divide(apart, distance);
-        /* The sides as they are, not as nearest points say: those are rounded. */
-        float low = FLT_MAX, high = -FLT_MAX;
-        for (int k = 0; k < 4; ++k) {
-            const float level = pli_vec3_dot(pair->normal, pli_vec3_sub(x[k], x[0]));
-            const bool is_first = k == 0 || (k == 1 && pair->is_edges);
-            if (is_first) {
-                low = plii_min(low, level);
-            } else {
-                high = plii_max(high, level);
-            }
-        }
-        pair->middle = 0.5f * (low + high);
-        pair->distance = low - high;
-        pair->is_known = pair->distance > 0.0f;
+        state->active[state->active_count++] = i;
     }
 }
 
@@ -307,9 +364,9 @@ static bool self_faces_part(const plii_self_nodes* nodes, const self_faces_pair*
 static void self_faces_solve(self_faces_state* state, const plii_self_nodes* nodes) {
     const float near = state->def.thickness;
     int contacts = 0;
-    for (int i = 0; i < state->pair_count; ++i) {
-        const self_faces_pair* pair = &state->pairs[i];
-        if (!pair->is_known || pair->distance > pair->target + near) { continue; }
+    for (int i = 0; i < state->active_count; ++i) {
+        const self_faces_pair* pair = &state->pairs[state->active[i]];
+        if (pair->distance > pair->target + near) { continue; }
         contacts += self_faces_part(nodes, pair, state->def.friction);
     }
     state->report.contacts = contacts;
@@ -317,15 +374,22 @@ static void self_faces_solve(self_faces_state* state, const plii_self_nodes* nod
 
 // ----------------------------------------------------------------------------------------------- cutting motions short
 
-static void self_faces_limit_travel(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
+static void self_faces_limit_motion(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
     const pli_vec4* step_starts = body->solver_class->has_substeps ? body->previous : state->starts;
     for (int i = 0; i < body->node_count; ++i) {
+        if (!(nodes->offsets[i].w > 0.0f)) { continue; }
+        const pli_vec3 motion = plii_self_motion(nodes, i);
+        const float squared = pli_vec3_length_squared(motion);
+        if (squared > state->motion * state->motion) {
+            plii_self_move(nodes, i, motion, state->motion / sqrtf(squared) - 1.0f);
+            state->report.shortened += 1;
+        }
         const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(step_starts[i]));
-        const float squared = pli_vec3_length_squared(moved);
-        if (!(squared > state->travel * state->travel) || !(nodes->offsets[i].w > 0.0f)) { continue; }
-        const float excess = state->travel / sqrtf(squared) - 1.0f;
-        plii_self_move(nodes, i, moved, excess);
-        state->report.shortened += 1;
+        const float all_squared = pli_vec3_length_squared(moved);
+        if (all_squared > state->travel * state->travel) {
+            plii_self_move(nodes, i, moved, state->travel / sqrtf(all_squared) - 1.0f);
+            state->report.shortened += 1;
+        }
     }
 }
 
@@ -371,13 +435,12 @@ static bool self_faces_shorten(const plii_self_nodes* nodes, const self_faces_pa
 
 /* After all constraints of a step or substep. */
 static void self_faces_finish(const pli_body* body, self_faces_state* state, const plii_self_nodes* nodes) {
-    self_faces_limit_travel(body, state, nodes);
+    self_faces_limit_motion(body, state, nodes);
     bool is_done = false;
     for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
         is_done = true;
-        for (int i = 0; i < state->pair_count; ++i) {
-            if (!state->pairs[i].is_known) { continue; }
-            if (self_faces_shorten(nodes, &state->pairs[i], pass == SELF_FACES_MAX_PASSES)) {
+        for (int i = 0; i < state->active_count; ++i) {
+            if (self_faces_shorten(nodes, &state->pairs[state->active[i]], pass == SELF_FACES_MAX_PASSES)) {
                 is_done = false;
                 state->report.shortened += 1;
             }
@@ -399,7 +462,7 @@ static void self_faces_run_prepare(pli_body* body, void* data, const plii_step* 
     }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
     self_faces_begin(body, state);
-    self_faces_restart(state, &nodes);
+    self_faces_restart(body, state, &nodes, state->travel);
 }
 
 static void self_faces_run_position(pli_body* body, void* data, const plii_step* step) {
@@ -429,8 +492,14 @@ static void self_faces_begin_substeps(pli_body* body, void* data) {
 }
 
 static void self_faces_restart_substep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
-    self_faces_restart(data, &nodes);
+    float squared = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(&nodes, i)));
+    }
+    const float motion = 1.25f * sqrtf(squared) + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
+    self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
 }
 
 static void self_faces_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
@@ -439,7 +508,7 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_xpbd_substep
     self_faces_finish(body, data, &nodes);
 }
 
-enum { SELF_FACES_BLOCKS = 5 };
+enum { SELF_FACES_BLOCKS = 6 };
 
 static void self_faces_sizes(int node_count, int face_count, size_t sizes[SELF_FACES_BLOCKS]) {
     sizes[0] = (size_t)node_count * sizeof(pli_vec3);
@@ -447,6 +516,7 @@ static void self_faces_sizes(int node_count, int face_count, size_t sizes[SELF_F
     sizes[2] = (size_t)node_count * sizeof(pli_vec3);
     sizes[3] = ((size_t)node_count + 1) * sizeof(int);
     sizes[4] = 3 * (size_t)face_count * sizeof(int[2]);
+    sizes[5] = (size_t)node_count * sizeof(pli_vec3);
 }
 
 static void self_faces_take_blocks(self_faces_state* state, void* blocks[SELF_FACES_BLOCKS]) {
@@ -455,11 +525,13 @@ static void self_faces_take_blocks(self_faces_state* state, void* blocks[SELF_FA
     state->was = blocks[2];
     state->rows = blocks[3];
     state->edges = blocks[4];
+    state->last = blocks[5];
 }
 
 static void self_faces_release_blocks(pli_body* body, const self_faces_state* state, int node_count, int face_count) {
     size_t sizes[SELF_FACES_BLOCKS];
-    void* const blocks[SELF_FACES_BLOCKS] = {state->rest, state->starts, state->was, state->rows, state->edges};
+    void* const blocks[SELF_FACES_BLOCKS] = {state->rest, state->starts, state->was,
+                                             state->rows, state->edges,  state->last};
     self_faces_sizes(node_count, face_count, sizes);
     for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
         plii_release(body->context, blocks[i], sizes[i]);
@@ -494,6 +566,8 @@ static void self_faces_disable(pli_body* body, void* data) {
     self_faces_release_blocks(body, state, body->node_count, body->topology->face_count);
     plii_release(body->context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(body->context, state->pairs, (size_t)state->pair_capacity * sizeof *state->pairs);
+    plii_release(body->context, state->due, (size_t)state->due_capacity * sizeof *state->due);
+    plii_release(body->context, state->active, (size_t)state->active_capacity * sizeof *state->active);
     plii_box_tree_free(body->context, &state->tree);
 }
 
@@ -502,7 +576,9 @@ static size_t self_faces_bytes(const pli_body* body, const void* data) {
     size_t sizes[SELF_FACES_BLOCKS];
     self_faces_sizes(body->node_count, body->topology->face_count, sizes);
     size_t bytes = (size_t)state->box_capacity * sizeof *state->boxes +
-                   (size_t)state->pair_capacity * sizeof *state->pairs + plii_box_tree_bytes(&state->tree);
+                   (size_t)state->pair_capacity * sizeof *state->pairs +
+                   (size_t)state->due_capacity * sizeof *state->due +
+                   (size_t)state->active_capacity * sizeof *state->active + plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
         bytes += sizes[i];
     }
@@ -523,7 +599,8 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
     self_faces_release_blocks(body, state, change->old_node_count, change->old_face_count);
     self_faces_take_blocks(state, blocks);
     self_faces_find_edges(body, state);
-    state->pair_count = 0;
+    state->pair_count = state->active_count = 0;
+    state->reach = 0.0f;
 }
 
 static const plii_feature_class self_faces_class;
@@ -566,6 +643,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     PLII_TRY(plii_feature_enable(body, &self_faces_class, &data));
     self_faces_state* state = data;
     state->def = *def;
+    state->reach = 0.0f;
     return PLI_OK;
 }
 

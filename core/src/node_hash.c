@@ -140,6 +140,7 @@ static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const n
     for (int r = 0; r < run_count; ++r) {
         candidates += runs[r].end - runs[r].begin;
     }
+    if (candidates == 0) { return true; }
     const bool is_crowd = candidates > PLII_NODE_PAIRS_MAX_ROW;
     int room = is_crowd ? PLII_NODE_PAIRS_MAX_ROW : candidates;
     if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + room)) { return false; }
