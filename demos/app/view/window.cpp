@@ -18,15 +18,10 @@ static std::string glfw_reason() {
     return text == nullptr ? "no reason is known" : text;
 }
 
-// The library as long as a window lives.
-struct Library {
-    Library() {
-        if (glfwInit() == GLFW_FALSE) { throw demos::Error("a window needs a display: " + glfw_reason()); }
-    }
-    ~Library() { glfwTerminate(); }
-    Library(const Library&) = delete;
-    Library& operator=(const Library&) = delete;
-};
+// GLFW is never ended: it would unload the system's libraries, with memory that only they can reach.
+static void start_glfw() {
+    if (glfwInit() == GLFW_FALSE) { throw demos::Error("a window needs a display: " + glfw_reason()); }
+}
 
 struct WindowDeleter {
     void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
@@ -49,7 +44,6 @@ struct Interface {
 };
 
 struct Window::Parts {
-    Library library;
     std::unique_ptr<GLFWwindow, WindowDeleter> window;
     std::unique_ptr<Interface> interface;
     std::vector<Event> events;
@@ -153,6 +147,7 @@ static void on_wheel(GLFWwindow* window, double, double steps) {
 // ---------------------------------------------------------------------------------------------------- window
 
 Window::Window(const std::string& title, int width, int height) : parts_(std::make_unique<Parts>()) {
+    start_glfw();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
@@ -171,6 +166,7 @@ Window::Window(const std::string& title, int width, int height) : parts_(std::ma
     glfwGetWindowContentScale(window, &parts_->scale, &scale_y);
     parts_->scale = std::clamp(parts_->scale, 1.0f, 4.0f);
     ImGui::GetStyle().ScaleAllSizes(parts_->scale);
+    ImGui::GetStyle().Colors[ImGuiCol_PopupBg].w = 1.0f; // the list of scenes lies over other words
     ImFontConfig font;
     font.SizePixels = 13.0f * parts_->scale;
     ImGui::GetIO().Fonts->AddFontDefault(&font);
