@@ -9,9 +9,10 @@
 enum { XPBD_LINKS_BATCH = 8 }; /* groups */
 
 typedef struct xpbd_links_group {
-    plii_float8 x, y, z;        /* unit, from the first nodes to the others; 0 without length */
+    plii_float8 x, y, z; /* from the first nodes to the others */
+    plii_float8 length_squared;
+    plii_float8 motion;         /* along x, y, z in this substep, where it is damped */
     plii_float8 mass_a, mass_b; /* inverse masses, later moves along x, y, z */
-    plii_float8 value, motion;  /* of the constraint; its change in this substep, where it is damped */
 } xpbd_links_group;
 
 /* The nodes of a group: where they were, how far they moved, and how far when the substep began. */
@@ -24,20 +25,16 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_dot(plii_float8 ax, plii_float8 ay, plii
     return plii_float8_add(plii_float8_add(plii_float8_mul(ax, bx), plii_float8_mul(ay, by)), plii_float8_mul(az, bz));
 }
 
-PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nodes a, xpbd_links_nodes b,
-                                         plii_float8 rest) {
+PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nodes a, xpbd_links_nodes b) {
     const plii_records8 delta = plii_packed8_turn(plii_packed8_add(plii_packed8_sub(b.positions, a.positions),
                                                                    plii_packed8_sub(b.displacements, a.displacements)));
-    const plii_float8 length = plii_float8_sqrt(xpbd_links_dot(delta.x, delta.y, delta.z, delta.x, delta.y, delta.z));
-    const plii_float8 inverse =
-        plii_float8_where_greater(length, plii_float8_all(0.0f), plii_float8_div(plii_float8_all(1.0f), length));
-    group->x = plii_float8_mul(delta.x, inverse);
-    group->y = plii_float8_mul(delta.y, inverse);
-    group->z = plii_float8_mul(delta.z, inverse);
+    group->x = delta.x;
+    group->y = delta.y;
+    group->z = delta.z;
+    group->length_squared = xpbd_links_dot(delta.x, delta.y, delta.z, delta.x, delta.y, delta.z);
+    group->motion = plii_float8_all(0.0f);
     group->mass_a = plii_packed8_turn(a.displacements).w;
     group->mass_b = plii_packed8_turn(b.displacements).w;
-    group->value = plii_float8_sub(length, rest);
-    group->motion = plii_float8_all(0.0f);
 }
 
 PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_packed8 displacements_a,
@@ -48,37 +45,28 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
     group->motion = xpbd_links_dot(group->x, group->y, group->z, motion.x, motion.y, motion.z);
 }
 
-/* plii_xpbd_multiplier. Lanes without a link have an infinite value and change nothing; those without length have no
-   direction. */
-PLII_SIMD_INLINE plii_float8 xpbd_links_finite(plii_float8 change, plii_float8 weight) {
-    change = plii_float8_where_greater(weight, plii_float8_all(0.0f), change);
+/* plii_xpbd_multiplier, then the moves. Links without length have no direction; lanes without a link have an infinite
+   value, and so no finite change. */
+PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness, bool is_soft,
+                                        const float* rest_lengths, float* multipliers) {
+    const plii_float8 zero = plii_float8_all(0.0f);
+    const plii_float8 length = plii_float8_sqrt(group->length_squared);
+    const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
+    const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
+    plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length), divisor = weight;
+    if (is_soft) {
+        const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
+        force = plii_float8_sub(plii_float8_sub(force, plii_float8_mul(alpha, plii_float8_load(multipliers))),
+                                plii_float8_mul(gamma, plii_float8_mul(group->motion, inverse)));
+        divisor = plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
+    }
+    plii_float8 change = plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor));
     change = plii_float8_where_greater(plii_float8_all(INFINITY), change, change);
-    return plii_float8_where_greater(change, plii_float8_all(-INFINITY), change);
-}
-PLII_SIMD_INLINE void xpbd_links_take_change(xpbd_links_group* group, plii_float8 change) {
-    group->mass_a = plii_float8_mul(group->mass_a, plii_float8_negate(change));
-    group->mass_b = plii_float8_mul(group->mass_b, change);
-}
-
-PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group) {
-    const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    const plii_float8 change = plii_float8_div(plii_float8_negate(group->value), weight);
-    xpbd_links_take_change(group, xpbd_links_finite(change, weight));
-}
-
-PLII_SIMD_INLINE void xpbd_links_divide_soft(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
-                                             float* multipliers) {
-    const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
-    const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    const plii_float8 multiplier = plii_float8_load(multipliers);
-    const plii_float8 force =
-        plii_float8_sub(plii_float8_sub(plii_float8_negate(group->value), plii_float8_mul(alpha, multiplier)),
-                        plii_float8_mul(gamma, group->motion));
-    const plii_float8 divisor =
-        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
-    const plii_float8 change = xpbd_links_finite(plii_float8_div(force, divisor), weight);
-    plii_float8_store(multipliers, plii_float8_add(multiplier, change));
-    xpbd_links_take_change(group, change);
+    change = plii_float8_where_greater(change, plii_float8_all(-INFINITY), change);
+    if (is_soft) { plii_float8_store(multipliers, plii_float8_add(plii_float8_load(multipliers), change)); }
+    const plii_float8 move = plii_float8_mul(change, inverse);
+    group->mass_a = plii_float8_mul(group->mass_a, plii_float8_negate(move));
+    group->mass_b = plii_float8_mul(group->mass_b, move);
 }
 
 PLII_SIMD_INLINE bool xpbd_links_is_damped(const plii_xpbd_link_softness* softness) {
@@ -118,16 +106,12 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         const int count = left < XPBD_LINKS_BATCH ? left : XPBD_LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
             const ptrdiff_t a = first + i * step;
-            xpbd_links_measure(&groups[i], xpbd_links_load(task, a, stride), xpbd_links_load(task, a + offset, stride),
-                               plii_float8_load(task->rest_lengths + slot + PLII_LINK_GROUP * i));
+            xpbd_links_measure(&groups[i], xpbd_links_load(task, a, stride), xpbd_links_load(task, a + offset, stride));
             if (is_damped) { xpbd_links_load_motion(&groups[i], task->substep, a, a + offset, stride); }
         }
         for (int i = 0; i < count; ++i) {
-            if (is_soft) {
-                xpbd_links_divide_soft(&groups[i], softness, task->multipliers + slot + PLII_LINK_GROUP * i);
-            } else {
-                xpbd_links_divide(&groups[i]);
-            }
+            xpbd_links_divide(&groups[i], softness, is_soft, task->rest_lengths + slot + PLII_LINK_GROUP * i,
+                              task->multipliers + slot + PLII_LINK_GROUP * i);
         }
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
@@ -163,21 +147,13 @@ PLII_SIMD_INLINE xpbd_links_nodes xpbd_links_gather(const plii_xpbd_links_task* 
                               plii_packed8_gather(task->substep->displacements, places)};
 }
 PLII_SIMD_INLINE void xpbd_links_measure_block(xpbd_links_group* group, const plii_xpbd_links_task* task,
-                                               const uint32_t* a, const uint32_t* b, plii_float8 rest, bool is_damped) {
-    xpbd_links_measure(group, xpbd_links_gather(task, a), xpbd_links_gather(task, b), rest);
+                                               const uint32_t* a, const uint32_t* b, bool is_damped) {
+    xpbd_links_measure(group, xpbd_links_gather(task, a), xpbd_links_gather(task, b));
     if (is_damped) {
         const plii_xpbd_substep* substep = task->substep;
         xpbd_links_measure_motion(group, plii_packed8_gather(substep->displacements, a),
                                   plii_packed8_gather(substep->displacements, b),
                                   plii_packed8_gather(substep->carried, a), plii_packed8_gather(substep->carried, b));
-    }
-}
-PLII_SIMD_INLINE void xpbd_links_divide_any(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
-                                            float* multipliers) {
-    if (xpbd_links_is_soft(softness)) {
-        xpbd_links_divide_soft(group, softness, multipliers);
-    } else {
-        xpbd_links_divide(group);
     }
 }
 PLII_SIMD_INLINE void xpbd_links_move_block(const xpbd_links_group* g, pli_vec4* displacements, const uint32_t* a,
@@ -199,12 +175,13 @@ static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int e
             (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
         for (int i = 0; i < count; ++i) {
             xpbd_links_measure_block(&groups[i], task, places[i][0], places[i][1],
-                                     plii_float8_load(task->rest_lengths + slot + PLII_LINK_GROUP * i),
                                      xpbd_links_is_damped(xpbd_links_softness(task, colors->block_tags[first + i])));
         }
         for (int i = 0; i < count; ++i) {
-            xpbd_links_divide_any(&groups[i], xpbd_links_softness(task, colors->block_tags[first + i]),
-                                  task->multipliers + slot + PLII_LINK_GROUP * i);
+            const plii_xpbd_link_softness* softness = xpbd_links_softness(task, colors->block_tags[first + i]);
+            xpbd_links_divide(&groups[i], softness, xpbd_links_is_soft(softness),
+                              task->rest_lengths + slot + PLII_LINK_GROUP * i,
+                              task->multipliers + slot + PLII_LINK_GROUP * i);
         }
         for (int i = 0; i < count; ++i) {
             xpbd_links_move_block(&groups[i], task->substep->displacements, places[i][0], places[i][1]);
@@ -239,9 +216,8 @@ static void xpbd_links_serial(const plii_xpbd_links_task* task) {
         }
         const plii_xpbd_link_softness* softness = xpbd_links_softness(task, plii_link_colors_tag(body, link));
         xpbd_links_group group;
-        xpbd_links_measure_block(&group, task, places[0], places[1], plii_float8_load(rests),
-                                 xpbd_links_is_damped(softness));
-        xpbd_links_divide_any(&group, softness, multipliers);
+        xpbd_links_measure_block(&group, task, places[0], places[1], xpbd_links_is_damped(softness));
+        xpbd_links_divide(&group, softness, xpbd_links_is_soft(softness), rests, multipliers);
         xpbd_links_move_block(&group, task->substep->displacements, places[0], places[1]);
         task->multipliers[first_slot + i] = multipliers[0];
     }
