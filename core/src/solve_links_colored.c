@@ -3,7 +3,10 @@
 
 #include "links_kernel.h"
 
-enum { COLORED_LINKS_GRAIN = 128 }; /* groups of links; about 1 microsecond */
+enum {
+    COLORED_LINKS_GRAIN = 128, /* groups of links; about 1 microsecond */
+    COLORED_LINKS_LEAST = 3    /* links per group on the average; a group of fewer costs more than they do one by one */
+};
 
 typedef struct colored_links_state {
     const plii_link_colors* colors;
@@ -45,11 +48,6 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     state->is_stale = false;
 }
 
-static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
-    colored_links_refresh(body, state);
-}
-
 typedef struct colored_links_part {
     const colored_links_state* state;
     plii_links_task task;
@@ -72,11 +70,26 @@ static void colored_links_sweep(pli_body* body, void* data) {
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }
 
+static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    if (body->sweep_links == colored_links_sweep) { colored_links_refresh(body, state); }
+}
+
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static size_t colored_links_stiffness_size(const pli_body* body) {
     return (size_t)body->material_count * sizeof(float);
 }
+/* A body of a few links that all meet stays with the ordered sweep. */
+static void colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
+    const plii_link_colors* colors = state->colors;
+    const int64_t group_count = (int64_t)colors->run_group_count + colors->block_count + colors->serial_count;
+    const bool is_worthwhile = body->link_count >= COLORED_LINKS_LEAST * group_count;
+    body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
+    body->sweep_links_state = state;
+    state->is_stale = true;
+}
+
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
@@ -87,9 +100,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
         plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    state->is_stale = true;
-    body->sweep_links = colored_links_sweep;
-    body->sweep_links_state = state;
+    colored_links_choose_sweep(body, state);
     return PLI_OK;
 }
 
@@ -116,7 +127,7 @@ static void colored_links_topology_commit(pli_body* body, void* data, const plii
                                           void** blocks) {
     colored_links_state* state = data;
     plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
-    state->is_stale = true;
+    colored_links_choose_sweep(body, state);
 }
 
 static const plii_feature_class* const colored_links_needs[] = {&plii_link_colors_class, NULL};
