@@ -42,9 +42,8 @@ typedef struct soft_contacts_state {
     int face_capacity;
     pli_bounds* boxes; /* of `faces` */
     int box_capacity;
-    int* hits;
+    int* hits; /* as many as there are boxes */
     int hit_count, hit_capacity;
-    bool is_out_of_memory;
 } soft_contacts_state;
 
 pli_soft_contacts_def pli_soft_contacts_def_default(void) {
@@ -144,21 +143,26 @@ static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int no
     return pli_vec3_dot(before, normal) < 0.0f ? pli_vec3_neg(normal) : normal;
 }
 
-/* The nearest point of a face, relative to the node. */
-static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3* point,
-                                  float* distance_squared) {
+/* The nearest point of a face, relative to the node, unless it is certainly farther than `reach`. */
+static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, float reach,
+                                  pli_vec3* point, float* distance_squared) {
     if (pass->use_boxes) {
         return plii_project_origin_on_triangle(a, b, c, PLII_EPSILON, PLII_EPSILON, point, distance_squared);
     }
-    const float longest =
-        plii_max(pli_vec3_length_squared(pli_vec3_sub(b, a)),
-                 plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(pli_vec3_sub(a, c))));
+    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), normal = pli_vec3_cross(ab, ac);
+    const float area_squared = pli_vec3_length_squared(normal), height = pli_vec3_dot(a, normal);
+    if (height * height > 1.001f * reach * reach * area_squared) { return false; }
+    const float longest = plii_max(pli_vec3_length_squared(ab),
+                                   plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(ac)));
     const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
-    return plii_project_origin_on_triangle(a, b, c, plii_max(min_area * min_area, FLT_MIN), 0.0f, point,
-                                           distance_squared);
+    if (!(area_squared > plii_max(min_area * min_area, FLT_MIN))) { return false; }
+    plii_triangle_feature feature;
+    *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &feature);
+    *distance_squared = pli_vec3_length_squared(*point);
+    return true;
 }
 
-static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, int face_index) {
+static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, float margin, int face_index) {
     const pli_body* face_body = pass->face_body;
     const int* face = face_body->topology->faces[face_index];
     const pli_vec3 origin = soft_contacts_position(pass->node_body, node);
@@ -167,10 +171,9 @@ static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, i
     pli_vec3 point;
     float distance_squared;
     if (!soft_contacts_project(pass, pli_vec3_sub(x[0], origin), pli_vec3_sub(x[1], origin), pli_vec3_sub(x[2], origin),
-                               &point, &distance_squared)) {
+                               margin, &point, &distance_squared)) {
         return PLI_OK;
     }
-    const float margin = soft_contacts_reach(pass, node);
     if (!(distance_squared < margin * margin)) { return PLI_OK; }
 
     const pli_vec3 weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin));
@@ -233,7 +236,8 @@ static bool soft_contacts_build_tree(const soft_contacts_pass* pass) {
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
     if (!PLII_RESERVE(context, &search->faces, &search->face_capacity, face_count) ||
-        !PLII_RESERVE(context, &search->boxes, &search->box_capacity, face_count)) {
+        !PLII_RESERVE(context, &search->boxes, &search->box_capacity, face_count) ||
+        !PLII_RESERVE(context, &search->hits, &search->hit_capacity, face_count)) {
         return false;
     }
     pli_bounds nodes = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -253,21 +257,6 @@ static bool soft_contacts_build_tree(const soft_contacts_pass* pass) {
     return plii_box_tree_build(context, &search->tree, count, search->boxes);
 }
 
-typedef struct soft_contacts_hits {
-    pli_context* context;
-    soft_contacts_state* search;
-} soft_contacts_hits;
-
-static void soft_contacts_hit(int item, void* user) {
-    const soft_contacts_hits* hits = user;
-    soft_contacts_state* search = hits->search;
-    if (!PLII_RESERVE(hits->context, &search->hits, &search->hit_capacity, search->hit_count + 1)) {
-        search->is_out_of_memory = true;
-        return;
-    }
-    search->hits[search->hit_count++] = search->faces[item];
-}
-
 /* Shell's sort: in place, and quick enough for the few faces near one node. */
 static void soft_contacts_sort(int* values, int count) {
     for (int gap = count / 2; gap > 0; gap /= 2) {
@@ -282,28 +271,41 @@ static void soft_contacts_sort(int* values, int count) {
     }
 }
 
+static void soft_contacts_hit(int item, void* user) {
+    soft_contacts_state* search = user;
+    search->hits[search->hit_count++] = item;
+}
+
+/* Faces whose contacts with a node are to be looked for, ascending. */
+static void soft_contacts_find(const soft_contacts_pass* pass, int node, float reach) {
+    soft_contacts_state* search = pass->search;
+    search->hit_count = 0;
+    if (pass->use_boxes) {
+        plii_box_tree_overlaps(&search->tree, pass->node_state->node_boxes[node], soft_contacts_hit, search);
+    } else {
+        search->hit_count =
+            plii_box_tree_near(&search->tree, soft_contacts_position(pass->node_body, node), reach, search->hits);
+    }
+    for (int i = 0; i < search->hit_count; ++i) {
+        search->hits[i] = search->faces[search->hits[i]];
+    }
+    soft_contacts_sort(search->hits, search->hit_count);
+}
+
 static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
     pli_context* context = pass->node_body->context;
     soft_contacts_state* search = pass->search;
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    bool has_memory = soft_contacts_build_tree(pass);
-    if (has_memory && search->tree.count == 0) { return PLI_OK; }
-    const pli_bounds faces =
-        has_memory ? search->tree.boxes[search->tree.begin[search->tree.level_count - 1]] : (pli_bounds){0};
-    soft_contacts_hits hits = {context, search};
-    for (int i = 0; has_memory && i < pass->node_body->node_count; ++i) {
-        const pli_bounds box = soft_contacts_node_box(pass, i);
-        if (!plii_bounds_overlap(box, faces)) { continue; }
-        search->hit_count = 0;
-        search->is_out_of_memory = false;
-        plii_box_tree_overlaps(&search->tree, box, soft_contacts_hit, &hits);
-        has_memory = !search->is_out_of_memory;
-        soft_contacts_sort(search->hits, search->hit_count);
-        for (int k = 0; has_memory && k < search->hit_count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, i, search->hits[k]));
+    if (!soft_contacts_build_tree(pass)) {
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts");
+    }
+    for (int i = 0; search->tree.count > 0 && i < pass->node_body->node_count; ++i) {
+        const float reach = soft_contacts_reach(pass, i);
+        soft_contacts_find(pass, i, reach);
+        for (int k = 0; k < search->hit_count; ++k) {
+            PLII_TRY(soft_contacts_test(pass, i, reach, search->hits[k]));
         }
     }
-    if (!has_memory) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts"); }
     return PLI_OK;
 }
 
