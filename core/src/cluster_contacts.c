@@ -43,17 +43,28 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     plii_pair_memory_turn(body->context, &state->memory);
+    plii_manifold* manifolds = state->manifolds;
+    state->manifolds = state->manifolds_before;
+    state->manifolds_before = manifolds;
+    const int capacity = state->manifold_capacity;
+    state->manifold_capacity = state->manifold_before_capacity;
+    state->manifold_before_capacity = capacity;
+}
+
+static void cluster_contacts_forget(plii_cluster_contacts* state) {
+    state->count = 0;
+    plii_pair_memory_forget(&state->memory);
 }
 
 static void cluster_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
     (void)other;
     (void)body;
-    ((plii_cluster_contacts*)data)->count = 0;
+    cluster_contacts_forget(data);
 }
 
 static void cluster_contacts_forget_clusters(pli_body* body, void* data, const pli_body* other) {
     plii_cluster_contacts* state = data;
-    state->count = 0;
+    cluster_contacts_forget(state);
     if (other != body) { return; }
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
@@ -62,7 +73,7 @@ static void cluster_contacts_forget_clusters(pli_body* body, void* data, const p
 static void cluster_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
     (void)body;
     (void)rigid;
-    ((plii_cluster_contacts*)data)->count = 0;
+    cluster_contacts_forget(data);
 }
 
 /* New members join clusters, which keep their places. */
@@ -70,7 +81,7 @@ static void cluster_contacts_topology_commit(pli_body* body, void* data, const p
                                              void** blocks) {
     (void)change;
     (void)blocks;
-    ((plii_cluster_contacts*)data)->count = 0;
+    cluster_contacts_forget(data);
     plii_cluster_contacts_drop_groups(body, data);
 }
 
@@ -83,6 +94,8 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
+    plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
+    plii_release(context, state->manifolds_before, (size_t)state->manifold_before_capacity * sizeof(plii_manifold));
     plii_pair_memory_release(context, &state->memory);
     plii_box_tree_free(context, &state->tree);
 }
@@ -90,11 +103,13 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes =
-        (size_t)state->capacity * sizeof *state->contacts + (size_t)state->box_capacity * sizeof *state->boxes +
-        (size_t)state->candidate_capacity * sizeof *state->candidates +
-        (size_t)state->surface_capacity * sizeof *state->surface + (size_t)state->group_count * sizeof *state->groups +
-        plii_pair_memory_bytes(&state->memory) + plii_box_tree_bytes(&state->tree);
+    size_t bytes = (size_t)state->capacity * sizeof *state->contacts +
+                   (size_t)state->box_capacity * sizeof *state->boxes +
+                   (size_t)state->candidate_capacity * sizeof *state->candidates +
+                   (size_t)state->surface_capacity * sizeof *state->surface +
+                   (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
+                   (size_t)(state->manifold_capacity + state->manifold_before_capacity) * sizeof(plii_manifold) +
+                   plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < state->group_count; ++i) {
         bytes += plii_support_groups_bytes(&state->groups[i]);
     }

@@ -33,6 +33,37 @@ static pli_status cluster_contacts_add(pli_body* body, plii_cluster_contacts* st
     return PLI_OK;
 }
 
+/* Clusters of one body deform against each other too much for their contacts to be followed, and what a small cluster
+   stands on changes with every turn. */
+static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    return !clusters->def.as_bullet && !state->def.measure_always && key.other != body &&
+           clusters->items[key.first].member_count >= CLUSTER_CONTACTS_MIN_NODES;
+}
+
+/* What is known of a pair; both NULL when nothing is to be kept, or when out of memory. */
+typedef struct known_pair {
+    plii_convex_cache* cache;
+    plii_manifold* manifold;
+} known_pair;
+
+static known_pair cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
+    if (state->def.distance != NULL) { return (known_pair){NULL, NULL}; }
+    known_pair pair = {.cache = plii_pair_memory_get(body->context, &state->memory, key)};
+    const int count = state->memory.present_count;
+    if (pair.cache == NULL || !cluster_contacts_are_followed(body, state, key) ||
+        !PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, count)) {
+        return pair;
+    }
+    pair.manifold = &state->manifolds[count - 1];
+    pair.manifold->count = 0;
+    const int place = plii_pair_memory_place(&state->memory, key);
+    if (place != PLI_NULL_INDEX && place < state->manifold_before_capacity) {
+        *pair.manifold = state->manifolds_before[place];
+    }
+    return pair;
+}
+
 // ----------------------------------------------------------------------------------------------------- several points
 
 /* Nodes within the margin of the other side, of which a few are kept that lie far from each other. */
@@ -169,13 +200,23 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
     }
 }
 
-static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
-                                               const pli_cluster_contact* pair) {
+/* As many as are followed. */
+static pli_status cluster_contacts_add_followed(pli_body* body, plii_cluster_contacts* state,
+                                                const pli_cluster_contact* contacts, int count,
+                                                const plii_contact_terms* terms) {
+    for (int i = 0; i < count; ++i) {
+        PLII_TRY(cluster_contacts_add(body, state, &contacts[i], terms));
+    }
+    return PLI_OK;
+}
+
+static pli_status cluster_contacts_measure_convex(pli_body* body, plii_cluster_contacts* state,
+                                                  const pli_cluster_contact* pair, const plii_contact_terms* terms,
+                                                  plii_convex_cache* cache) {
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
-    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
     pli_cluster_contact info = *pair;
-    if (!plii_cluster_contacts_measure_rigid(body, state, terms.margin, &info)) { return PLI_OK; }
-    PLII_TRY(cluster_contacts_add(body, state, &info, &terms));
+    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms->margin, &info)) { return PLI_OK; }
+    PLII_TRY(cluster_contacts_add(body, state, &info, terms));
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found = near_nodes_start(&info);
     cluster_contacts_find_near_nodes(body, &info, &found);
@@ -186,6 +227,26 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     }
     const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, info.rigid, 0.0f);
     return near_nodes_add_contacts(body, state, info, &found, 1, &node_terms);
+}
+
+static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
+                                               const pli_cluster_contact* pair) {
+    const pli_shape* shape = pair->rigid->shapes[pair->shape];
+    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
+    const known_pair known =
+        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid});
+    if (known.manifold == NULL) { return cluster_contacts_measure_convex(body, state, pair, &terms, known.cache); }
+    pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
+    const int count = plii_cluster_manifold_follow(body, pair, shape, terms.margin, known.manifold, followed);
+    if (count > 0) {
+        const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
+        PLII_TRY(cluster_contacts_add(body, state, &followed[0], &terms));
+        return cluster_contacts_add_followed(body, state, followed + 1, count - 1, &node_terms);
+    }
+    const int first = state->count;
+    PLII_TRY(cluster_contacts_measure_convex(body, state, pair, &terms, known.cache));
+    plii_cluster_manifold_keep(body, state, first, shape, terms.margin, known.manifold);
+    return PLI_OK;
 }
 
 /* Clusters share nodes, so all nodes near a shape are measured first, each once. */
@@ -333,11 +394,13 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
     }
 }
 
-static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_contacts* state,
+static pli_status cluster_contacts_measure_pair(pli_body* body, plii_cluster_contacts* state,
                                                 plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
-                                                const plii_contact_terms* terms) {
+                                                const plii_contact_terms* terms, plii_convex_cache* cache) {
     pli_cluster_contact info = *pair;
-    if (!plii_cluster_contacts_measure_cluster(body, state, other_state, terms->margin, &info)) { return PLI_OK; }
+    if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
+        return PLI_OK;
+    }
     PLII_TRY(cluster_contacts_add(body, state, &info, terms));
     pli_body* other = info.other;
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
@@ -368,6 +431,23 @@ static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_con
         turned.witness = pli_vec3_add(node->point, pli_vec3_scale(info.normal, node->distance));
         PLII_TRY(cluster_contacts_add(body, state, &turned, terms));
     }
+    return PLI_OK;
+}
+
+static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_contacts* state,
+                                                plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
+                                                const plii_contact_terms* terms) {
+    const known_pair known =
+        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other});
+    if (known.manifold == NULL) {
+        return cluster_contacts_measure_pair(body, state, other_state, pair, terms, known.cache);
+    }
+    pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
+    const int count = plii_cluster_manifold_follow(body, pair, NULL, terms->margin, known.manifold, followed);
+    if (count > 0) { return cluster_contacts_add_followed(body, state, followed, count, terms); }
+    const int first = state->count;
+    PLII_TRY(cluster_contacts_measure_pair(body, state, other_state, pair, terms, known.cache));
+    plii_cluster_manifold_keep(body, state, first, NULL, terms->margin, known.manifold);
     return PLI_OK;
 }
 

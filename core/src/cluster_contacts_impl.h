@@ -34,6 +34,23 @@ typedef struct plii_contact_terms {
     float friction, hardness, split;
 } plii_contact_terms;
 
+#define PLII_MANIFOLD_POINTS 7
+
+typedef struct plii_manifold_point {
+    pli_vec3 on_a, on_b; /* m, each in the frame of its side */
+    pli_vec3 normal;     /* from b to a, in the frame of b */
+    float distance;      /* m, along the normal */
+} plii_manifold_point;
+
+/* The contacts of a pair as they were measured, to be followed while the sides hardly move. */
+typedef struct plii_manifold {
+    int count, age;  /* points; steps since they were measured */
+    pli_mat3 turn;   /* of a in the frame of b */
+    const void* key; /* what else must be the same */
+    float margin;
+    plii_manifold_point points[PLII_MANIFOLD_POINTS];
+} plii_manifold;
+
 /* Of a node to a rigid shape. */
 typedef struct plii_near_surface {
     float distance;  /* m; INFINITY when it is not near */
@@ -45,6 +62,9 @@ typedef struct plii_cluster_contacts {
     plii_cluster_contact* contacts;
     int count, capacity;
     plii_pair_memory memory;
+    plii_manifold* manifolds; /* of the pairs in `memory`, in their places: of this step */
+    plii_manifold* manifolds_before;
+    int manifold_capacity, manifold_before_capacity;
     bool has_groups;
     plii_support_groups* groups; /* [group_count] per cluster */
     int group_count;
@@ -86,18 +106,28 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
                                              pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 
-/* Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than `max_distance` or
-   when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other. */
-bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, float max_distance,
-                                         pli_cluster_contact* info);
+/* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
+   `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other. */
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
+                                         float max_distance, pli_cluster_contact* info);
 bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
-                                           plii_cluster_contacts* other_state, float max_distance,
-                                           pli_cluster_contact* info);
+                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+                                           float max_distance, pli_cluster_contact* info);
 
 /* The farthest point of the core of the rigid shape that `info` names, along a unit direction; world. */
 pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction);
 /* Overlapping, or apart by less than `margin`. */
 bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
+
+// --------------------------------------------------------------------------------------------------------- manifolds
+
+/* Keeps the contacts [first, state->count) of a pair; `key` and `margin` are what they depend on besides the frames. */
+void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
+                                float margin, plii_manifold* manifold);
+/* Writes the contacts of the pair that `info` names as they are now and returns their number, or 0 when they have to be
+   measured. */
+int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
+                                 plii_manifold* manifold, pli_cluster_contact* contacts);
 
 // -------------------------------------------------------------------------------------------------------------- pairs
 

@@ -81,8 +81,8 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
     return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
 }
 
-static bool cluster_contacts_measure(pli_body* body, plii_cluster_contacts* state, const plii_convex* a,
-                                     const plii_convex* b, pli_vec3 origin, plii_pair_key key, float max_distance,
+static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
+                                     pli_vec3 origin, plii_convex_cache* cache, float max_distance,
                                      pli_cluster_contact* info) {
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
@@ -90,7 +90,7 @@ static bool cluster_contacts_measure(pli_body* body, plii_cluster_contacts* stat
     options.penetration = state->def.accurate_penetration ? plii_penetration_epa : plii_penetration_mpr;
 #endif
     plii_convex_result result;
-    plii_convex_distance(a, b, &options, plii_pair_memory_get(body->context, &state->memory, key), &result);
+    plii_convex_distance(a, b, &options, cache, &result);
     const bool is_known = result.relation == PLII_CONVEX_SEPARATED || result.relation == PLII_CONVEX_OVERLAPPING;
     if (!is_known || !(result.distance < max_distance)) { return false; }
     info->witness = pli_vec3_add(result.point_a, origin);
@@ -117,8 +117,8 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_
     return rigid_hull_support(&hull, direction);
 }
 
-bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, float max_distance,
-                                         pli_cluster_contact* info) {
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
+                                         float max_distance, pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_shape* shape = info->rigid->shapes[info->shape];
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
@@ -127,18 +127,16 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     const plii_convex a = plii_cluster_hull_convex(&soft);
     const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
-    const plii_pair_key key = {info->cluster, info->shape, info->rigid};
-    return cluster_contacts_measure(body, state, &a, &b, origin, key, max_distance, info);
+    return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }
 
 bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
-                                           plii_cluster_contacts* other_state, float max_distance,
-                                           pli_cluster_contact* info) {
+                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+                                           float max_distance, pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
     const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
     const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-    const plii_pair_key key = {info->cluster, info->other_cluster, info->other};
-    return cluster_contacts_measure(body, state, &a, &b, origin, key, max_distance, info);
+    return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }

@@ -29,12 +29,27 @@ pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_
 /* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
 float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction);
 
-pli_vec3 plii_joint_side_velocity_at(const plii_joint_side* side, pli_vec3 offset);
+static inline pli_vec3 plii_joint_side_velocity_at(const plii_joint_side* side, pli_vec3 offset) {
+    if (side->rigid != NULL) { return plii_rigid_velocity_at(side->rigid, offset); }
+    if (side->cluster == NULL) { return pli_vec3_make(0, 0, 0); }
+    return pli_vec3_add(side->cluster->linear_velocity, pli_vec3_cross(side->cluster->angular_velocity, offset));
+}
 pli_vec3 plii_joint_side_angular_velocity(const plii_joint_side* side);
 
 /* Velocity impulses change the velocity at once; drift impulses move the nodes of a cluster at the end of the step,
    and are velocity impulses for a rigid body. */
-void plii_joint_side_apply_impulse(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset);
+static inline void plii_joint_side_apply_impulse(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset) {
+    if (side->rigid != NULL) { plii_rigid_apply_impulse(side->rigid, impulse, offset); }
+    plii_cluster* cluster = side->cluster;
+    if (cluster == NULL) { return; }
+    const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
+    const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
+    cluster->velocity_impulse = pli_vec3_add(cluster->velocity_impulse, change);
+    cluster->linear_velocity = pli_vec3_add(cluster->linear_velocity, change);
+    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
+    cluster->angular_velocity = pli_vec3_add(cluster->angular_velocity, turn);
+    cluster->velocity_impulse_count += 1;
+}
 void plii_joint_side_apply_drift(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset);
 void plii_joint_side_apply_torque_impulse(plii_joint_side* side, pli_vec3 impulse);
 void plii_joint_side_apply_torque_drift(plii_joint_side* side, pli_vec3 impulse);

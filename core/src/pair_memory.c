@@ -46,14 +46,23 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     return true;
 }
 
-const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key) {
+int plii_pair_memory_place(const plii_pair_memory* memory, plii_pair_key key) {
     const size_t mask = (size_t)memory->table_size - 1;
     for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
          slot = (slot + 1) & mask) {
-        const plii_pair_record* record = &memory->before[memory->table[slot] - 1];
-        if (pair_keys_equal(record->key, key)) { return &record->cache; }
+        const int place = memory->table[slot] - 1;
+        if (pair_keys_equal(memory->before[place].key, key)) { return place; }
     }
-    return NULL;
+    return PLI_NULL_INDEX;
+}
+
+const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key) {
+    const int place = plii_pair_memory_place(memory, key);
+    return place != PLI_NULL_INDEX ? &memory->before[place].cache : NULL;
+}
+
+void plii_pair_memory_forget(plii_pair_memory* memory) {
+    memory->present_count = memory->before_count = 0;
 }
 
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key) {

@@ -32,6 +32,10 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
 const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key);
+/* Its place among those of the last step, or PLI_NULL_INDEX; that of the pair last got is present_count - 1. */
+int plii_pair_memory_place(const plii_pair_memory* memory, plii_pair_key key);
+/* Somebody goes away or changes: all pairs start anew. */
+void plii_pair_memory_forget(plii_pair_memory* memory);
 void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory);
 size_t plii_pair_memory_bytes(const plii_pair_memory* memory);
 

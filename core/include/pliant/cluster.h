@@ -105,6 +105,10 @@ typedef struct pli_cluster_contacts_def {
     float static_split;        ///< [0, 1], default 0.5. Bullet name: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
+    /// Contacts with rigid bodies and other bodies are measured anew in each step. Default false: those whose sides
+    /// hardly move against each other are followed for a few steps, in which they are right to a few percent of the
+    /// margin. Always so with clusters as_bullet and with `distance`.
+    bool measure_always;
     /// Replaces the distance query, for comparisons with that of another library; NULL: the one of the core.
     pli_cluster_distance_fn* distance;
     void* distance_user;

@@ -1,0 +1,74 @@
+/* Contacts of a pair of clusters, or of a cluster and a rigid body, that are followed from step to step instead of
+   measured anew: while the sides hardly move against each other, their points move with the frames, to first order as
+   the nearest points do. As btPersistentManifold keeps contacts, but all or none. */
+
+#include "cluster_contacts_impl.h"
+
+#define MANIFOLD_MAX_AGE 6     /* steps */
+#define MANIFOLD_SLACK 0.1f    /* of the margin: how far a point may move along the other side */
+#define MANIFOLD_APPROACH 4.0f /* of the slack, along the normal */
+#define MANIFOLD_TURN 0.0025f  /* square of the angle that the sides may turn against each other, rad^2 */
+
+static pli_transform manifold_other_frame(const pli_cluster_contact* info) {
+    return info->other != NULL ? plii_body_clusters(info->other)->items[info->other_cluster].frame
+                               : info->rigid->state.pose;
+}
+
+static pli_mat3 manifold_turn(pli_transform a, pli_transform b) {
+    return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
+}
+
+void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
+                                float margin, plii_manifold* manifold) {
+    manifold->count = 0;
+    if (state->count == first || state->count - first > PLII_MANIFOLD_POINTS) { return; }
+    const pli_cluster_contact* pair = &state->contacts[first].info;
+    const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame, b = manifold_other_frame(pair);
+    for (int i = first; i < state->count; ++i) {
+        const pli_cluster_contact* info = &state->contacts[i].info;
+        manifold->points[manifold->count++] = (plii_manifold_point){
+            .on_a = pli_transform_inverse_point(a, info->witness),
+            .on_b = pli_transform_inverse_point(b, info->other_witness),
+            .normal = pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal),
+            .distance = info->distance,
+        };
+    }
+    manifold->turn = manifold_turn(a, b);
+    manifold->key = key;
+    manifold->margin = margin;
+    /* Not all pairs of a pile are measured in the same step. */
+    manifold->age = (pair->cluster + pair->other_cluster) % (MANIFOLD_MAX_AGE / 2);
+}
+
+static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn) {
+    float trace = 0.0f; /* 1 + 2 cos(angle) */
+    for (int i = 0; i < 3; ++i) {
+        trace += pli_vec3_dot(manifold->turn.rows[i], turn.rows[i]);
+    }
+    return !(trace > 3.0f - MANIFOLD_TURN);
+}
+
+int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
+                                 plii_manifold* manifold, pli_cluster_contact* contacts) {
+    if (manifold->count == 0 || ++manifold->age > MANIFOLD_MAX_AGE || manifold->key != key ||
+        manifold->margin != margin) {
+        return 0;
+    }
+    const pli_transform a = plii_body_clusters(body)->items[info->cluster].frame, b = manifold_other_frame(info);
+    if (manifold_has_turned(manifold, manifold_turn(a, b))) { return 0; }
+    const float slack = MANIFOLD_SLACK * body->collision_margin;
+    for (int i = 0; i < manifold->count; ++i) {
+        const plii_manifold_point* point = &manifold->points[i];
+        pli_cluster_contact* contact = &contacts[i];
+        *contact = *info;
+        contact->witness = pli_transform_point(a, point->on_a);
+        contact->other_witness = pli_transform_point(b, point->on_b);
+        contact->normal = pli_mat3_mul_vec3(b.rotation, point->normal);
+        const pli_vec3 gap = pli_vec3_sub(contact->witness, contact->other_witness);
+        contact->distance = pli_vec3_dot(gap, contact->normal);
+        const pli_vec3 aside = pli_vec3_sub(gap, pli_vec3_scale(contact->normal, contact->distance));
+        const float moved = fabsf(contact->distance - point->distance);
+        if (!(pli_vec3_length_squared(aside) < slack * slack && moved < MANIFOLD_APPROACH * slack)) { return 0; }
+    }
+    return manifold->count;
+}
