@@ -10,6 +10,7 @@ extern "C" {
 #include "pliant/generate.h"
 #include "pliant/io.h"
 #include "pliant/world.h"
+#include "pliant/xpbd.h"
 }
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -125,6 +126,19 @@ struct Sample {
     }
 };
 
+double measured_stretch(const pli_body* body) {
+    double sum = 0.0;
+    for (int i = 0; i < body->link_count; ++i) {
+        const plii_link& link = body->links[i];
+        const pli_vec3 a = plii_xyz(body->positions[link.nodes[0]]), b = plii_xyz(body->positions[link.nodes[1]]);
+        const double ratio = std::sqrt(static_cast<double>(pli_vec3_length_squared(pli_vec3_sub(a, b))) /
+                                       static_cast<double>(link.rest_length_squared)) -
+                             1.0;
+        sum += ratio * ratio;
+    }
+    return std::sqrt(sum / body->link_count);
+}
+
 double settled_stretch(Kind kind, bool is_colored) {
     Sample sample(kind, is_colored, PLI_SIMD_BEST);
     pli_body* body = sample.body;
@@ -143,16 +157,7 @@ double settled_stretch(Kind kind, bool is_colored) {
     for (int i = 0; i < 300; ++i) {
         check(pli_world_step(sample.world.get(), 1.0f / 60.0f));
     }
-    double sum = 0.0;
-    for (int i = 0; i < body->link_count; ++i) {
-        const plii_link& link = body->links[i];
-        const pli_vec3 a = plii_xyz(body->positions[link.nodes[0]]), b = plii_xyz(body->positions[link.nodes[1]]);
-        const double ratio = std::sqrt(static_cast<double>(pli_vec3_length_squared(pli_vec3_sub(a, b))) /
-                                       static_cast<double>(link.rest_length_squared)) -
-                             1.0;
-        sum += ratio * ratio;
-    }
-    return std::sqrt(sum / body->link_count);
+    return measured_stretch(body);
 }
 
 double remembered_stretch(Kind kind, bool is_colored) {
@@ -207,6 +212,48 @@ void bullet_links(benchmark::State& state, Kind kind) {
     count_links(state, source->link_count, remembered_stretch(kind, false));
 }
 
+// A whole step of 10 substeps with one sweep each, per link and substep, of a sheet of 128x128 nodes with structural,
+// shear and bending links that hangs by two corners.
+void xpbd_step(benchmark::State& state, pli_simd simd, float compliance, float damping) {
+    constexpr int size = 128, substeps = 10;
+    pli_context_def context_def = pli_context_def_default();
+    context_def.simd = simd;
+    pli_context* made = nullptr;
+    check(pli_context_create(&context_def, &made));
+    const Owned<pli_context> context(made);
+    pli_mesh* made_mesh = nullptr;
+    check(pli_mesh_create(made, &made_mesh));
+    const Owned<pli_mesh> mesh(made_mesh);
+    for (int i = 0; i < size * size; ++i) {
+        const pli_vec3 position =
+            pli_vec3_make(0.01f * static_cast<float>(i % size), 0.0f, 0.01f * static_cast<float>(i / size));
+        check(pli_mesh_append_node(made_mesh, position, i == 0 || i == size - 1 ? 0.0f : 1e-4f, nullptr));
+    }
+    const int steps[][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}, {2, 0}, {0, 2}};
+    for (int i = 0; i < size * size; ++i) {
+        for (const auto& step : steps) {
+            const int x = i % size + step[0], y = i / size + step[1];
+            if (x < 0 || x >= size || y >= size) { continue; }
+            check(pli_mesh_append_link(made_mesh, i, y * size + x, 0, nullptr));
+        }
+    }
+    pli_world* made_world = nullptr;
+    check(pli_world_create(made, nullptr, &made_world));
+    const Owned<pli_world> world(made_world);
+    pli_body* body = nullptr;
+    check(pli_body_create(made_world, made_mesh, nullptr, &body));
+    const pli_xpbd_def def = pli_xpbd_def_default();
+    check(pli_body_enable_xpbd(body, &def));
+    pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    links.compliance = links.bending_compliance = compliance;
+    links.damping = damping;
+    check(pli_body_enable_xpbd_links(body, &links));
+    for (auto _ : state) {
+        check(pli_world_step(made_world, 1.0f / 60.0f));
+    }
+    count_links(state, substeps * body->link_count, measured_stretch(body));
+}
+
 const struct {
     Kind kind;
     const char* name;
@@ -243,6 +290,13 @@ int main(int argc, char** argv) {
             benchmark::RegisterBenchmark((name + "/colored " + path.name).c_str(), pliant_links, mesh.kind, true,
                                          path.simd);
         }
+    }
+    for (const auto& path : paths) {
+        if (!is_available(path.simd)) { continue; }
+        const std::string name = std::string("XPBD, sheet 128x128, ") + path.name;
+        benchmark::RegisterBenchmark((name + "/rigid").c_str(), xpbd_step, path.simd, 0.0f, 0.0f);
+        benchmark::RegisterBenchmark((name + "/compliant").c_str(), xpbd_step, path.simd, 1e-6f, 0.0f);
+        benchmark::RegisterBenchmark((name + "/damped").c_str(), xpbd_step, path.simd, 1e-6f, 0.1f);
     }
     benchmark::Initialize(&argc, argv);
     benchmark::RunSpecifiedBenchmarks();
