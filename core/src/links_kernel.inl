@@ -42,30 +42,42 @@ PLII_SIMD_INLINE void links_divide(links_group* group) {
 }
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
-                                ptrdiff_t stride) {
+                                ptrdiff_t stride, ptrdiff_t offset) {
     const plii_float8 inverse_stiffness =
         plii_float8_all(task->inverse_stiffnesses[run->tag & (PLII_LINK_TAG_BENDING - 1)]);
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
-    const ptrdiff_t step = PLII_LINK_GROUP * stride, offset = run->offset;
+    const ptrdiff_t step = PLII_LINK_GROUP * stride;
+    const bool is_mixed = stride == 2 && offset == 1;
     pli_vec4* first = task->body->positions + run->node + step * begin;
     links_group groups[LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
-            const pli_vec4* a = first + i * step;
-            links_measure(&groups[i], plii_packed8_load(a, stride), plii_packed8_load(a + offset, stride),
-                          plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
+            const pli_vec4* at = first + i * step;
+            plii_packed8 a, b;
+            if (is_mixed) {
+                plii_packed8_load_mixed(at, &a, &b);
+            } else {
+                a = plii_packed8_load(at, stride);
+                b = plii_packed8_load(at + offset, stride);
+            }
+            links_measure(&groups[i], a, b, plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
             links_divide(&groups[i]);
         }
         for (int i = 0; i < count; ++i) {
             const links_group* g = &groups[i];
-            pli_vec4* a = first + i * step;
-            plii_records8_add(a, stride, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
-                              plii_float8_mul(g->z, g->mass_a));
-            plii_records8_add(a + offset, stride, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
-                              plii_float8_mul(g->z, g->mass_b));
+            pli_vec4* at = first + i * step;
+            const plii_float8 ax = plii_float8_mul(g->x, g->mass_a), bx = plii_float8_mul(g->x, g->mass_b);
+            const plii_float8 ay = plii_float8_mul(g->y, g->mass_a), by = plii_float8_mul(g->y, g->mass_b);
+            const plii_float8 az = plii_float8_mul(g->z, g->mass_a), bz = plii_float8_mul(g->z, g->mass_b);
+            if (is_mixed) {
+                plii_records8_add_mixed(at, ax, ay, az, bx, by, bz);
+            } else {
+                plii_records8_add(at, stride, ax, ay, az);
+                plii_records8_add(at + offset, stride, bx, by, bz);
+            }
         }
         first += count * step;
         rest += PLII_LINK_GROUP * count;
@@ -74,15 +86,12 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
 
 /* The strides of grids get code of their own. */
 static void links_run_any(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
-    switch (run->stride) {
-    case 1:
-        links_run(task, run, begin, end, 1);
-        return;
-    case 2:
-        links_run(task, run, begin, end, 2);
-        return;
-    default:
-        links_run(task, run, begin, end, run->stride);
+    if (run->stride == 1) {
+        links_run(task, run, begin, end, 1, run->offset);
+    } else if (run->stride == 2 && run->offset == 1) {
+        links_run(task, run, begin, end, 2, 1);
+    } else {
+        links_run(task, run, begin, end, run->stride, run->offset);
     }
 }
 

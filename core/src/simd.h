@@ -15,8 +15,16 @@
 
 enum { PLII_SIMD_LANES = 8 };
 
-/* Vectors passed through memory would cost more than the arithmetic. */
-#if defined(__GNUC__)
+/* Vectors passed through memory would cost more than the arithmetic. With checks of each access inlined code grows so
+   much that compilers need half a minute for a kernel; there speed does not matter. */
+#if defined(__SANITIZE_ADDRESS__)
+#define PLII_SIMD_IS_CHECKED 1
+#elif defined(__has_feature)
+#define PLII_SIMD_IS_CHECKED __has_feature(address_sanitizer)
+#else
+#define PLII_SIMD_IS_CHECKED 0
+#endif
+#if defined(__GNUC__) && !PLII_SIMD_IS_CHECKED
 #define PLII_SIMD_INLINE static inline __attribute__((always_inline))
 #else
 #define PLII_SIMD_INLINE static inline
@@ -134,6 +142,31 @@ PLII_SIMD_INLINE plii_records8 plii_simd_turn(plii_float8 r0, plii_float8 r1, pl
 }
 PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
     return plii_simd_turn(a.pairs[0], a.pairs[1], a.pairs[2], a.pairs[3]);
+}
+
+/* Of two sets whose records take turns in memory: a0, b0, a1, b1, ... */
+PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
+    const __m256 r0 = _mm256_loadu_ps(&first[0].x), r1 = _mm256_loadu_ps(&first[2].x);
+    const __m256 r2 = _mm256_loadu_ps(&first[4].x), r3 = _mm256_loadu_ps(&first[6].x);
+    const __m256 r4 = _mm256_loadu_ps(&first[8].x), r5 = _mm256_loadu_ps(&first[10].x);
+    const __m256 r6 = _mm256_loadu_ps(&first[12].x), r7 = _mm256_loadu_ps(&first[14].x);
+    *a = (plii_packed8){{_mm256_permute2f128_ps(r0, r1, 0x20), _mm256_permute2f128_ps(r2, r3, 0x20),
+                         _mm256_permute2f128_ps(r4, r5, 0x20), _mm256_permute2f128_ps(r6, r7, 0x20)}};
+    *b = (plii_packed8){{_mm256_permute2f128_ps(r0, r1, 0x31), _mm256_permute2f128_ps(r2, r3, 0x31),
+                         _mm256_permute2f128_ps(r4, r5, 0x31), _mm256_permute2f128_ps(r6, r7, 0x31)}};
+}
+PLII_SIMD_INLINE void plii_simd_add_mixed(pli_vec4* first, plii_float8 a, plii_float8 b) {
+    plii_simd_add_neighbours(first, _mm256_permute2f128_ps(a, b, 0x20));
+    plii_simd_add_neighbours(first + 2, _mm256_permute2f128_ps(a, b, 0x31));
+}
+PLII_SIMD_INLINE void plii_records8_add_mixed(pli_vec4* first, plii_float8 ax, plii_float8 ay, plii_float8 az,
+                                              plii_float8 bx, plii_float8 by, plii_float8 bz) {
+    const plii_records8 a = plii_simd_turn(ax, ay, az, plii_float8_all(0.0f));
+    const plii_records8 b = plii_simd_turn(bx, by, bz, plii_float8_all(0.0f));
+    plii_simd_add_mixed(first, a.x, b.x);
+    plii_simd_add_mixed(first + 4, a.y, b.y);
+    plii_simd_add_mixed(first + 8, a.z, b.z);
+    plii_simd_add_mixed(first + 12, a.w, b.w);
 }
 
 /* Adds x, y, z to records, and 0 to their w. */
@@ -437,6 +470,16 @@ PLII_SIMD_INLINE void plii_records8_add(pli_vec4* first, ptrdiff_t stride, plii_
     plii_simd_add_to(first + 5 * stride, odd[2]);
     plii_simd_add_to(first + 6 * stride, even[3]);
     plii_simd_add_to(first + 7 * stride, odd[3]);
+}
+
+PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
+    *a = plii_packed8_load(first, 2);
+    *b = plii_packed8_load(first + 1, 2);
+}
+PLII_SIMD_INLINE void plii_records8_add_mixed(pli_vec4* first, plii_float8 ax, plii_float8 ay, plii_float8 az,
+                                              plii_float8 bx, plii_float8 by, plii_float8 bz) {
+    plii_records8_add(first, 2, ax, ay, az);
+    plii_records8_add(first + 1, 2, bx, by, bz);
 }
 
 #endif
