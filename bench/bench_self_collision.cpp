@@ -1,5 +1,5 @@
 // Self-collision of nodes: the miss rate of two shifted grids against the complete search in a table, then the cost per
-// node of the hashed search and of whole steps.
+// node of the hashed search and of whole steps, and of frames of cloth under XPBD.
 
 #include <pliant/pliant.h>
 
@@ -214,6 +214,71 @@ void step(benchmark::State& state) {
     pli_context_destroy(context);
 }
 BENCHMARK(step)->Arg(10000)->Arg(100000)->Unit(benchmark::kMillisecond)->MinTime(0.5);
+
+// A sheet under XPBD with 10 substeps that falls onto a floor and folds: 10 s of it, in frames of 1/60 s. Range:
+// columns, rows, whether with self-collision.
+void frame(benchmark::State& state) {
+    const int columns = static_cast<int>(state.range(0)), rows = static_cast<int>(state.range(1));
+    pli_context* context = make_context();
+    pli_world* world = nullptr;
+    pli_world_create(context, nullptr, &world);
+    const float width = spacing * static_cast<float>(columns - 1), height = spacing * static_cast<float>(rows - 1);
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(0, 0.02f, 0);
+    patch.corner_10 = pli_vec3_make(width, 0.02f, 0);
+    patch.corner_01 = pli_vec3_make(0, 0.02f + height, 0.02f * height);
+    patch.corner_11 = pli_vec3_make(width, 0.02f + height, 0.01f * height);
+    patch.columns = columns;
+    patch.rows = rows;
+    patch.diagonals = true;
+    pli_mesh* mesh = nullptr;
+    pli_mesh_create_patch(context, &patch, &mesh);
+    pli_mesh_set_total_mass(mesh, 0.2f);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.5f * spacing;
+    def.solver.velocity_damping = 0.002f;
+    pli_body* body = nullptr;
+    pli_body_create(world, mesh, &def, &body);
+    pli_mesh_destroy(mesh);
+    const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    pli_body_enable_rigid_contacts(body, &contacts);
+    const pli_xpbd_def xpbd = pli_xpbd_def_default();
+    pli_body_enable_xpbd(body, &xpbd);
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    pli_body_enable_xpbd_links(body, &links);
+    const pli_xpbd_contacts_def xpbd_contacts = pli_xpbd_contacts_def_default();
+    pli_body_enable_xpbd_rigid_contacts(body, &xpbd_contacts);
+    pli_self_collision_def self = pli_self_collision_def_default();
+    self.thickness = spacing;
+    if (state.range(2) != 0) { pli_body_enable_self_collision(body, &self); }
+    pli_shape* floor = nullptr;
+    pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &floor);
+    pli_rigid_def rigid_def = pli_rigid_def_default();
+    rigid_def.shape_count = 1;
+    rigid_def.shapes = &floor;
+    pli_rigid* rigid = nullptr;
+    pli_rigid_create(world, &rigid_def, &rigid);
+    int searches = 0;
+    for (auto _ : state) {
+        pli_world_step(world, 1.0f / 60.0f);
+        searches += pli_body_get_self_collision_report(body).searches;
+    }
+    const double nodes = static_cast<double>(columns) * rows;
+    state.counters["pairs/node"] = pli_body_get_self_collision_report(body).pairs / nodes;
+    state.counters["contacts/node"] = pli_body_get_self_collision_report(body).contacts / nodes;
+    state.counters["searches"] = benchmark::Counter(searches, benchmark::Counter::kAvgIterations);
+    pli_world_destroy(world);
+    pli_shape_release(floor);
+    pli_context_destroy(context);
+}
+BENCHMARK(frame)
+    ->Args({35, 35, 0})
+    ->Args({35, 35, 1})
+    ->Args({30, 200, 0})
+    ->Args({30, 200, 1})
+    ->Unit(benchmark::kMillisecond)
+    ->Iterations(600)
+    ->Repetitions(3);
 
 } // namespace
 

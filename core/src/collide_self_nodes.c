@@ -5,6 +5,7 @@
    has since left its way by more than its margin the search is repeated; so no pair is missed, with a speed limit or
    without. Nodes that stray get larger margins. */
 
+#include "link_graph.h"
 #include "node_hash.h"
 #include "self_collision_impl.h"
 
@@ -100,9 +101,21 @@ static void self_nodes_set_travel(self_nodes_state* state, int node, pli_vec3 wa
     state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){way.x, way.y, way.z, margin};
 }
 
-/* Replaces distances by the ones to keep, and drops what cannot touch before the next search: what is further apart
-   half way than the pair can come nearer in either half. */
-static void self_nodes_take_targets(self_nodes_state* state) {
+/* By a link that keeps their distance; one that only resists bending does not. */
+static bool self_nodes_are_linked(const pli_body* body, const plii_link_graph* graph, int a, int b) {
+    for (int k = graph->begin[a]; k < graph->begin[a + 1]; ++k) {
+        if (graph->halves[k].neighbour != b) { continue; }
+        if (body->link_tags == NULL || (body->link_tags[graph->halves[k].link] & PLII_LINK_TAG_BENDING) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Replaces distances by the ones to keep. Drops what cannot touch before the next search, being further apart half way
+   than the pair can come nearer in either half, and what links keep apart already. */
+static void self_nodes_take_targets(const pli_body* body, self_nodes_state* state) {
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_node_pairs* pairs = &state->pairs;
     const float thickness = state->def.thickness;
     int kept = 0, begin = 0;
@@ -112,12 +125,18 @@ static void self_nodes_take_targets(self_nodes_state* state) {
         const pli_vec4 way = state->travel[i];
         for (int k = begin; k < end; ++k) {
             const plii_node_pair pair = pairs->pairs[k];
+            const pli_vec4 other_way = state->travel[pair.other];
+            const float x = other_way.x - way.x, y = other_way.y - way.y, z = other_way.z - way.z;
+            const float margins = way.w + other_way.w;
+            const float most = thickness + margins + 0.5f * (fabsf(x) + fabsf(y) + fabsf(z)); /* most end here */
+            if (!(pair.distance_squared < most * most)) { continue; }
             const pli_vec3 apart = pli_vec3_sub(state->rest[pair.other], rest);
-            const pli_vec3 nearer = pli_vec3_sub(plii_xyz(state->travel[pair.other]), plii_xyz(way));
             const float target = plii_min(thickness, pli_vec3_length(apart));
-            const float limit = target + way.w + state->travel[pair.other].w + 0.5f * pli_vec3_length(nearer);
-            pairs->pairs[kept] = (plii_node_pair){pair.other, target};
-            kept += (pair.distance_squared < limit * limit) & (target > 0.0f);
+            const float limit = target + margins + 0.5f * sqrtf(x * x + y * y + z * z);
+            if (!(pair.distance_squared < limit * limit) || !(target > 0.0f)) { continue; }
+            if (!self_nodes_are_linked(body, graph, i, pair.other)) {
+                pairs->pairs[kept++] = (plii_node_pair){pair.other, target};
+            }
         }
         begin = end;
         pairs->begin[i + 1] = kept;
@@ -150,7 +169,7 @@ static void self_nodes_search(pli_body* body, self_nodes_state* state) {
         plii_node_hash_build(context, &state->hash, body->node_count, state->middle, radius, 0.0f) &&
         plii_node_hash_find(context, &state->hash, state->middle, radius, &state->pairs);
     if (!has_memory) { state->pairs.count = state->pairs.row_count = 0; }
-    self_nodes_take_targets(state);
+    self_nodes_take_targets(body, state);
     const bool has_room = !body->solver_class->has_substeps ||
                           PLII_RESERVE(context, &state->touching, &state->touching_capacity, state->pairs.count);
     state->report.pairs = state->pairs.count;
@@ -437,9 +456,11 @@ static const plii_xpbd_kind self_nodes_kind = {PLII_XPBD_ORDER_SELF_COLLISION,
                                                self_nodes_restart,
                                                self_nodes_sweep,
                                                self_nodes_finish};
+static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
 static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
+    .needs = self_nodes_needs,
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, PLII_ORDER_SPEED_LIMIT},
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, PLII_ORDER_SELF_COLLISION},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, PLII_ORDER_SELF_COLLISION}},
