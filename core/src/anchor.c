@@ -3,6 +3,7 @@
 
 #include "anchor_impl.h"
 #include "body_impl.h"
+#include "hold.h"
 #include "id_pool.h"
 #include "rigid_impl.h"
 
@@ -42,6 +43,7 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
 
 static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     const anchor_state* anchors = state;
+    if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
         const pli_vec3 node = plii_xyz(body->positions[anchor->node]);
@@ -57,6 +59,18 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
         plii_set_xyz(&body->positions[anchor->node], pli_vec3_add(node, pli_vec3_scale(impulse, anchor->displacement)));
         plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), anchor->offset);
     }
+}
+
+static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_hold* holds) {
+    const anchor_state* anchors = state;
+    (void)body;
+    for (int i = 0; i < anchors->item_count && i < capacity; ++i) {
+        const anchor_item* anchor = &anchors->items[i];
+        holds[i] = (plii_hold){.node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
+        holds[i].hardness = anchors->hardness;
+        holds[i].influence = plii_min(anchor->influence, 1.0f);
+    }
+    return anchors->item_count;
 }
 
 static void anchor_release_marks(pli_body* body) {
@@ -154,6 +168,7 @@ static const plii_feature_class anchor_class = {
                [PLII_STAGE_POSITION] = {anchor_solve, PLII_ORDER_ANCHORS}},
     .enable = anchor_enable,
     .disable = anchor_disable,
+    .list_holds = anchor_list_holds,
     .forget_rigid = anchor_forget_rigid,
     .bytes = anchor_bytes,
     .topology_blocks = anchor_topology_blocks,

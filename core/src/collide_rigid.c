@@ -4,6 +4,7 @@
 
 #include "body_impl.h"
 #include "contact_order.h"
+#include "hold.h"
 #include "pliant/contact.h"
 #include "rigid_impl.h"
 #include "shape_impl.h"
@@ -145,6 +146,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const rigid_contacts_state* state = data;
     const float margin = body->collision_margin;
+    if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
         pli_vec4* position = &body->positions[contact->node];
@@ -162,6 +164,20 @@ static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* st
         plii_set_xyz(position, pli_vec3_sub(x, pli_vec3_scale(impulse, contact->node_response)));
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
     }
+}
+
+static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity, plii_hold* holds) {
+    const rigid_contacts_state* state = data;
+    (void)body;
+    for (int i = 0; i < state->count && i < capacity; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        holds[i] = (plii_hold){.node = contact->node, .rigid = contact->rigid, .normal = contact->normal};
+        holds[i].offset = contact->offset;
+        holds[i].friction = state->def.friction * contact->rigid->friction;
+        holds[i].hardness = contact->hardness;
+        holds[i].influence = 1.0f;
+    }
+    return state->count;
 }
 
 // ---------------------------------------------------------------------------------------------------- the feature
@@ -208,6 +224,7 @@ static const plii_feature_class rigid_contacts_class = {
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, PLII_ORDER_RIGID_CONTACTS}},
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
+    .list_holds = rigid_contacts_list_holds,
     .forget_rigid = rigid_contacts_forget_rigid,
     .bytes = rigid_contacts_bytes,
     .topology_commit = rigid_contacts_topology_commit,

@@ -64,6 +64,8 @@ enum {
     PLII_ORDER_SELF_FACES_LAST = 60
 };
 
+struct plii_hold;
+
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
 
 /* A node that a change of topology adds: at `share` of the way from a to b, or a copy of a (a == b, share 0). `a` and
@@ -112,6 +114,8 @@ typedef struct plii_feature_class {
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
+    /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
+    int (*list_holds)(const pli_body* body, const void* state, int capacity, struct plii_hold* holds);
     void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
     void (*forget_body)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
     void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */

@@ -1,16 +1,8 @@
-/* Solutions of the implicit system: Jacobi sweeps, the same with Chebyshev weights, and conjugate gradients
-   preconditioned with the diagonal blocks. */
+/* Solutions of the implicit system: Jacobi sweeps and the same with Chebyshev weights. */
 
 #include "implicit_system.h"
 
-static plii_dvec3 implicit_block_solve(const plii_implicit_block* block, plii_dvec3 b) {
-    const double y1 = b.y - block->l10 * b.x;
-    const double y2 = b.z - block->l20 * b.x - block->l21 * y1;
-    const double z = y2 * block->inverse_d[2];
-    const double y = y1 * block->inverse_d[1] - block->l21 * z;
-    const double x = b.x * block->inverse_d[0] - block->l10 * y - block->l20 * z;
-    return plii_dvec3_make(x, y, z);
-}
+#include <string.h>
 
 /* Sum over the neighbours of h^2 J_ij x_j. */
 static plii_dvec3 implicit_gather(const plii_implicit_system* system, int node, const plii_dvec3* x) {
@@ -24,10 +16,29 @@ static plii_dvec3 implicit_gather(const plii_implicit_system* system, int node, 
     return sum;
 }
 
+plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node) {
+    const plii_dvec3 b = plii_dvec3_add(system->rhs[node], implicit_gather(system, node, system->solution));
+    return plii_implicit_block_solve(&system->blocks[node], b);
+}
+
+plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
+                                 const plii_dvec3* x) {
+    const plii_dvec3 own = x[node];
+    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)body->positions[node].w);
+    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+        const plii_implicit_half* half = &system->halves[k];
+        const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
+        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
+        sum = plii_dvec3_add_scaled(sum, difference, (double)half->isotropic);
+    }
+    return sum;
+}
+
 static void implicit_start(plii_implicit_system* system) {
     for (int i = 0; i < system->node_count; ++i) {
-        system->solution[i] = implicit_block_solve(&system->blocks[i], system->rhs[i]);
+        system->solution[i] = plii_implicit_block_solve(&system->blocks[i], system->rhs[i]);
     }
+    plii_implicit_project(system->holds, system->solution);
 }
 
 static void implicit_swap(plii_implicit_system* system) {
@@ -36,38 +47,66 @@ static void implicit_swap(plii_implicit_system* system) {
     system->spare = solution;
 }
 
-void plii_implicit_jacobi(plii_implicit_system* system, int sweeps) {
-    implicit_start(system);
-    for (int s = 0; s < sweeps; ++s) {
+/* One more than `sweeps` from a given solution, so that the square that makes odd counts safe stays one. */
+void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm) {
+    if (!is_warm) { implicit_start(system); }
+    for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         for (int i = 0; i < system->node_count; ++i) {
-            const plii_dvec3 b = plii_dvec3_add(system->rhs[i], implicit_gather(system, i, system->solution));
-            system->spare[i] = implicit_block_solve(&system->blocks[i], b);
+            system->spare[i] = plii_implicit_swept(system, i);
         }
         implicit_swap(system);
+        plii_implicit_project(system->holds, system->solution);
     }
+}
+
+/* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
+static void implicit_extrapolate(plii_implicit_system* system, double weight) {
+    plii_implicit_holds* holds = system->holds;
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        memcpy(holds->rigids[r].product, holds->rigids[r].change, sizeof holds->rigids[r].product);
+    }
+    plii_implicit_project(holds, system->residual);
+    for (int i = 0; i < system->node_count; ++i) {
+        const plii_dvec3 before = system->spare[i];
+        system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), weight);
+    }
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &holds->rigids[r];
+        for (int k = 0; k < 6; ++k) {
+            const double before = rigid->direction[k];
+            rigid->direction[k] = rigid->product[k];
+            rigid->change[k] = before + weight * (rigid->change[k] - before);
+        }
+    }
+    implicit_swap(system);
 }
 
 /* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
    the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only,
    since T_2m = 2 T_m^2 - 1. */
-void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius) {
+void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm) {
     const double radius_squared = spectral_radius * spectral_radius;
     const int restart = (sweeps + 1) / 2;
     double weight = 1.0;
-    implicit_start(system);
+    /* Iterates that meet the anchors stay so under all weights. */
+    if (is_warm) {
+        plii_implicit_project(system->holds, system->solution);
+    } else {
+        implicit_start(system);
+    }
     for (int i = 0; i < system->node_count; ++i) {
         system->spare[i] = (plii_dvec3){0}; /* the iterate before the start */
     }
-    for (int s = 1; s <= sweeps; ++s) {
+    for (int r = 0; r < system->holds->rigid_count; ++r) {
+        memset(system->holds->rigids[r].direction, 0, sizeof system->holds->rigids[r].direction);
+    }
+    for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         const int run = s < restart ? s : s - restart;
         weight = run == 0 ? 1.0 : run == 1 ? 2.0 / (2.0 - radius_squared) : 4.0 / (4.0 - radius_squared * weight);
         for (int i = 0; i < system->node_count; ++i) {
-            const plii_dvec3 b = plii_dvec3_add(system->rhs[i], implicit_gather(system, i, system->solution));
-            const plii_dvec3 before = system->spare[i];
-            const plii_dvec3 change = plii_dvec3_sub(implicit_block_solve(&system->blocks[i], b), before);
-            system->spare[i] = plii_dvec3_add_scaled(before, change, weight);
+            system->residual[i] = plii_implicit_swept(system, i);
         }
-        implicit_swap(system);
+        implicit_extrapolate(system, weight);
     }
 }
 
@@ -114,61 +153,10 @@ double plii_implicit_spectral_radius(plii_implicit_system* system) {
         if (!(norm > 0.0)) { break; }
         for (int i = 0; i < system->node_count; ++i) {
             const plii_dvec3 b = plii_dvec3_scale(implicit_gather(system, i, system->solution), 1.0 / norm);
-            system->spare[i] = implicit_block_solve(&system->blocks[i], b);
+            system->spare[i] = plii_implicit_block_solve(&system->blocks[i], b);
         }
         implicit_swap(system);
         radius = implicit_norm(system, system->solution);
     }
     return fmin(radius, 1.0 - 1e-9);
-}
-
-// --------------------------------------------------------------------------------------------- conjugate gradient
-
-/* W x of a node that is not pinned. */
-static plii_dvec3 implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
-                                   const plii_dvec3* x) {
-    const plii_dvec3 own = x[node];
-    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)body->positions[node].w);
-    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
-        const plii_implicit_half* half = &system->halves[k];
-        const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
-        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
-        sum = plii_dvec3_add_scaled(sum, difference, (double)half->isotropic);
-    }
-    return sum;
-}
-
-int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
-                                     double tolerance, double* residual) {
-    plii_dvec3 *r = system->rhs, *p = system->direction, *wp = system->spare;
-    double rz = 0.0;
-    for (int i = 0; i < system->node_count; ++i) {
-        system->solution[i] = (plii_dvec3){0};
-        p[i] = implicit_block_solve(&system->blocks[i], r[i]);
-        rz += plii_dvec3_dot(r[i], p[i]);
-    }
-    const double goal = tolerance * tolerance * rz, first = rz;
-    int done = 0;
-    while (done < iterations && rz > goal) {
-        double pwp = 0.0;
-        for (int i = 0; i < system->node_count; ++i) {
-            wp[i] = body->positions[i].w > 0.0f ? implicit_product(body, system, i, p) : (plii_dvec3){0};
-            pwp += plii_dvec3_dot(p[i], wp[i]);
-        }
-        if (!(pwp > 0.0)) { break; }
-        const double alpha = rz / pwp, rz_before = rz;
-        rz = 0.0;
-        for (int i = 0; i < system->node_count; ++i) {
-            system->solution[i] = plii_dvec3_add_scaled(system->solution[i], p[i], alpha);
-            r[i] = plii_dvec3_add_scaled(r[i], wp[i], -alpha);
-            rz += plii_dvec3_dot(r[i], implicit_block_solve(&system->blocks[i], r[i]));
-        }
-        const double beta = rz / rz_before;
-        for (int i = 0; i < system->node_count; ++i) {
-            p[i] = plii_dvec3_add_scaled(implicit_block_solve(&system->blocks[i], r[i]), p[i], beta);
-        }
-        done += 1;
-    }
-    *residual = first > 0.0 ? sqrt(rz / first) : 0.0;
-    return done;
 }

@@ -160,7 +160,11 @@ static void xpbd_solve(pli_body* body) {
    speed. */
 #define XPBD_CONTACT_REACH 1.0f
 
-static const plii_solver_class xpbd_solver = {"XPBD", xpbd_predict, xpbd_solve, true, XPBD_CONTACT_REACH};
+static const plii_solver_class xpbd_solver = {.name = "XPBD",
+                                              .predict = xpbd_predict,
+                                              .solve = xpbd_solve,
+                                              .has_substeps = true,
+                                              .contact_reach = XPBD_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

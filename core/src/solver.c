@@ -140,7 +140,7 @@ static void solver_solve(pli_body* body) {
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-const plii_solver_class plii_position_solver = {"bullet", solver_predict, solver_solve, false, 0.0f};
+const plii_solver_class plii_position_solver = {.name = "bullet", .predict = solver_predict, .solve = solver_solve};
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
     if (body->world->is_stepping) {
