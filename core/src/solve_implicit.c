@@ -326,14 +326,8 @@ static void implicit_solve(pli_body* body) {
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-/* Where the solution leads with contacts is a little elsewhere than without. */
-#define IMPLICIT_CONTACT_REACH 1.0f
-
-static const plii_solver_class implicit_solver = {.name = "implicit",
-                                                  .predict = implicit_predict,
-                                                  .solve = implicit_solve,
-                                                  .contact_reach = IMPLICIT_CONTACT_REACH,
-                                                  .holds_nodes = true};
+static const plii_solver_class implicit_solver = {
+    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .holds_nodes = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
