@@ -139,7 +139,8 @@ int run_compare(const CompareOptions& options) {
     {
         Progress progress(options.json);
         for (const scene* which : scenes) {
-            const std::unique_ptr<demos::Description> description = demos::Description::build(*which, {});
+            const std::unique_ptr<demos::Description> description =
+                demos::Description::build(*which, scene_options(options.changes));
             progress.start(std::string(which->name) + " [" + std::to_string(comparisons.size() + 1) + "/" +
                            std::to_string(scenes.size()) + "]");
             comparisons.push_back(demos::compare(

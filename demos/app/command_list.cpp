@@ -21,6 +21,8 @@ int run_list(const ListOptions& options) {
                               {"summary", each.summary},
                               {"takes_mesh", each.takes_mesh},
                               {"takes_tetra", each.takes_tetra},
+                              {"takes_resolution", each.takes_resolution},
+                              {"group", each.is_own ? "own" : "bullet"},
                               {"picture_frame", each.picture_frame}});
         }
         std::cout << nlohmann::ordered_json{{"scenes", scenes}}.dump(2) << '\n';
@@ -33,7 +35,10 @@ int run_list(const ListOptions& options) {
     for (int i = 0; i < scene_count; ++i) {
         const scene& each = *scene_list[i];
         const std::string name = each.name;
-        const char* takes = each.takes_mesh ? " (--mesh)" : each.takes_tetra ? " (--tetra)" : "";
+        const char* takes = each.takes_mesh    ? " (--mesh)"
+                            : each.takes_tetra ? " (--tetra)"
+                            : each.is_own      ? " (own scene)"
+                                               : "";
         std::cout << name << std::string(longest + 2 - name.size(), ' ') << each.summary << takes << '\n';
     }
     return 0;

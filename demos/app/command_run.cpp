@@ -23,8 +23,17 @@ struct RunResult {
     int frames = 0; // made; fewer than wanted when the state is no longer finite
     double ms_per_step = 0;
     demos::Measures measures;
+    scene_self_collision self_collision = SCENE_SELF_NONE;
+    std::optional<int> crossings; // of scenes with self-collision to choose, on Pliant
     std::string csv;
 };
+
+static const char* self_collision_name(scene_self_collision kind) {
+    return kind == SCENE_SELF_NODES   ? "nodes"
+           : kind == SCENE_SELF_GRIDS ? "grids"
+           : kind == SCENE_SELF_FACES ? "faces"
+                                      : "off";
+}
 
 static std::string csv_line(const demos::Engine& engine, const demos::Measures& measures, int frame, double time) {
     const pli_vec3 center = center_of_mass(engine);
@@ -97,6 +106,9 @@ static void print_json(const RunOptions& options, const scene& which, const demo
         {"ms_per_step", result.ms_per_step},
         {"finite", measures.finite},
         {"max_stretch", measures.max_stretch},
+        {"rms_speed", measures.rms_speed},
+        {"self_collision", self_collision_name(result.self_collision)},
+        {"crossings", result.crossings.has_value() ? nlohmann::ordered_json(*result.crossings) : nullptr},
         {"kinetic_energy", measures.kinetic_energy},
         {"state_hash", hash_text(measures.state_hash)},
     };
@@ -118,6 +130,11 @@ static void print_text(const RunOptions& options, const scene& which, const demo
     line("ms per step", fixed(result.ms_per_step, 3) + " (median)");
     line("max stretch", fixed(measures.max_stretch, 4));
     line("kinetic energy", fixed(measures.kinetic_energy, 4) + " J");
+    if (result.crossings.has_value()) {
+        line("self-collision", self_collision_name(result.self_collision));
+        line("crossing faces", std::to_string(*result.crossings) + " pairs");
+        line("speed", fixed(measures.rms_speed, 4) + " m/s (root mean square)");
+    }
     line("state hash", hash_text(measures.state_hash));
 }
 
@@ -132,8 +149,13 @@ int run_scene(const RunOptions& options) {
         throw demos::Error("--png and --csv name the same file: " + options.png_file);
     }
     const std::unique_ptr<picture::Painter> painter = png.is_wanted() ? std::make_unique<picture::Painter>() : nullptr;
-    const std::unique_ptr<demos::Description> description =
-        demos::Description::build(which, {options.mesh_file, options.tetra_base});
+    demos::SceneOptions scene_settings = scene_options(options.changes);
+    scene_settings.mesh_file = options.mesh_file;
+    scene_settings.tetra_base = options.tetra_base;
+    if (is_bullet && scene_settings.self_collision.value_or(SCENE_SELF_NONE) != SCENE_SELF_NONE) {
+        throw demos::Error("btSoftBody has no self-collision of " + options.changes.self_collision);
+    }
+    const std::unique_ptr<demos::Description> description = demos::Description::build(which, scene_settings);
     const demos::EngineKind kind = is_bullet ? demos::EngineKind::bullet : demos::EngineKind::pliant;
     demos::EngineOptions engine_settings = engine_options(options.step);
     engine_settings.reference = options.reference;
@@ -144,8 +166,12 @@ int run_scene(const RunOptions& options) {
     const int frames = options.frames > 0 ? options.frames : default_frames(which, step_seconds);
     Progress progress(options.json);
     progress.start(std::string(which.name) + " on " + engine->name());
-    const RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), progress);
+    RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), progress);
     progress.clear();
+    if (description->has_self_collision) {
+        result.self_collision = engine->self_collision();
+        if (result.measures.finite) { result.crossings = engine->crossings(); }
+    }
 
     csv.write(result.csv);
     if (painter != nullptr && result.measures.finite) {

@@ -23,11 +23,19 @@ struct StepOptions {
 
 demos::EngineOptions engine_options(const StepOptions& options);
 
+// --self-collision and --resolution, the latter as "N" or "NxM".
+struct SceneChanges {
+    std::string self_collision = "on", resolution;
+};
+
+demos::SceneOptions scene_options(const SceneChanges& changes);
+
 struct RunOptions {
     std::string scene, engine = "pliant";
     bool reference = false;
     int frames = 0; // 0: up to the scene's picture
     StepOptions step;
+    SceneChanges changes;
     std::string mesh_file, tetra_base, png_file, csv_file;
     bool json = false;
 };
@@ -38,6 +46,7 @@ struct CompareOptions {
     std::string csv_file;
     std::string witness = "bullet"; // or "pliant"
     StepOptions step;
+    SceneChanges changes;
     bool json = false;
 };
 

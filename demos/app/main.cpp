@@ -22,7 +22,7 @@ using app::ListOptions;
 using app::RunOptions;
 using app::ViewOptions;
 
-static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000;
+static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000, most_nodes_a_side = 1000;
 static constexpr double shortest_step = 1e-5, longest_step = 1.0; // s
 
 static void add_frames(CLI::App* command, int& frames, const std::string& text) {
@@ -60,6 +60,33 @@ static void add_step(CLI::App* command, app::StepOptions& options) {
         ->type_name("S");
 }
 
+// "N" or "NxM"; the text is checked here and read by scene_options.
+static std::string resolution_problem(const std::string& text) {
+    const size_t cross = text.find('x');
+    const std::string parts[2] = {text.substr(0, cross), cross == std::string::npos ? "2" : text.substr(cross + 1)};
+    for (const std::string& part : parts) {
+        const bool is_number =
+            !part.empty() && part.size() <= 4 && part.find_first_not_of("0123456789") == std::string::npos;
+        if (!is_number || std::stoi(part) < 2 || std::stoi(part) > most_nodes_a_side) {
+            return "Value " + text + " is not a number from 2 to 1000 or two of them, as 30x200";
+        }
+    }
+    return "";
+}
+
+static void add_scene_changes(CLI::App* command, app::SceneChanges& changes) {
+    command
+        ->add_option("--self-collision", changes.self_collision,
+                     "on (default, the scene's own), off, or another kind: nodes, grids or faces")
+        ->check(CLI::IsMember({"on", "off", "nodes", "grids", "faces"}).description(""))
+        ->type_name("KIND");
+    command
+        ->add_option("--resolution", changes.resolution,
+                     "Nodes of a cloth: N, or columns and rows as 30x200 (default: the scene's own)")
+        ->check(CLI::Validator(resolution_problem, ""))
+        ->type_name("N");
+}
+
 static void add_list(CLI::App& program, ListOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("list", "List the scenes");
     add_json(command, options.json);
@@ -81,6 +108,7 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
         ->type_name("FILE");
     command->add_option("--tetra", options.tetra_base, "BASE.node and BASE.ele in place of the scene's tetrahedra")
         ->type_name("BASE");
+    add_scene_changes(command, options.changes);
     command->add_option("--png", options.png_file, "Write a picture of the last frame")->type_name("FILE");
     command->add_option("--csv", options.csv_file, "Write one line of measures per frame")->type_name("FILE");
     add_json(command, options.json);
@@ -89,9 +117,12 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
 
 static void add_compare(CLI::App& program, CompareOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("compare", "Measure how far Pliant is from Bullet's btSoftBody");
-    command->add_option("scenes", options.scenes, "Names of scenes, or all")->required()->type_name("SCENE");
+    command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")
+        ->required()
+        ->type_name("SCENE");
     add_frames(command, options.frames, "Steps (default: 300)");
     add_step(command, options.step);
+    add_scene_changes(command, options.changes);
     command
         ->add_option("--witness", options.witness,
                      "Where Pliant takes the nearest points of clusters from: bullet (default) or pliant")
@@ -104,7 +135,7 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
 
 static void add_bench(CLI::App& program, BenchOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("bench", "Measure what soft bodies cost, in Pliant and in btSoftBody");
-    command->add_option("scenes", options.scenes, "Names of scenes, or all")->type_name("SCENE");
+    command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")->type_name("SCENE");
     command->add_option("--series", options.series, "Scenes of growing size instead: sheet, sphere or bodies")
         ->check(CLI::IsMember({"sheet", "sphere", "bodies"}).description(""))
         ->type_name("NAME");

@@ -64,7 +64,7 @@ std::vector<const scene*> choose_scenes(const std::vector<std::string>& names) {
     };
     for (const std::string& name : names) {
         if (lower_case(name) == "all") {
-            std::for_each(scene_list, scene_list + scene_count, add);
+            std::for_each(scene_list, scene_list + scene_demo_count, add);
         } else {
             add(&choose_scene(name));
         }

@@ -304,6 +304,7 @@ void BulletEngine::step() {
     clock_.advance();
     drive_.advance(clock_.frame());
     prepare_step(clock_);
+    rigids_.move(description_, clock_.seconds());
     for (const CutRecord& cut : description_.cuts) {
         if (clock_.begins(cut.frame)) { cut_sphere(cut.soft, node_position(cut.soft, cut.node), cut.radius); }
     }

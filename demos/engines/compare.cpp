@@ -33,13 +33,11 @@ double median(std::vector<double> values) {
 
 } // namespace
 
-EngineOptions bullet_options(const EngineOptions& options) {
+EngineOptions bullet_options(const EngineOptions& options, SolverKind of_pliant) {
     EngineOptions result;
     result.step_seconds = options.step_seconds;
     // Sweeps of another solver say nothing about iterations of this one.
-    if (options.solver.kind.value_or(SolverKind::bullet) == SolverKind::bullet) {
-        result.solver.iterations = options.solver.iterations;
-    }
+    if (of_pliant == SolverKind::bullet) { result.solver.iterations = options.solver.iterations; }
     return result;
 }
 
@@ -63,7 +61,7 @@ Comparison compare(const Description& description, int frames, const Progress& p
     if (is_same_solver) { result.one_step = compare_one_step(description, frames, first_half, witness, options); }
 
     // The engine as it is used is timed, against the same run of btSoftBody that the errors come from.
-    const auto bullet = make_engine(EngineKind::bullet, description, bullet_options(options));
+    const auto bullet = make_engine(EngineKind::bullet, description, bullet_options(options, result.solver.kind));
     const auto pliant = make_engine(EngineKind::pliant, description, options);
     const auto reference_mode =
         is_same_solver ? make_engine(EngineKind::pliant, description, reference_options(options, witness)) : nullptr;

@@ -42,7 +42,7 @@ using Progress = std::function<void(int frame, int frames)>; // may be empty
 enum class Witness { bullet, pliant };
 
 // What btSoftBody and Pliant's reference mode take of the options for Pliant.
-EngineOptions bullet_options(const EngineOptions& options);
+EngineOptions bullet_options(const EngineOptions& options, SolverKind of_pliant);
 EngineOptions reference_options(const EngineOptions& options, Witness witness);
 
 // Of `options` solver and length of a step are used, by btSoftBody too; the solver must be Bullet's.

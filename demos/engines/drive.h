@@ -26,6 +26,8 @@ public:
     }
     int frame() const { return now_; }
     float step_seconds() const { return step_seconds_; }
+    // At the end of the step, s.
+    double seconds() const { return static_cast<double>(steps_) * static_cast<double>(step_seconds_); }
     // Whether this step is the first one of the frame.
     bool begins(int frame) const { return before_ < frame && frame <= now_; }
 

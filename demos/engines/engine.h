@@ -39,6 +39,7 @@ struct Shape {
     std::vector<int> triangles;
     std::vector<Shape> children;
     std::vector<pli_transform> child_poses;
+    bool is_solid;
 };
 
 struct RigidRecord {
@@ -47,7 +48,13 @@ struct RigidRecord {
     float mass;
     pli_transform pose;
     float friction;
-    bool is_collision_only;
+    bool is_collision_only, is_kinematic;
+};
+
+// Of a kinematic body, between two frames.
+struct MotionRecord {
+    int rigid, first_frame, end_frame;
+    pli_vec3 velocity, angular_velocity;
 };
 
 struct FirstForce {
@@ -109,8 +116,10 @@ struct SoftRecord {
 };
 
 struct SceneOptions {
-    std::string mesh_file;  // --mesh; empty: the scene's own
-    std::string tetra_base; // --tetra; empty: the scene's own
+    std::string mesh_file;                                // --mesh; empty: the scene's own
+    std::string tetra_base;                               // --tetra; empty: the scene's own
+    std::optional<scene_self_collision> self_collision{}; // --self-collision; not set: the scene's own
+    scene_resolution resolution{0, 0};                    // --resolution; no rows: as many as the columns ask for
 };
 
 // The record of a scene. Owns its context and meshes; must outlive the engines that are built from it.
@@ -126,9 +135,11 @@ public:
     std::vector<JointRecord> joints;
     std::vector<DriveRecord> drives; // in the order of frames
     std::vector<CutRecord> cuts;
+    std::vector<MotionRecord> motions;
     std::vector<ControlRecord> controls;
     std::vector<ControlEvent> control_events;
     pli_vec3 gravity{0, -10, 0};
+    bool has_self_collision = false; // that can be chosen, none included
     bool has_camera = false;
     scene_camera camera{};
     pli_bounds rest_bounds{}; // of all soft bodies at the start
@@ -267,6 +278,11 @@ public:
     // Throws Error when there are `most_balls` balls.
     void shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass);
 
+    // Of the first soft body that has some.
+    virtual scene_self_collision self_collision() const = 0;
+    // Pairs of faces of one soft body that cross each other now; not set where the engine does not count them.
+    virtual std::optional<int> crossings() const = 0;
+
     // Clamped to the range of the control. Throws Error when the engine cannot follow.
     void set_control(int index, float value);
     float control(int index) const;
@@ -294,6 +310,7 @@ struct Measures {
     double max_stretch = 0;    // largest |length / rest - 1|
     double rms_stretch = 0;    // root mean square over the links
     double kinetic_energy = 0; // J, soft bodies
+    double rms_speed = 0;      // m/s, over the nodes that are not pinned
     uint64_t state_hash = 0;   // bits of positions and velocities of all soft bodies
 };
 

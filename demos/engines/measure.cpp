@@ -31,16 +31,21 @@ double length_squared(pli_vec3 v) {
     return x * x + y * y + z * z;
 }
 
-void measure_nodes(const SoftState& state, Measures& measures) {
+// Adds squares to `rms_speed`, and returns how many.
+int measure_nodes(const SoftState& state, Measures& measures) {
+    int moving = 0;
     for (size_t i = 0; i < state.positions.size(); ++i) {
         measures.finite = measures.finite && is_finite(state.positions[i]) && is_finite(state.velocities[i]);
         if (state.inverse_masses[i] > 0.0f) {
+            measures.rms_speed += length_squared(state.velocities[i]);
+            ++moving;
             measures.kinetic_energy +=
                 0.5 * length_squared(state.velocities[i]) / static_cast<double>(state.inverse_masses[i]);
         }
         hash_vector(measures.state_hash, state.positions[i]);
         hash_vector(measures.state_hash, state.velocities[i]);
     }
+    return moving;
 }
 
 // Adds squares to `rms_stretch`, and returns how many.
@@ -66,7 +71,7 @@ Measures measure(const Engine& engine) {
     Measures measures;
     measures.state_hash = 14695981039346656037u;
     const size_t count = engine.description().softs.size();
-    int measured_links = 0;
+    int measured_links = 0, moving_nodes = 0;
     for (size_t i = 0; i < count; ++i) {
         const SoftState state = engine.soft(static_cast<int>(i));
         measures.nodes += static_cast<int>(state.positions.size());
@@ -74,9 +79,10 @@ Measures measure(const Engine& engine) {
         measures.faces += static_cast<int>(state.face_nodes.size() / 3);
         measures.tetras += static_cast<int>(state.tetra_nodes.size() / 4);
         measures.clusters += state.cluster_count;
-        measure_nodes(state, measures);
+        moving_nodes += measure_nodes(state, measures);
         measured_links += measure_links(state, measures);
     }
+    if (moving_nodes > 0) { measures.rms_speed = std::sqrt(measures.rms_speed / moving_nodes); }
     if (measured_links > 0) { measures.rms_stretch = std::sqrt(measures.rms_stretch / measured_links); }
     return measures;
 }

@@ -41,6 +41,7 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     while (next_rigid < description.rigids.size()) {
         rigids_.add(description.rigids[next_rigid++]);
     }
+    sample_solids();
     for (size_t i = 0; i < bodies_.size(); ++i) {
         const SoftRecord& soft = description.softs[i];
         for (const AnchorRecord& anchor : soft.anchors) {
@@ -75,9 +76,18 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     enable_solver(body, record, run_);
     const bool in_bullet_order = options_.reference || run_.kind != SolverKind::bullet || record.def.velocity_links;
     if (!in_bullet_order) { check(pli_body_use_colored_links(body, true)); }
+    if (!options_.reference) { enable_self_collision(body, record.def, run_); }
     check(pli_body_add_velocity(body, record.velocity));
     for (const FirstForce& force : record.first_forces) {
         check(pli_body_add_node_force(body, force.node, force.force));
+    }
+}
+
+void PliantEngine::sample_solids() {
+    if (options_.reference) { return; } // as btSoftBody
+    for (size_t i = 0; i < description_.rigids.size(); ++i) {
+        const RigidRecord& record = description_.rigids[i];
+        if (record.shape.is_solid) { check(bridge_->use_sampled_mesh(rigids_.object(static_cast<int>(i)))); }
     }
 }
 
@@ -207,6 +217,7 @@ void PliantEngine::step() {
     clock_.advance();
     drive_.advance(clock_.frame());
     prepare_step(clock_);
+    rigids_.move(description_, clock_.seconds());
     for (const CutRecord& record : description_.cuts) {
         if (clock_.begins(record.frame)) {
             cut_sphere(record.soft, node_position(record.soft, record.node), record.radius);
@@ -235,6 +246,24 @@ size_t PliantEngine::soft_bytes() const {
 
 uint64_t PliantEngine::soft_allocations() const {
     return pli_context_allocation_count(bridge_->context()) + rigids_.clock().allocations();
+}
+
+scene_self_collision PliantEngine::self_collision() const {
+    if (options_.reference) { return SCENE_SELF_NONE; }
+    for (const SoftRecord& soft : description_.softs) {
+        if (soft.def.self_collision != SCENE_SELF_NONE) { return soft.def.self_collision; }
+    }
+    return SCENE_SELF_NONE;
+}
+
+std::optional<int> PliantEngine::crossings() const {
+    int sum = 0;
+    for (const pli_body* body : bodies_) {
+        int count = 0;
+        check(pli_body_count_crossings(body, &count));
+        sum += count;
+    }
+    return sum;
 }
 
 SoftState PliantEngine::soft(int index) const {

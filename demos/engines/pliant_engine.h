@@ -30,6 +30,8 @@ public:
     std::vector<ClusterMark> clusters(int soft) const override;
     void cut_sphere(int soft, pli_vec3 center, float radius) override;
     void cut_swept(const pli_vec3 first[2], const pli_vec3 second[2]) override;
+    scene_self_collision self_collision() const override;
+    std::optional<int> crossings() const override;
     void set_wind(int soft, pli_vec3 wind) override;
     void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
     void steer(float angle) override { drive_.take_angle(angle); }
@@ -50,6 +52,7 @@ protected:
 private:
     void add_soft(const SoftRecord& record);
     void enable_features(pli_body* body, const scene_soft_def& def);
+    void sample_solids();
     void enable_clusters(pli_body* body, const scene_soft_def& def);
     void add_anchor(pli_body* body, const AnchorRecord& record);
     void add_joint(const JointRecord& record);

@@ -40,6 +40,9 @@ static void describe(scene_builder& builder, const scene& which) {
     description.source = &which;
     which.build(&builder);
     if (!builder.error.empty()) { throw Error(std::string("scene ") + which.name + ": " + builder.error); }
+    if (builder.options.self_collision.has_value() && !description.has_self_collision) {
+        throw Error(std::string("scene ") + which.name + " has no self-collision that could be chosen");
+    }
     description.rest_bounds = empty_bounds();
     for (const SoftRecord& soft : description.softs) {
         const pli_mesh_view view = pli_mesh_get_view(soft.mesh.get());
@@ -56,6 +59,9 @@ std::unique_ptr<Description> Description::build(const scene& which, const SceneO
     }
     if (!options.tetra_base.empty() && !which.takes_tetra) {
         throw Error("scene " + name + " has no tetrahedral mesh that a file could replace");
+    }
+    if (options.resolution.columns > 0 && !which.takes_resolution) {
+        throw Error("scene " + name + " has no grid whose resolution could be chosen");
     }
     auto description = std::make_unique<RecordedDescription>();
     scene_builder builder{*description, options, {}};
@@ -147,6 +153,7 @@ static demos::Shape checked_shape(const scene_shape& shape, const std::string& o
     copy.half_height = shape.half_height;
     copy.axis = shape.axis;
     copy.margin = shape.margin;
+    copy.is_solid = shape.is_solid;
     if (shape.kind == SCENE_SHAPE_TRIANGLE_MESH) { copy_triangles(shape, owner, copy); }
     if (shape.kind == SCENE_SHAPE_COMPOUND) { copy_children(shape, owner, copy); }
     return copy;
@@ -194,8 +201,10 @@ int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def) {
         require(def->mass == 0.0f || def->shape.kind != SCENE_SHAPE_TRIANGLE_MESH,
                 name + ": a triangle mesh must be static");
         require(def->mass == 0.0f || !def->is_collision_only, name + ": a plain collision object has no mass");
-        builder->description.rigids.push_back(
-            {name, checked_shape(def->shape, name), def->mass, def->pose, def->friction, def->is_collision_only});
+        require(!def->is_kinematic || (def->mass == 0.0f && !def->is_collision_only),
+                name + ": a kinematic body is a rigid body of mass 0");
+        builder->description.rigids.push_back({name, checked_shape(def->shape, name), def->mass, def->pose,
+                                               def->friction, def->is_collision_only, def->is_kinematic});
     });
     return static_cast<int>(builder->description.rigids.size()) - 1;
 }
@@ -227,6 +236,13 @@ static void check_soft(const scene_soft_def& def, const std::string& name) {
                 std::equal_to<float>()(def.soft_contacts.friction, def.rigid_contacts.friction),
             name + ": btSoftBody knows one friction for rigid and soft contacts");
     check_clusters(def, name);
+    require(def.link_stiffness >= 0.0f && std::isfinite(def.link_stiffness),
+            name + ": the stiffness of links must not be negative");
+    require(def.link_damping >= 0.0f && std::isfinite(def.link_damping),
+            name + ": the damping of links must not be negative");
+    require(def.self_collision == SCENE_SELF_NONE || is_positive(def.thickness),
+            name + ": self-collision needs a thickness");
+    require(is_share(def.self_friction), name + ": the friction of self-collision must be between 0 and 1");
 }
 
 int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def* def) {
@@ -241,6 +257,10 @@ int scene_add_soft(scene_builder* builder, pli_mesh* mesh, const scene_soft_def*
         record.mesh = std::move(owned);
         record.def = *def;
         record.def.name = nullptr; // record.name is the copy that lasts
+        if (def->self_collision != SCENE_SELF_NONE) {
+            record.def.self_collision = builder->options.self_collision.value_or(def->self_collision);
+            builder->description.has_self_collision = true;
+        }
         record.order = static_cast<int>(builder->description.rigids.size());
         builder->description.softs.push_back(std::move(record));
     });

@@ -66,3 +66,22 @@ void scene_cut_at(scene_builder* builder, int frame, int soft, int node, float r
         builder->description.cuts.push_back({frame, soft, checked_node(soft_record(builder, soft), node), radius});
     });
 }
+
+void scene_move_rigid(scene_builder* builder, int rigid, int first_frame, int end_frame, pli_vec3 velocity,
+                      pli_vec3 angular_velocity) {
+    builder->guard([&] {
+        const std::vector<RigidRecord>& rigids = builder->description.rigids;
+        const RigidRecord& record = rigids[static_cast<size_t>(checked_index(rigid, rigids.size(), "rigid body"))];
+        require(record.is_kinematic, record.name + ": only kinematic bodies are moved");
+        require(first_frame >= 0 && end_frame > first_frame, record.name + ": a motion needs a span of frames");
+        require(is_finite(velocity) && is_finite(angular_velocity), record.name + ": a velocity is not finite");
+        builder->description.motions.push_back({rigid, first_frame, end_frame, velocity, angular_velocity});
+    });
+}
+
+scene_resolution scene_get_resolution(scene_builder* builder, int columns, int rows) {
+    scene_resolution wanted = builder->options.resolution;
+    if (wanted.columns <= 0) { return {columns, rows}; }
+    if (wanted.rows <= 0) { wanted.rows = std::max(2, (wanted.columns * rows + columns / 2) / columns); }
+    return wanted;
+}

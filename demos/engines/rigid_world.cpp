@@ -4,6 +4,8 @@
 
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
 
+#include <algorithm>
+
 namespace demos {
 
 btVector3 to_bullet(pli_vec3 v) {
@@ -64,8 +66,32 @@ void RigidWorld::add(const RigidRecord& record) {
     info.m_startWorldTransform = pose;
     auto body = std::make_unique<btRigidBody>(info);
     body->setFriction(record.friction);
+    if (record.is_kinematic) {
+        body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+        body->setActivationState(DISABLE_DEACTIVATION);
+    }
     world_->addRigidBody(body.get());
     objects_.push_back(std::move(body));
+}
+
+void RigidWorld::move(const Description& description, double seconds) {
+    for (size_t i = 0; i < description.rigids.size(); ++i) {
+        if (!description.rigids[i].is_kinematic) { continue; }
+        btTransform pose = to_bullet(description.rigids[i].pose);
+        for (const MotionRecord& motion : description.motions) {
+            if (motion.rigid != static_cast<int>(i)) { continue; }
+            const double first = motion.first_frame * static_cast<double>(frame_seconds);
+            const double end = motion.end_frame * static_cast<double>(frame_seconds);
+            const auto time = static_cast<btScalar>(std::clamp(seconds, first, end) - first);
+            const btVector3 turned = to_bullet(motion.angular_velocity) * time;
+            pose.setOrigin(pose.getOrigin() + to_bullet(motion.velocity) * time);
+            if (turned.length2() > 0) {
+                const btQuaternion turn(turned.normalized(), turned.length());
+                pose.setRotation(turn * pose.getRotation());
+            }
+        }
+        object(static_cast<int>(i)).setWorldTransform(pose);
+    }
 }
 
 RigidState RigidWorld::state(int index) const {

@@ -23,6 +23,8 @@ public:
     void adopt(std::unique_ptr<btDiscreteDynamicsWorld> made, pli_vec3 gravity);
     void add(const RigidRecord& record); // which must outlive this
     void add_ball(pli_vec3 center, pli_vec3 velocity, float radius, float mass);
+    // Puts kinematic bodies where they are `seconds` after the start; before a step, where its end finds them.
+    void move(const Description& description, double seconds);
 
     btCollisionDispatcher& dispatcher() { return *dispatcher_; }
     btBroadphaseInterface& broadphase() { return *broadphase_; }

@@ -42,6 +42,27 @@ void require_xpbd(const Description& description) {
     }
 }
 
+// btSoftBody and what is compared with it step by step have no choice.
+SolverKind own_solver(const Description& description, EngineKind engine, const EngineOptions& options) {
+    if (engine == EngineKind::bullet || options.reference || description.source == nullptr) {
+        return SolverKind::bullet;
+    }
+    switch (description.source->solver) {
+    case SCENE_SOLVER_IMPLICIT:
+        return SolverKind::implicit;
+    case SCENE_SOLVER_XPBD:
+        return SolverKind::xpbd;
+    case SCENE_SOLVER_BULLET:
+        break;
+    }
+    return SolverKind::bullet;
+}
+
+int own_substeps(const Description& description) {
+    const int own = description.source != nullptr ? description.source->substeps : 0;
+    return own > 0 ? own : default_substeps;
+}
+
 int most_iterations(const Description& description) {
     int most = 0;
     for (const SoftRecord& soft : description.softs) {
@@ -53,8 +74,9 @@ int most_iterations(const Description& description) {
 } // namespace
 
 SolverRun choose_solver(const Description& description, EngineKind engine, const EngineOptions& options) {
+    const SolverKind own = own_solver(description, engine, options);
     SolverRun run;
-    run.kind = options.solver.kind.value_or(SolverKind::bullet);
+    run.kind = options.solver.kind.value_or(own);
     if (engine == EngineKind::bullet && run.kind != SolverKind::bullet) {
         throw Error(std::string("btSoftBody has no solver ") + solver_name(run.kind));
     }
@@ -76,7 +98,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
         break;
     case SolverKind::xpbd:
         require_xpbd(description);
-        run.substeps = options.solver.substeps.value_or(default_substeps);
+        run.substeps = options.solver.substeps.value_or(own_substeps(description));
         run.iterations = options.solver.iterations.value_or(1);
         break;
     }
@@ -103,6 +125,7 @@ double node_mass(const pli_mesh_view& mesh) {
 // velocity of d / (2 h) each, as a spring of m / (2 h^2) in a step h; n iterations, n times that. About half of d is
 // left then and can be seen, so the spring that looks alike is twice as stiff.
 double link_stiffness(const SoftRecord& record) {
+    if (record.def.link_stiffness > 0.0f) { return static_cast<double>(record.def.link_stiffness); }
     const pli_solver_settings& solver = record.def.solver;
     const int iterations =
         std::max(1, solver.position_iterations + solver.drift_iterations + solver.velocity_iterations);
@@ -112,6 +135,7 @@ double link_stiffness(const SoftRecord& record) {
 
 // N s/m of such a link: as much as the integration of btSoftBody, which is like backward Euler, takes from it.
 float link_damping(const SoftRecord& record) {
+    if (record.def.link_stiffness > 0.0f) { return record.def.link_damping; }
     return static_cast<float>(0.5 * static_cast<double>(frame_seconds) * link_stiffness(record));
 }
 
@@ -167,6 +191,7 @@ void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run)
 void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& run) {
     pli_implicit_def solver = pli_implicit_def_default();
     solver.stiffness = static_cast<float>(link_stiffness(record));
+    if (record.def.link_stiffness > 0.0f) { solver.damping = record.def.link_damping; }
     solver.sweeps = run.iterations;
     check(body, pli_body_enable_implicit(body, &solver));
 }
@@ -176,6 +201,37 @@ void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& 
 void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& run) {
     if (run.kind == SolverKind::implicit) { enable_implicit(body, record, run); }
     if (run.kind == SolverKind::xpbd) { enable_xpbd(body, record, run); }
+}
+
+void enable_self_collision(pli_body* body, const scene_soft_def& def, const SolverRun& run) {
+    switch (def.self_collision) {
+    case SCENE_SELF_NONE:
+        break;
+    case SCENE_SELF_NODES: {
+        pli_self_collision_def nodes = pli_self_collision_def_default();
+        nodes.thickness = def.thickness;
+        nodes.friction = def.self_friction;
+        // Whole steps are long: with the default a body would fall in slow motion.
+        if (run.kind != SolverKind::xpbd) { nodes.speed_limit_ratio = 0.5f; }
+        check(body, pli_body_enable_self_collision(body, &nodes));
+        break;
+    }
+    case SCENE_SELF_GRIDS: {
+        pli_self_grids_def grids = pli_self_grids_def_default();
+        grids.distance = def.thickness;
+        check(body, pli_body_enable_self_grids(body, &grids));
+        break;
+    }
+    case SCENE_SELF_FACES: {
+        pli_self_faces_def faces = pli_self_faces_def_default();
+        // Nodes do not keep faces apart here, so layers may lie closer; pairs in reach grow with the third power of it.
+        faces.thickness = 0.25f * def.thickness;
+        faces.max_travel = 1.5f * faces.thickness;
+        faces.friction = def.self_friction;
+        check(body, pli_body_enable_self_faces(body, &faces));
+        break;
+    }
+    }
 }
 
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run) {

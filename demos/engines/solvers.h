@@ -12,6 +12,9 @@ namespace demos {
 // contacts and forces were enabled and before anchors are added. Throws Error.
 void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& run);
 
+// Self-collision of the kind that the record names, none included. Throws Error.
+void enable_self_collision(pli_body* body, const scene_soft_def& def, const SolverRun& run);
+
 // What contacts of clusters are for a solver without clusters: contacts of nodes.
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run);
 

@@ -31,6 +31,7 @@ scene_soft_def scene_soft_def_default(void) {
         .anchor_hardness = 0.7f,
         .aero = pli_aero_def_default(),
         .cluster_contacts = pli_cluster_contacts_def_default(),
+        .self_friction = pli_self_collision_def_default().friction,
     };
 }
 

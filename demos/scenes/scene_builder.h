@@ -53,6 +53,7 @@ typedef struct scene_shape {
     const int* triangles;
     const struct scene_shape* children;
     const pli_transform* child_poses;
+    bool is_solid; /* of a closed triangle mesh: Pliant samples the inside, btSoftBody meets the triangles */
 } scene_shape;
 
 scene_shape scene_box(pli_vec3 half_extents);
@@ -65,13 +66,35 @@ typedef struct scene_rigid_def {
     pli_transform pose;
     float friction;         /* default 0.5 */
     bool is_collision_only; /* a plain static btCollisionObject, as the demos' ground, not a btRigidBody */
+    bool is_kinematic;      /* of mass 0, moved by scene_move_rigid */
 } scene_rigid_def;
 
 scene_rigid_def scene_rigid_def_default(void);
 /* Index of the rigid body in the order of adding. */
 int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def);
 
+/* From one frame to another a kinematic body moves with a velocity (m/s) and turns about its origin (rad/s, in the
+   world); several motions add up. */
+void scene_move_rigid(scene_builder* builder, int rigid, int first_frame, int end_frame, pli_vec3 velocity,
+                      pli_vec3 angular_velocity);
+
 // ------------------------------------------------------------------------------------------------ soft bodies
+
+/* Nodes of a grid. */
+typedef struct scene_resolution {
+    int columns, rows;
+} scene_resolution;
+
+/* What --resolution asks for, or these: "N" stands for N columns and rows in the same ratio. */
+scene_resolution scene_get_resolution(scene_builder* builder, int columns, int rows);
+
+/* How a soft body is kept from passing through itself; btSoftBody does not know any of it. */
+typedef enum scene_self_collision {
+    SCENE_SELF_NONE,
+    SCENE_SELF_NODES, /* hashed */
+    SCENE_SELF_GRIDS, /* two shifted grids */
+    SCENE_SELF_FACES
+} scene_self_collision;
 
 /* The settings of a soft body, with btSoftBody's defaults. */
 typedef struct scene_soft_def {
@@ -94,6 +117,12 @@ typedef struct scene_soft_def {
     float cluster_node_damping; /* of cluster 0 */
     bool has_cluster_contacts;  /* default false; with rigid bodies and with other soft bodies */
     pli_cluster_contacts_def cluster_contacts;
+    /* N/m of a link with linear stiffness 1, for the solvers with units; 0: as it looks with btSoftBody. */
+    float link_stiffness;
+    float link_damping;                  /* N s/m of the same, when the stiffness is given */
+    scene_self_collision self_collision; /* default none; --self-collision chooses another where there is one */
+    float thickness;                     /* m, that nodes keep; faces keep a quarter of it */
+    float self_friction;                 /* share of the sliding in a (sub)step, default 0.1 */
 } scene_soft_def;
 
 scene_soft_def scene_soft_def_default(void);
@@ -181,18 +210,25 @@ typedef struct scene_camera {
 /* Where pictures are taken from. Default: chosen from the bounds of the soft bodies at the frame that is drawn. */
 void scene_set_camera(scene_builder* builder, scene_camera camera);
 
+typedef enum scene_solver { SCENE_SOLVER_BULLET, SCENE_SOLVER_IMPLICIT, SCENE_SOLVER_XPBD } scene_solver;
+
 typedef struct scene {
-    const char* name;    /* as in `pliant run NAME` */
-    const char* summary; /* one sentence: what to look at */
-    bool takes_mesh;     /* --mesh replaces its triangle mesh */
-    bool takes_tetra;    /* --tetra replaces its tetrahedral mesh */
-    int picture_frame;   /* the frame that pictures show by default */
+    const char* name;      /* as in `pliant run NAME` */
+    const char* summary;   /* one sentence: what to look at */
+    bool takes_mesh;       /* --mesh replaces its triangle mesh */
+    bool takes_tetra;      /* --tetra replaces its tetrahedral mesh */
+    bool takes_resolution; /* --resolution changes its grid */
+    bool is_own;           /* not of Bullet's demo; such scenes come last */
+    scene_solver solver;   /* that looks and settles best; --solver overrides */
+    int substeps;          /* of XPBD, 0: the default */
+    int picture_frame;     /* the frame that pictures show by default */
     void (*build)(scene_builder* builder);
 } scene;
 
 /* All scenes in the order of the list. */
 extern const scene* const scene_list[];
 extern const int scene_count;
+extern const int scene_demo_count; /* those of Bullet's demo, which come first */
 /* NULL when there is none of that name; letter case does not matter. */
 const scene* scene_find(const char* name);
 

@@ -11,6 +11,7 @@ const scene* const scene_list[] = {
 #undef SCENE
 
 const int scene_count = (int)(sizeof scene_list / sizeof scene_list[0]);
+const int scene_demo_count = 33;
 
 static bool scene_has_name(const scene* candidate, const char* name) {
     const char* own = candidate->name;

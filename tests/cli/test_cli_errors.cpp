@@ -77,6 +77,16 @@ static void test_cli_solvers(void**) {
                    "\"torus\" keeps its shape by pose matching");
 }
 
+static void test_cli_changes_of_scenes(void**) {
+    expect_failure("run Flag --self-collision maybe", 2, "--self-collision: maybe not in {on,off,nodes,grids,faces}");
+    for (const char* value : {"1", "0", "x", "20x", "x20", "20x1", "1001", "20x20x20", "-5", "2e3", "''"}) {
+        expect_failure("run Flag --resolution " + std::string(value), 2, "--resolution: ");
+    }
+    expect_failure("run Bunny --resolution 20", 1, "scene Bunny has no grid whose resolution could be chosen");
+    expect_failure("run Bunny --self-collision off", 1, "scene Bunny has no self-collision that could be chosen");
+    expect_failure("run Flag --engine bullet --self-collision faces", 1, "btSoftBody has no self-collision of faces");
+}
+
 static void test_cli_mesh_files(void**) {
     const std::string missing = scratch("missing.obj"), cut = scratch("cut.obj"), nan = scratch("nan.obj"),
                       empty = scratch("empty.obj");
@@ -141,6 +151,7 @@ int main(void) {
         cmocka_unit_test(test_cli_frames),
         cmocka_unit_test(test_cli_engines),
         cmocka_unit_test(test_cli_solvers),
+        cmocka_unit_test(test_cli_changes_of_scenes),
         cmocka_unit_test(test_cli_mesh_files),
         cmocka_unit_test(test_cli_unwritable_outputs),
         cmocka_unit_test(test_cli_full_disk),

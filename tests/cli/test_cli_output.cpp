@@ -45,7 +45,10 @@ static void test_cli_list_names_every_scene(void**) {
     assert_int_equal(text.size(), scenes.size());
     std::set<std::string> names;
     for (size_t i = 0; i < scenes.size(); ++i) {
-        expect_keys(scenes[i], {"name", "summary", "takes_mesh", "takes_tetra", "picture_frame"});
+        expect_keys(scenes[i],
+                    {"name", "summary", "takes_mesh", "takes_tetra", "takes_resolution", "group", "picture_frame"});
+        assert_string_equal(scenes[i].at("group").get<std::string>().c_str(), i < 33 ? "bullet" : "own");
+        assert_true((text[i].find("(own scene)") != std::string::npos) == (i >= 33));
         const std::string name = scenes[i].at("name");
         assert_true(text[i].rfind(name + " ", 0) == 0);
         names.insert(name);
@@ -136,6 +139,20 @@ static void test_cli_run_tells_the_solver(void**) {
     assert_true(hashes.size() >= 4); // in the air some are alike
 }
 
+static void test_cli_run_changes_the_scene(void**) {
+    const json faces = cli::run_json("run TwistedCloth --resolution 12x8 --frames 5 --json");
+    assert_int_equal(faces.at("nodes").get<int>(), 96);
+    assert_string_equal(faces.at("self_collision").get<std::string>().c_str(), "faces");
+    assert_string_equal(faces.at("solver").get<std::string>().c_str(), "xpbd");
+    assert_int_equal(faces.at("crossings").get<int>(), 0);
+    assert_true(faces.at("rms_speed").get<double>() > 0.0);
+    const json without = cli::run_json("run TwistedCloth --resolution 12x8 --frames 5 --json --self-collision off");
+    assert_string_equal(without.at("self_collision").get<std::string>().c_str(), "off");
+    const json bullet = cli::run_json("run TwistedCloth --resolution 12 --frames 5 --json --engine bullet");
+    assert_true(bullet.at("crossings").is_null());
+    assert_string_equal(bullet.at("solver").get<std::string>().c_str(), "bullet");
+}
+
 static void test_cli_run_without_frames_goes_to_the_picture(void**) {
     const json list = cli::run_json("list --json");
     for (const json& each : list.at("scenes")) {
@@ -207,6 +224,7 @@ int main(void) {
         cmocka_unit_test(test_cli_list_names_every_scene),
         cmocka_unit_test(test_cli_run_prints_measures),
         cmocka_unit_test(test_cli_run_tells_the_solver),
+        cmocka_unit_test(test_cli_run_changes_the_scene),
         cmocka_unit_test(test_cli_run_without_frames_goes_to_the_picture),
         cmocka_unit_test(test_cli_run_takes_a_mesh),
         cmocka_unit_test(test_cli_run_writes_csv),

@@ -14,7 +14,7 @@ using namespace demos;
 static const int frames = 150;
 
 static void each_step_is_bit_equal(void**) {
-    for (int i = 0; i < scene_count; ++i) {
+    for (int i = 0; i < scene_demo_count; ++i) {
         const DescriptionPointer description = Description::build(*scene_list[i], {});
         const OneStep result = compare_one_step(*description, frames, {});
         if (result.bit_equal_share < 1.0 || result.frames_with_lone_contacts > 0) {
