@@ -234,7 +234,7 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
     const known_pair known =
-        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid});
+        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
     if (known.manifold == NULL) { return cluster_contacts_measure_convex(body, state, pair, &terms, known.cache); }
     pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
     const int count = plii_cluster_manifold_follow(body, pair, shape, terms.margin, known.manifold, followed);
@@ -438,7 +438,7 @@ static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_con
                                                 plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
                                                 const plii_contact_terms* terms) {
     const known_pair known =
-        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other});
+        cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
     if (known.manifold == NULL) {
         return cluster_contacts_measure_pair(body, state, other_state, pair, terms, known.cache);
     }

@@ -1,4 +1,5 @@
-/* Contacts of faces (of links where a body has no faces) with convex rigid shapes, which btSoftBody lacks.
+/* Contacts of faces (of links where a body has no faces) with convex rigid shapes and with the triangles of meshes,
+   which btSoftBody lacks.
 
    Conservative advancement finds where on the way of a step a face comes near a shape; the normal of that moment makes
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
@@ -8,6 +9,7 @@
 #include "world_impl.h"
 
 #define RIGID_FACES_MAX_TARGETS 8
+#define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
 
 pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
@@ -49,7 +51,7 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
                                   .has_links = body->topology->face_count == 0,
                                   .begin = meeting->begin,
                                   .end = plii_rigid_faces_end_pose(meeting, body->step.dt),
-                                  .radius = shape->def.radius};
+                                  .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
     const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), meeting->shape_pose);
     pass.core = (plii_face_core){.shape = shape,
                                  .pose = meeting->shape_pose,
@@ -72,7 +74,8 @@ static bool rigid_faces_is_anchored(const pli_body* body, const int* nodes, cons
 }
 
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element) {
-    return (plii_pair_key){element, pass->meeting->shape_index, pass->meeting->rigid};
+    const int part = pass->triangle != NULL ? pass->triangle->index : 0;
+    return (plii_pair_key){element, pass->meeting->shape_index, pass->meeting->rigid, part};
 }
 
 static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* end) {
@@ -82,6 +85,60 @@ static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* e
         all.max = plii_vec3_max(all.max, plii_vec3_max(begin[k], end[k]));
     }
     return all;
+}
+
+static pli_status rigid_faces_visit_way(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                        plii_face_way* way, plii_rigid_faces_visit_fn* visit) {
+    const plii_convex_cache* side = plii_pair_memory_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+    way->has_side = side != NULL && side->has_normal;
+    if (way->has_side) { way->side = side->normal; }
+    return visit(pass, element, nodes, way);
+}
+
+typedef struct rigid_faces_triangles {
+    const plii_rigid_faces_pass* pass;
+    int element;
+    const int* nodes;
+    const plii_face_way* way;
+    plii_rigid_faces_visit_fn* visit;
+    pli_status status;
+} rigid_faces_triangles;
+
+static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void* context) {
+    rigid_faces_triangles* all = context;
+    if (all->status != PLI_OK) { return; }
+    plii_rigid_faces_pass pass = *all->pass;
+    pass.triangle = triangle;
+    pass.core.triangle = triangle->corners;
+    pass.core.reach = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 corner = pli_transform_point(pass.core.pose, triangle->corners[k]);
+        pass.core.reach = plii_max(pass.core.reach, pli_vec3_length(corner));
+    }
+    plii_face_way way = *all->way;
+    way.core = &pass.core;
+    all->status = rigid_faces_visit_way(&pass, all->element, all->nodes, &way, all->visit);
+}
+
+/* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
+static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
+                                              const int* nodes, const plii_face_way* way,
+                                              plii_rigid_faces_visit_fn* visit) {
+    const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
+    const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
+    pli_vec3 begin[3], end[3];
+    float farthest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        begin[k] = pli_transform_inverse_point(before, way->begin[k]);
+        end[k] = pli_transform_inverse_point(after, way->end[k]);
+        farthest = plii_max(farthest, plii_max(pli_vec3_length(way->begin[k]), pli_vec3_length(way->end[k])));
+    }
+    const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.turn));
+    const pli_shape* shape = pass->meeting->shape;
+    rigid_faces_triangles all = {pass, element, nodes, way, visit, PLI_OK};
+    shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
+                     rigid_faces_visit_triangle, &all);
+    return all.status;
 }
 
 static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach, int element,
@@ -101,12 +158,10 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
         way.end[k] = pli_vec3_sub(end[k], pass->end.origin);
     }
     if (rigid_faces_is_anchored(body, nodes, pass->meeting->rigid)) { return PLI_OK; }
-    const plii_convex_cache* side = plii_pair_memory_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
-    if (side != NULL && side->has_normal) {
-        way.has_side = true;
-        way.side = side->normal;
+    if (pass->meeting->shape->triangles != NULL) {
+        return rigid_faces_visit_triangles(pass, reach, element, nodes, &way, visit);
     }
-    return visit(pass, element, nodes, &way);
+    return rigid_faces_visit_way(pass, element, nodes, &way, visit);
 }
 
 pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
@@ -155,6 +210,10 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
                                        .core_point = moment->core_point,
                                        .distance = end_gap,
                                        .target = target_gap};
+    contact.is_triangle = pass->triangle != NULL;
+    for (int k = 0; k < 3 && contact.is_triangle; ++k) {
+        contact.triangle[k] = pass->triangle->corners[k];
+    }
     const bool can_move = body->positions[nodes[0]].w * moment->weights.x > 0.0f ||
                           body->positions[nodes[1]].w * moment->weights.y > 0.0f ||
                           body->positions[nodes[2]].w * moment->weights.z > 0.0f;
@@ -189,17 +248,51 @@ static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float beg
     return plii_min(begin_gap, 0.0f) * (1.0f - (is_dynamic ? def->dynamic_hardness : def->static_hardness));
 }
 
+/* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
+static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_way* way, float max_distance,
+                              plii_face_moment* moment) {
+    if (pass->triangle == NULL) { return plii_face_way_begin(way, max_distance, moment); }
+    const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
+    const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
+    plii_face_way known = *way;
+    if (!plii_face_way_begin(&known, max_distance, moment)) { return false; }
+    if (moment->is_overlapping && !known.has_side) {
+        known.has_side = true;
+        known.side = front;
+        return plii_face_way_begin(&known, max_distance, moment);
+    }
+    return pli_vec3_dot(moment->normal, front) > 0.0f;
+}
+
+/* Whether another triangle is nearer to the point of the face: that one makes the contact. What is left takes its
+   normal from the whole mesh, so that faces do not catch on the edges between triangles. */
+static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_moment* moment) {
+    if (pass->triangle == NULL || moment->is_overlapping) { return false; }
+    const plii_face_core* core = &pass->core;
+    const pli_transform begin = {core->rotation, {0, 0, 0}};
+    const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, moment->time);
+    const pli_transform pose = pli_transform_mul(turned, core->pose);
+    const pli_vec3 local = pli_transform_inverse_point(pose, moment->point);
+    pli_vec3 local_normal;
+    const float distance = pli_shape_distance(core->shape, local, &local_normal);
+    if (distance < 0.999f * moment->distance - 1e-6f * pli_vec3_length(local)) { return true; }
+    const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local_normal);
+    if (pli_vec3_dot(normal, moment->normal) > RIGID_FACES_SAME_NORMAL) { moment->normal = normal; }
+    return false;
+}
+
 /* The first moment at which face and shape are near. */
 static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
                                               const plii_face_way* way) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!plii_face_way_begin(way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!plii_face_way_advance(way, target, 0.25f * slack, &moment) || !plii_face_way_weigh(way, &moment)) {
         return PLI_OK;
     }
+    if (rigid_faces_is_covered(pass, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, way, &moment);
     if (!plii_is_finite(end_gap)) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
@@ -225,7 +318,7 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!plii_face_way_begin(way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!moment.is_overlapping) {
         target = plii_min(target, 0.5f * moment.distance);
@@ -233,8 +326,10 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
         for (int i = 0; i < RIGID_FACES_MAX_TARGETS; ++i) {
             if (!plii_face_way_advance(way, target, tolerance, &moment)) { return PLI_OK; }
             if (!plii_face_way_weigh(way, &moment)) { return PLI_OK; }
-            const float end_gap = rigid_faces_end_gap(pass, way, &moment);
-            if (end_gap < target_gap) { return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap); }
+            plii_face_moment touch = moment;
+            if (rigid_faces_is_covered(pass, &touch)) { return PLI_OK; }
+            const float end_gap = rigid_faces_end_gap(pass, way, &touch);
+            if (end_gap < target_gap) { return rigid_faces_add(pass, element, nodes, &touch, end_gap, target_gap); }
             /* This point of the face gets out of the way in time, others may not. */
             target *= 0.5f;
             tolerance = 0.25f * target;
@@ -263,7 +358,7 @@ void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count) {
 }
 
 static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
-    if (rigid->shapes[index]->def.support == NULL) { return PLI_OK; }
+    if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
     const int count = state->meeting_count;
     if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count + 1);

@@ -13,30 +13,17 @@
 /* A core at its place. */
 typedef struct face_way_core {
     const pli_shape* shape;
+    const pli_vec3* triangle;
     pli_transform pose;
 } face_way_core;
 
 static face_way_core face_way_core_at(const plii_face_core* core, float time) {
     const pli_transform begin = {core->rotation, {0, 0, 0}};
     const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, time);
-    return (face_way_core){core->shape, pli_transform_mul(pose, core->pose)};
+    return (face_way_core){core->shape, core->triangle, pli_transform_mul(pose, core->pose)};
 }
 
-static pli_vec3 face_way_core_support(const void* user, pli_vec3 direction) {
-    const face_way_core* core = user;
-    const pli_vec3 local = pli_mat3_transpose_mul_vec3(core->pose.rotation, direction);
-    return pli_transform_point(core->pose, core->shape->def.support(core->shape->def.user, local));
-}
-
-static float face_way_height(const face_way_core* core, pli_vec3 normal) {
-    return pli_vec3_dot(face_way_core_support(core, normal), normal);
-}
-
-float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal) {
-    const face_way_core placed = face_way_core_at(core, time);
-    return face_way_height(&placed, normal);
-}
-
+/* Of a triangle. */
 static pli_vec3 face_way_support(const void* user, pli_vec3 direction) {
     const pli_vec3* corners = user;
     int farthest = 0;
@@ -49,6 +36,23 @@ static pli_vec3 face_way_support(const void* user, pli_vec3 direction) {
         }
     }
     return corners[farthest];
+}
+
+static pli_vec3 face_way_core_support(const void* user, pli_vec3 direction) {
+    const face_way_core* core = user;
+    const pli_vec3 local = pli_mat3_transpose_mul_vec3(core->pose.rotation, direction);
+    const pli_vec3 farthest = core->triangle != NULL ? face_way_support(core->triangle, local)
+                                                     : core->shape->def.support(core->shape->def.user, local);
+    return pli_transform_point(core->pose, farthest);
+}
+
+static float face_way_height(const face_way_core* core, pli_vec3 normal) {
+    return pli_vec3_dot(face_way_core_support(core, normal), normal);
+}
+
+float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal) {
+    const face_way_core placed = face_way_core_at(core, time);
+    return face_way_height(&placed, normal);
 }
 
 float plii_face_way_length(const plii_face_way* way) {
@@ -69,12 +73,16 @@ static bool face_way_is_known(const plii_convex_result* result) {
     return result->relation == PLII_CONVEX_SEPARATED || result->relation == PLII_CONVEX_OVERLAPPING;
 }
 
+static pli_vec3 face_way_middle(const pli_vec3* corners) {
+    return pli_vec3_scale(pli_vec3_add(pli_vec3_add(corners[0], corners[1]), corners[2]), 1.0f / 3.0f);
+}
+
 static bool face_way_measure(const face_way_core* core, const pli_vec3* corners, float max_distance,
                              plii_convex_cache* cache, plii_convex_result* result) {
-    const plii_convex rigid = {face_way_core_support, core, core->pose.origin, 0.0f};
-    const plii_convex face = {
-        face_way_support, corners,
-        pli_vec3_scale(pli_vec3_add(pli_vec3_add(corners[0], corners[1]), corners[2]), 1.0f / 3.0f), 0.0f};
+    const pli_vec3 middle =
+        core->triangle == NULL ? core->pose.origin : pli_transform_point(core->pose, face_way_middle(core->triangle));
+    const plii_convex rigid = {face_way_core_support, core, middle, 0.0f};
+    const plii_convex face = {face_way_support, corners, face_way_middle(corners), 0.0f};
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
 #if PLIANT_WITH_CCD

@@ -8,11 +8,12 @@
 #include "shape_impl.h"
 
 typedef struct plii_face_core {
-    const pli_shape* shape; /* convex */
-    pli_transform pose;     /* of the shape in the frame of the rigid body */
-    pli_mat3 rotation;      /* of the rigid body at the start */
-    pli_vec3 turn;          /* its rotation during the step */
-    float reach;            /* of the core from the centre of mass; m */
+    const pli_shape* shape;   /* convex, unless there is a triangle */
+    const pli_vec3* triangle; /* [3] a piece of the shape, or NULL */
+    pli_transform pose;       /* of the shape in the frame of the rigid body */
+    pli_mat3 rotation;        /* of the rigid body at the start */
+    pli_vec3 turn;            /* its rotation during the step */
+    float reach;              /* of the core from the centre of mass; m */
 } plii_face_core;
 
 typedef struct plii_face_way {

@@ -6,13 +6,13 @@
 
 static size_t pair_hash(plii_pair_key key) {
     uint64_t hash = (uint64_t)(uintptr_t)key.other;
-    hash = (hash ^ (uint64_t)(uint32_t)key.first) * UINT64_C(0x9e3779b97f4a7c15);
+    hash = (hash ^ (uint64_t)(uint32_t)key.first ^ (uint64_t)(uint32_t)key.part << 32) * UINT64_C(0x9e3779b97f4a7c15);
     hash = (hash ^ (hash >> 29) ^ (uint64_t)(uint32_t)key.second) * UINT64_C(0xbf58476d1ce4e5b9);
     return (size_t)(hash ^ (hash >> 32));
 }
 
 static bool pair_keys_equal(plii_pair_key a, plii_pair_key b) {
-    return a.first == b.first && a.second == b.second && a.other == b.other;
+    return a.first == b.first && a.second == b.second && a.other == b.other && a.part == b.part;
 }
 
 bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {

@@ -10,6 +10,7 @@
 typedef struct plii_pair_key {
     int first, second;
     const void* other; /* identity of what `second` counts in */
+    int part;          /* of `second` */
 } plii_pair_key;
 
 typedef struct plii_pair_record {

@@ -19,7 +19,9 @@ typedef struct plii_rigid_face_contact {
     pli_vec3 normal;     /* out of the rigid body */
     pli_vec3 start;      /* of the step: the witness point of the face */
     pli_vec3 core_point; /* nearest point of the core, in the frame of the rigid body */
-    float target;        /* of the gap at the end of the step; m, <= 0 */
+    bool is_triangle;    /* of a shape that is not convex */
+    pli_vec3 triangle[3];
+    float target; /* of the gap at the end of the step; m, <= 0 */
     float distance;
     float slip; /* share of the tangential displacement that stays */
     float push; /* impulse along the normal in this step; N s */
@@ -59,12 +61,13 @@ typedef struct plii_rigid_faces_pass {
     pli_transform begin, end; /* poses of the rigid body */
     plii_face_core core;
     float radius;
-    pli_bounds bounds; /* of the shape on its way */
+    const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */
+    pli_bounds bounds;                   /* of the shape on its way */
 } plii_rigid_faces_pass;
 
 plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int meeting_index);
 
-/* What is done with elements whose ways come within `reach` of the shape. */
+/* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
 typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, int element, const int* nodes,
                                              const plii_face_way* way);
 pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);

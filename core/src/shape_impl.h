@@ -5,12 +5,23 @@
 #include "pliant/shape.h"
 #include "vec.h"
 
+/* A piece of the surface of a shape that is not convex. */
+typedef struct plii_shape_triangle {
+    int index;
+    pli_vec3 corners[3];
+    pli_vec3 normal; /* unit, outwards */
+} plii_shape_triangle;
+
+typedef void plii_shape_triangle_fn(const plii_shape_triangle* triangle, void* context);
+
 struct pli_shape {
     uint32_t magic;
     int reference_count;
     pli_context* context;
     pli_shape_def def; /* callbacks and their data */
-    size_t data_size;  /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
+    /* Calls `visit` with the triangles whose boxes overlap `box`; NULL for shapes that do not consist of any. */
+    void (*triangles)(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context);
+    size_t data_size; /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
 #define PLII_SHAPE_MAGIC 0x70736870u

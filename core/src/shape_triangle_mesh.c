@@ -149,6 +149,27 @@ static pli_bounds surface_bounds(const void* user) {
     return ((const surface_data*)user)->bounds;
 }
 
+typedef struct surface_visit {
+    const surface_data* surface;
+    plii_shape_triangle_fn* visit;
+    void* context;
+} surface_visit;
+
+static void surface_visit_triangle(int item, void* user) {
+    const surface_visit* visit = user;
+    const surface_triangle* triangle = &visit->surface->triangles[item];
+    plii_shape_triangle found = {.index = item, .normal = triangle->normal};
+    for (int k = 0; k < 3; ++k) {
+        found.corners[k] = visit->surface->vertices[triangle->vertices[k]].position;
+    }
+    visit->visit(&found, visit->context);
+}
+
+static void surface_triangles(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context) {
+    surface_visit all = {user, visit, context};
+    plii_box_tree_overlaps(&((const surface_data*)user)->tree, box, surface_visit_triangle, &all);
+}
+
 // ------------------------------------------------------------------------------------------------------ building
 
 typedef struct surface_point {
@@ -433,6 +454,7 @@ pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count,
         def.bounds = surface_bounds;
         def.destroy = surface_destroy;
         status = plii_shape_create_owning(context, &def, &made, sizeof made, __func__, shape);
+        if (status == PLI_OK) { (*shape)->triangles = surface_triangles; }
     }
     if (status != PLI_OK) { surface_destroy(&made); }
     return status;

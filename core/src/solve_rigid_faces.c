@@ -32,10 +32,14 @@ static float rigid_faces_inverse_mass(const pli_body* body, const plii_rigid_fac
    above or below the nearest point of the core. */
 static pli_vec3 rigid_faces_lever(const plii_rigid_faces_meeting* meeting, pli_mat3 rotation,
                                   const plii_rigid_face_contact* contact) {
-    const plii_face_core core = {.shape = meeting->shape, .pose = meeting->shape_pose, .rotation = rotation};
+    const plii_face_core core = {.shape = meeting->shape,
+                                 .triangle = contact->is_triangle ? contact->triangle : NULL,
+                                 .pose = meeting->shape_pose,
+                                 .rotation = rotation};
+    const float radius = contact->is_triangle ? 0.0f : meeting->shape->def.radius;
     const pli_vec3 n = contact->normal;
     const pli_vec3 arm = pli_mat3_mul_vec3(rotation, contact->core_point);
-    const float height = plii_face_core_height(&core, 0.0f, n) + meeting->shape->def.radius;
+    const float height = plii_face_core_height(&core, 0.0f, n) + radius;
     return pli_vec3_add(arm, pli_vec3_scale(n, height - pli_vec3_dot(n, arm)));
 }
 
@@ -123,6 +127,11 @@ void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step) {
 
 // ------------------------------------------------------------------------------------------------------------- memory
 
+static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 normal) {
+    const pli_mat3 rotation = pli_mat3_mul(pass->end.rotation, pass->core.pose.rotation);
+    return pli_vec3_dot(normal, pli_mat3_mul_vec3(rotation, pass->triangle->normal)) > 0.0f;
+}
+
 /* The side at the end of the step; a face that overlaps keeps the one that it had. */
 static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
                                                const plii_face_way* way) {
@@ -133,6 +142,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
     const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_way_length(way);
     if (!plii_face_way_end(&free, reach, &moment)) { return PLI_OK; }
     if (moment.is_overlapping && !way->has_side && !plii_face_way_begin(way, reach, &moment)) { return PLI_OK; }
+    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
         plii_pair_memory_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
     if (cache == NULL) { return PLI_OK; }

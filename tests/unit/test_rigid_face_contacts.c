@@ -102,6 +102,40 @@ static pli_rigid* make_ball(pli_world* world, float radius, float mass, pli_vec3
     return make_rigid(world, shape, mass, pli_vec3_make(i, i, i), at(position.x, position.y, position.z), velocity);
 }
 
+static pli_shape* make_box_mesh(pli_context* context, float half) {
+    pli_vec3 points[8];
+    for (int i = 0; i < 8; ++i) {
+        points[i] =
+            pli_vec3_make((i & 1) != 0 ? half : -half, (i & 2) != 0 ? half : -half, (i & 4) != 0 ? half : -half);
+    }
+    static const int triangles[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                      2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 8, points, 12, triangles, 0.05f, &shape), PLI_OK);
+    return shape;
+}
+
+/* Square of 4 m in cells of 0.25 m, facing up, with its middle point at `peak`. */
+static pli_shape* make_floor(pli_context* context, float peak) {
+    enum { SIDE = 17 };
+    pli_vec3 points[SIDE * SIDE];
+    int triangles[6 * (SIDE - 1) * (SIDE - 1)], count = 0;
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        points[i] = pli_vec3_make(0.25f * (float)(i % SIDE) - 2, 0, 0.25f * (float)(i / SIDE) - 2);
+    }
+    points[SIDE * SIDE / 2].y = peak;
+    for (int i = 0; i < SIDE * (SIDE - 1); ++i) {
+        if (i % SIDE == SIDE - 1) { continue; }
+        const int cell[6] = {i, i + SIDE, i + 1, i + 1, i + SIDE, i + SIDE + 1};
+        memcpy(&triangles[count], cell, sizeof cell);
+        count += 6;
+    }
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, SIDE * SIDE, points, count / 3, triangles, 0.1f, &shape),
+                     PLI_OK);
+    return shape;
+}
+
 typedef enum box_side { CORNER_DOWN, EDGE_DOWN, FLAT, ASKEW, BOX_SIDES } box_side;
 
 static pli_mat3 rotation_of(box_side side) {
@@ -297,6 +331,80 @@ static void test_bodies_go_back_to_their_side(void** state) {
             pli_body_destroy(cloth);
         }
     }
+}
+
+/* The same boxes as triangles. */
+static void test_triangle_meshes_do_not_pass_a_coarse_cloth(void** state) {
+    fixture* f = *state;
+    for (int c = 0; c < 32; ++c) {
+        const float half = 0.05f, mass = (c & 16) != 0 ? 1 : 0.1f;
+        const float* spot = spots[(c >> 2) & 3];
+        pli_body* cloth = make_cloth(f->world, PLI_PATCH_PIN_CORNERS, 0.005f, 10);
+        enable_nodes(cloth);
+        enable_faces(cloth);
+        pli_transform pose = at(spot[0], 1.09f, spot[1]);
+        pose.rotation = rotation_of((box_side)(c & 3));
+        const float i = mass * half * half * 2 / 3;
+        pli_rigid* box = make_rigid(f->world, make_box_mesh(f->context, half), mass, pli_vec3_make(i, i, i), pose,
+                                    pli_vec3_make(0, 0, 0));
+        const int passed = run(f->world, cloth, box, 1, 1.0f / 60);
+        if (passed != 0) { fail_msg("case %d: the box passed", c); }
+        pli_rigid_destroy(box);
+        pli_body_destroy(cloth);
+    }
+}
+
+/* A peak of a floor holds a cloth between its nodes; nodes alone do not see it. */
+static void test_a_peak_of_a_mesh_holds_a_cloth(void** state) {
+    fixture* f = *state;
+    for (int with = 0; with < 2; ++with) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.005f, 10);
+        enable_nodes(cloth);
+        if (with != 0) { enable_faces(cloth); }
+        pli_transform pose = at(0.03f, -1.2f, 0.02f);
+        pli_rigid* floor =
+            make_rigid(f->world, make_floor(f->context, 1.0f), 0, pli_vec3_make(1, 1, 1), pose, pli_vec3_make(0, 0, 0));
+        for (int i = 0; i < 45; ++i) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+        }
+        const float top = pli_body_get_bounds(cloth).max.y;
+        assert_int_equal(top > -0.3f, with); /* free fall: -2.8 */
+        assert_int_equal(top < -0.8f, 1 - with);
+        pli_rigid_destroy(floor);
+        pli_body_destroy(cloth);
+    }
+}
+
+/* Edges between triangles in a plane do not catch: a cloth slides over them as over a box. */
+static void test_edges_of_a_flat_mesh_do_not_catch(void** state) {
+    fixture* f = *state;
+    float speeds[2];
+    for (int is_mesh = 0; is_mesh < 2; ++is_mesh) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.02f, 4);
+        pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
+        faces.friction = 0;
+        assert_int_equal(pli_body_enable_rigid_face_contacts(cloth, &faces), PLI_OK);
+        assert_int_equal(pli_body_add_velocity(cloth, pli_vec3_make(0.7f, 0, 0.4f)), PLI_OK);
+        pli_shape* shape = NULL;
+        if (is_mesh != 0) {
+            shape = make_floor(f->context, 0);
+        } else {
+            assert_int_equal(pli_shape_create_box(f->context, pli_vec3_make(2, 0.5f, 2), &shape), PLI_OK);
+        }
+        pli_rigid* floor = make_rigid(f->world, shape, 0, pli_vec3_make(1, 1, 1),
+                                      at(0, is_mesh != 0 ? -0.03f : -0.53f, 0), pli_vec3_make(0, 0, 0));
+        for (int i = 0; i < 60; ++i) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60), PLI_OK);
+        }
+        assert_true(pli_body_get_rigid_face_contacts(cloth, 0, NULL) >= 200);
+        assert_true(pli_body_get_bounds(cloth).min.y > -0.06f);
+        const pli_vec3 momentum = pli_body_momentum(cloth);
+        speeds[is_mesh] = sqrtf(momentum.x * momentum.x + momentum.z * momentum.z) / 0.2f;
+        pli_rigid_destroy(floor);
+        pli_body_destroy(cloth);
+    }
+    check_near(speeds[0], sqrtf(0.65f), 1e-4);
+    check_near(speeds[1], speeds[0], 5e-4);
 }
 
 /* The cloth moves, the needle stands. */
@@ -676,6 +784,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_heavy_boxes_do_not_pass_a_coarse_cloth, setup, teardown),
         cmocka_unit_test_setup_teardown(test_heavy_boxes_come_to_rest, setup, teardown),
         cmocka_unit_test_setup_teardown(test_bodies_go_back_to_their_side, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_triangle_meshes_do_not_pass_a_coarse_cloth, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_a_peak_of_a_mesh_holds_a_cloth, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_edges_of_a_flat_mesh_do_not_catch, setup, teardown),
         cmocka_unit_test_setup_teardown(test_a_static_point_stops_a_falling_cloth, setup, teardown),
         cmocka_unit_test_setup_teardown(test_a_stick_does_not_pass_a_rope, setup, teardown),
         cmocka_unit_test_setup_teardown(test_face_contacts_keep_momentum, setup, teardown),

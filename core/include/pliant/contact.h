@@ -56,13 +56,14 @@ typedef struct pli_rigid_face_contacts_def {
 
 PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 
-/// Faces meet convex rigid shapes on their whole way through a step, so that corners, edges and small bodies pass
-/// neither between nodes nor, when fast, from one step to the next. Bodies without faces: their links, bending links
-/// excepted. Enable, or change when enabled. btSoftBody has no such contact.
+/// Faces meet convex rigid shapes, and the triangles of triangle meshes from their front, on their whole way through a
+/// step, so that corners, edges and small bodies pass neither between nodes nor, when fast, from one step to the next.
+/// Bodies without faces: their links, bending links excepted. Enable, or change when enabled. btSoftBody has no such
+/// contact.
 /// A face remembers from step to step on which side of a shape it was: one that overlaps all the same, because the host
 /// has moved the rigid body, is pushed back there.
-/// Use it beside pli_body_enable_rigid_contacts, which takes care of planes and triangle meshes; a corner of a triangle
-/// mesh may still pass between nodes. Faces with a node that is anchored to the rigid body are left out, and drift
+/// Use it beside pli_body_enable_rigid_contacts, which takes care of planes and sampled meshes, and brings nodes out of
+/// triangle meshes that are inside. Faces with a node that is anchored to the rigid body are left out, and drift
 /// iterations are not watched. See pli_rigid_was_held_back.
 PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
 PLI_API void pli_body_disable_rigid_face_contacts(pli_body* body);
