@@ -73,12 +73,20 @@ struct ViewOptions {
     bool json = false;
 };
 
+struct StabilityOptions {
+    std::vector<std::string> groups; // none: all
+    int rest_steps = 0;              // 0: the default
+    std::string folder;              // empty: no files
+    bool json = false;
+};
+
 int run_list(const ListOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
 int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
 int run_view(const ViewOptions& options);
+int run_stability(const StabilityOptions& options);
 
 } // namespace app
 #endif

@@ -20,6 +20,7 @@ using app::CompareOptions;
 using app::DemoOptions;
 using app::ListOptions;
 using app::RunOptions;
+using app::StabilityOptions;
 using app::ViewOptions;
 
 static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000, most_nodes_a_side = 1000;
@@ -179,6 +180,18 @@ static void add_view(CLI::App& program, ViewOptions& options, std::function<int(
     command->callback([&] { chosen = [&] { return app::run_view(options); }; });
 }
 
+static void add_stability(CLI::App& program, StabilityOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("stability", "Run extreme cases with btSoftBody and the three solvers");
+    command->add_option("groups", options.groups, "Groups of cases (default: all)")->type_name("GROUP");
+    command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
+        ->check(CLI::Range(2000, 10000000).description(""))
+        ->type_name("N");
+    command->add_option("--out", options.folder, "Write stability.csv and stability.svg to this folder")
+        ->type_name("DIR");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_stability(options); }; });
+}
+
 static int fail(const std::string& reason, int status) {
     std::cout.flush();
     const std::string line = reason.substr(0, reason.find('\n'));
@@ -203,6 +216,7 @@ static int run_program(int argument_count, char** arguments) {
     BenchOptions bench;
     DemoOptions demo;
     ViewOptions view;
+    StabilityOptions stability;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
     program.set_version_flag("--version", "pliant " APP_VERSION);
@@ -213,6 +227,7 @@ static int run_program(int argument_count, char** arguments) {
     add_bench(program, bench, chosen);
     add_demo(program, demo, chosen);
     add_view(program, view, chosen);
+    add_stability(program, stability, chosen);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& request) { // --help, --version

@@ -150,7 +150,7 @@ struct Sphere final : btSoftBody::ImplicitFn {
 
 void BulletEngine::add_soft(const SoftRecord& record) {
     const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory
-    require_connected(record);
+    if (!options_.unguarded) { require_connected(record); }
     std::unique_ptr<btSoftBody> body = make_body(info_, pli_mesh_get_view(record.mesh.get()));
     configure(*body, record.def);
     body->m_cfg.piterations = options_.solver.iterations.value_or(body->m_cfg.piterations);

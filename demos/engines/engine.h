@@ -168,6 +168,7 @@ struct SolverOptions {
 struct EngineOptions {
     bool reference = false;      // Pliant only: Bullet's lattice distances and boxes, as for comparisons
     bool bullet_witness = false; // Pliant only: nearest points of clusters from Bullet's GJK
+    bool unguarded = false;      // btSoftBody only: takes meshes that it is known to hang on
     SolverOptions solver{};
     float step_seconds = frame_seconds; // the script of a scene keeps its times
 };
@@ -238,6 +239,8 @@ public:
 
     // One step of EngineOptions::step_seconds.
     virtual void step() = 0;
+    // Of the steps from now on. For scenes without a script, which counts steps of the first length.
+    virtual void set_step_seconds(float seconds) = 0;
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.
     virtual double step_milliseconds() const = 0;
     // What the soft bodies took of it.

@@ -21,6 +21,7 @@ public:
     std::string name() const override { return "pliant"; }
     const Description& description() const override { return description_; }
     void step() override;
+    void set_step_seconds(float seconds) override { options_.step_seconds = seconds; }
     double step_milliseconds() const override { return milliseconds_; }
     const StepTimes& step_times() const override { return rigids_.clock().times(); }
     size_t soft_bytes() const override;

@@ -121,7 +121,9 @@ double node_mass(const pli_mesh_view& mesh) {
     return count > 0 ? mass / count : 1.0;
 }
 
-// N/m of a link with linear stiffness 1. An iteration of btSoftBody that meets a stretch d gives two nodes of mass m a
+} // namespace
+
+// An iteration of btSoftBody that meets a stretch d gives two nodes of mass m a
 // velocity of d / (2 h) each, as a spring of m / (2 h^2) in a step h; n iterations, n times that. About half of d is
 // left then and can be seen, so the spring that looks alike is twice as stiff.
 double link_stiffness(const SoftRecord& record) {
@@ -132,6 +134,8 @@ double link_stiffness(const SoftRecord& record) {
     const double h = static_cast<double>(frame_seconds);
     return iterations * node_mass(pli_mesh_get_view(record.mesh.get())) / (h * h);
 }
+
+namespace {
 
 // N s/m of such a link: as much as the integration of btSoftBody, which is like backward Euler, takes from it.
 float link_damping(const SoftRecord& record) {

@@ -18,5 +18,8 @@ void enable_self_collision(pli_body* body, const scene_soft_def& def, const Solv
 // What contacts of clusters are for a solver without clusters: contacts of nodes.
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run);
 
+// N/m of a link with linear stiffness 1.
+double link_stiffness(const SoftRecord& record);
+
 } // namespace demos
 #endif

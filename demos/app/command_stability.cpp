@@ -1,0 +1,165 @@
+// pliant stability: extreme cases with btSoftBody and the three solvers; who survives, and how well.
+
+#include "commands.h"
+#include "output_file.h"
+#include "progress.h"
+#include "table.h"
+
+#include "../report/csv.h"
+#include "../report/map_picture.h"
+#include "../stability/stability.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <iostream>
+
+namespace app {
+
+using demos::Cell;
+using demos::StabilityCase;
+
+struct MapRow {
+    const StabilityCase* which;
+    std::vector<Cell> cells; // by column
+};
+
+static std::vector<const StabilityCase*> choose_cases(const std::vector<StabilityCase>& all,
+                                                      const std::vector<std::string>& groups) {
+    std::vector<const StabilityCase*> chosen;
+    std::string known;
+    for (const StabilityCase& each : all) {
+        if (known.find(each.group) == std::string::npos) { known += (known.empty() ? "" : ", ") + each.group; }
+        const bool is_wanted = groups.empty() || std::find(groups.begin(), groups.end(), each.group) != groups.end();
+        if (is_wanted) { chosen.push_back(&each); }
+    }
+    for (const std::string& group : groups) {
+        const bool exists =
+            std::any_of(all.begin(), all.end(), [&](const StabilityCase& each) { return each.group == group; });
+        if (!exists) { throw demos::Error("there is no group of cases named " + group + "; there are: " + known); }
+    }
+    return chosen;
+}
+
+static std::string figure_text(const Cell& cell) {
+    return cell.figure < 0.0 ? "" : short_error(cell.figure);
+}
+
+static std::string cell_text(const Cell& cell) {
+    const std::string figure = figure_text(cell);
+    return demos::verdict_name(cell.verdict) + (figure.empty() ? "" : " " + figure);
+}
+
+static std::string csv_text(const std::vector<MapRow>& rows) {
+    std::string text = report::csv_line({"group", "case", "solver", "verdict", "survives", "figure", "value", "note"});
+    for (const MapRow& row : rows) {
+        for (size_t k = 0; k < row.cells.size(); ++k) {
+            const Cell& cell = row.cells[k];
+            text += report::csv_line({row.which->group, row.which->name, column_name(demos::all_columns[k]),
+                                      demos::verdict_name(cell.verdict), is_survival(cell.verdict) ? "1" : "0",
+                                      row.which->figure_name, cell.figure < 0.0 ? "" : exact(cell.figure), cell.note});
+        }
+    }
+    return text;
+}
+
+static std::string picture(const std::vector<MapRow>& rows) {
+    std::vector<std::string> columns;
+    for (const demos::Column column : demos::all_columns) {
+        columns.push_back(column == demos::Column::bt_soft_body ? "btSoftBody"
+                                                                : std::string("Pliant ") + column_name(column));
+    }
+    std::vector<report::MapRow> shown;
+    for (const MapRow& row : rows) {
+        report::MapRow made{row.which->group, row.which->name, {}};
+        for (const Cell& cell : row.cells) {
+            const report::Shade shade = cell.verdict == demos::Verdict::survives ? report::Shade::good
+                                        : is_survival(cell.verdict)              ? report::Shade::fair
+                                                                                 : report::Shade::bad;
+            made.cells.push_back({cell_text(cell), cell.note, shade});
+        }
+        shown.push_back(std::move(made));
+    }
+    return report::map_picture("Stability: who survives, and how well", columns, shown);
+}
+
+static nlohmann::ordered_json to_json(const std::vector<MapRow>& rows) {
+    nlohmann::ordered_json cases = nlohmann::ordered_json::array();
+    for (const MapRow& row : rows) {
+        nlohmann::ordered_json cells;
+        for (size_t k = 0; k < row.cells.size(); ++k) {
+            const Cell& cell = row.cells[k];
+            cells[column_name(demos::all_columns[k])] = {
+                {"verdict", demos::verdict_name(cell.verdict)},
+                {"survives", is_survival(cell.verdict)},
+                {"value", cell.figure < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(cell.figure)},
+                {"note", cell.note}};
+        }
+        cases.push_back({{"group", row.which->group},
+                         {"case", row.which->name},
+                         {"figure", row.which->figure_name},
+                         {"solvers", cells}});
+    }
+    return {{"cases", cases}};
+}
+
+static void print_text(const std::vector<MapRow>& rows) {
+    Table table({"case", "figure", "btSoftBody", "bullet", "implicit", "xpbd"});
+    std::string notes;
+    size_t survivors[std::size(demos::all_columns)] = {};
+    for (const MapRow& row : rows) {
+        std::vector<std::string> cells{row.which->group + ": " + row.which->name, row.which->figure_name};
+        for (size_t k = 0; k < row.cells.size(); ++k) {
+            const Cell& cell = row.cells[k];
+            cells.push_back(cell_text(cell));
+            if (is_survival(cell.verdict)) { ++survivors[k]; }
+            if (cell.verdict == demos::Verdict::survives) { continue; }
+            notes += row.which->name + ", " + column_name(demos::all_columns[k]) + ": " +
+                     demos::verdict_name(cell.verdict) + (cell.note.empty() ? "" : ": " + cell.note) + "\n";
+        }
+        table.add(std::move(cells));
+    }
+    std::vector<std::string> sums{"survived", ""};
+    for (const size_t count : survivors) {
+        sums.push_back(std::to_string(count) + " of " + std::to_string(rows.size()));
+    }
+    table.add(std::move(sums));
+    std::cout << table.text() << '\n' << notes;
+}
+
+int run_stability(const StabilityOptions& options) {
+    namespace fs = std::filesystem;
+    demos::StabilityOptions settings;
+    if (options.rest_steps > 0) { settings.rest_steps = options.rest_steps; }
+    const std::vector<StabilityCase> all = stability_cases(settings);
+    const std::vector<const StabilityCase*> chosen = choose_cases(all, options.groups);
+    if (!options.folder.empty()) { make_folder(options.folder); }
+    const auto path = [&](const char* name) {
+        return options.folder.empty() ? std::string() : (fs::path(options.folder) / name).string();
+    };
+    const OutputFile csv(path("stability.csv")), svg(path("stability.svg"));
+    std::vector<MapRow> rows;
+    {
+        Progress progress(options.json);
+        for (const StabilityCase* which : chosen) {
+            progress.start(which->name + " [" + std::to_string(rows.size() + 1) + "/" + std::to_string(chosen.size()) +
+                           "]");
+            MapRow row{which, {}};
+            for (const demos::Column column : demos::all_columns) {
+                progress.show(static_cast<int>(row.cells.size()), static_cast<int>(std::size(demos::all_columns)));
+                row.cells.push_back(run_cell(*which, column, settings));
+            }
+            rows.push_back(std::move(row));
+        }
+    }
+    csv.write(csv_text(rows));
+    svg.write(picture(rows));
+    if (options.json) {
+        std::cout << to_json(rows).dump(2) << '\n';
+    } else {
+        print_text(rows);
+    }
+    return 0;
+}
+
+} // namespace app

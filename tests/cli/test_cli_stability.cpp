@@ -1,0 +1,60 @@
+// pliant stability: what it prints and writes.
+
+#include "program_run.h"
+
+#include "check.h"
+
+#include <cstring>
+#include <sstream>
+
+using nlohmann::json;
+
+static const json& cell(const json& document, const std::string& name, const char* solver) {
+    for (const json& row : document.at("cases")) {
+        if (row.at("case") == name) { return row.at("solvers").at(solver); }
+    }
+    fail_msg("no case %s", name.c_str());
+    return document;
+}
+
+static void test_forces_of_nan_are_refused(void**) {
+    const std::string folder = cli::scratch("map");
+    const json document = cli::run_json("stability input --json --out " + folder);
+    assert_int_equal(document.at("cases").size(), 2);
+    const json& bullet = cell(document, "force of NaN on a node", "btSoftBody");
+    assert_true(bullet.at("verdict") == "NaN" && !bullet.at("survives").get<bool>() && bullet.at("value").is_null());
+    for (const char* solver : {"bullet", "implicit", "xpbd"}) {
+        const json& refused = cell(document, "force of NaN on a node", solver);
+        assert_true(refused.at("verdict") == "refused" && refused.at("survives").get<bool>());
+        assert_non_null(std::strstr(refused.at("note").get<std::string>().c_str(), "is not finite"));
+        const json& huge = cell(document, "force of 1e30 N on a node", solver);
+        assert_true(huge.at("verdict") == "ok" && huge.at("value").get<double>() < 0.01);
+    }
+    std::istringstream lines(cli::read_file(folder + "/stability.csv"));
+    int count = 0;
+    for (std::string line; std::getline(lines, line); ++count) {
+        if (count == 0) { assert_string_equal(line.substr(0, 26).c_str(), "group,case,solver,verdict,"); }
+    }
+    assert_int_equal(count, 1 + 2 * 4);
+    const std::string picture = cli::read_file(folder + "/stability.svg");
+    assert_true(picture.rfind("<svg", 0) == 0 && picture.find("force of NaN on a node") != std::string::npos);
+}
+
+static void test_groups_are_named(void**) {
+    const cli::Result text = cli::run("stability gravity");
+    assert_int_equal(text.status, 0);
+    assert_true(text.output.find("hanging sheet, 1000 m/s2") != std::string::npos);
+    assert_true(text.output.find(" of 2") != std::string::npos);
+    const cli::Result unknown = cli::run("stability gravitas");
+    assert_int_equal(unknown.status, 1);
+    assert_true(unknown.errors.find("no group of cases named gravitas; there are: stiffness, mass ratio") !=
+                std::string::npos);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_forces_of_nan_are_refused),
+        cmocka_unit_test(test_groups_are_named),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}

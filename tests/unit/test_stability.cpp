@@ -1,0 +1,124 @@
+// The stability map: children that hang or crash, and verdicts on cases made for them.
+
+#include "case_parts.h"
+#include "child_process.h"
+
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <unistd.h>
+
+#include "check.h"
+
+using demos::Cell;
+using demos::ChildAnswer;
+using demos::ChildEnd;
+using demos::Column;
+using demos::Engine;
+using demos::StabilityCase;
+using demos::StabilityOptions;
+using demos::Verdict;
+
+static void children_answer_or_are_ended(void**) {
+    const std::string long_text(100000, 'x'); // more than a pipe holds
+    ChildAnswer answer = demos::run_in_child([&] { return long_text; }, 10);
+    assert_true(answer.end == ChildEnd::answered && answer.text == long_text);
+    answer = demos::run_in_child(
+        []() -> std::string {
+            for (;;) {
+                pause();
+            }
+        },
+        0.2);
+    assert_true(answer.end == ChildEnd::timed_out);
+    answer = demos::run_in_child(
+        []() -> std::string {
+            std::signal(SIGTERM, SIG_DFL);
+            raise(SIGTERM);
+            return "";
+        },
+        10);
+    assert_true(answer.end == ChildEnd::crashed && answer.signal == SIGTERM);
+    answer = demos::run_in_child([]() -> std::string { throw demos::Error("no"); }, 10);
+    assert_true(answer.end == ChildEnd::crashed && answer.signal == 0);
+}
+
+static StabilityCase sheet_case(const char* name) {
+    StabilityCase made;
+    made.group = "test";
+    made.name = name;
+    made.figure_name = "rms stretch";
+    made.build = [](scene_builder* builder) {
+        demos::SheetDef sheet;
+        sheet.columns = 4;
+        sheet.pins = PLI_PATCH_PIN_CORNERS;
+        demos::add_sheet(builder, sheet, 0.02f);
+    };
+    made.seconds = 0.2f;
+    return made;
+}
+
+// Kicks the sheet in the fifth step.
+class Kick final : public demos::Watcher {
+public:
+    explicit Kick(float speed) : speed_(speed) {}
+    void after_step(const Engine& engine, int step) override {
+        if (step != 5) { return; }
+        const std::vector<pli_vec3> positions = demos::positions_of(engine, 0);
+        const std::vector<pli_vec3> velocities(positions.size(), pli_vec3_make(0, speed_, 0));
+        demos::set_state(const_cast<Engine&>(engine), 0, positions, velocities);
+    }
+    demos::Finding end(const Engine&) override { return {Verdict::survives, 0.5, ""}; }
+
+private:
+    float speed_;
+};
+
+static Cell run(const StabilityCase& which, Column column) {
+    return demos::run_cell(which, column, StabilityOptions{});
+}
+
+static void cells_are_judged(void**) {
+    StabilityCase which = sheet_case("sheet");
+    for (const Column column : demos::all_columns) {
+        const Cell cell = run(which, column);
+        assert_true(cell.verdict == Verdict::survives);
+        assert_true(cell.figure > 0.0 && cell.figure < 0.05);
+    }
+    which.reach = 0.01;
+    assert_true(run(which, Column::bullet).verdict == Verdict::out_of_reach);
+    which.reach = 10;
+    which.watch = [] { return std::make_unique<Kick>(3.0f); };
+    Cell cell = run(which, Column::bullet);
+    assert_true(cell.verdict == Verdict::gains_energy);
+    assert_non_null(std::strstr(cell.note.c_str(), "in step 6"));
+    which.given_energy = 1;
+    cell = run(which, Column::bullet);
+    assert_true(cell.verdict == Verdict::survives);
+    check_near(cell.figure, 0.5, 0.0);
+    which.prepare = [](Engine&) { std::abort(); };
+    cell = run(which, Column::xpbd);
+    assert_true(cell.verdict == Verdict::crashes && !cell.note.empty());
+    which.prepare = [](Engine&) { throw demos::Error("not this one"); };
+    cell = run(which, Column::implicit);
+    assert_true(cell.verdict == Verdict::refused && cell.note == "not this one");
+}
+
+static void cases_have_names_of_their_own(void**) {
+    const std::vector<StabilityCase> cases = demos::stability_cases({});
+    assert_true(cases.size() >= 50);
+    for (size_t i = 0; i < cases.size(); ++i) {
+        for (size_t k = 0; k < i; ++k) {
+            if (cases[i].name == cases[k].name) { fail_msg("twice: %s", cases[i].name.c_str()); }
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(children_answer_or_are_ended),
+        cmocka_unit_test(cells_are_judged),
+        cmocka_unit_test(cases_have_names_of_their_own),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
