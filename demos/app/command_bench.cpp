@@ -183,6 +183,7 @@ static std::vector<BenchResult> bench_scenes(const BenchOptions& options) {
     demos::BenchOptions bench;
     bench.frames = options.frames > 0 ? options.frames : options.is_quick ? 60 : 300;
     bench.rounds = options.is_quick ? 1 : 3;
+    bench.threads = options.threads;
     std::vector<BenchResult> results;
     Progress progress(options.json);
     for (const scene* which : scenes) {
@@ -205,6 +206,7 @@ static std::vector<BenchResult> bench_sizes(const BenchOptions& options) {
         const std::unique_ptr<demos::Description> description = demos::Description::build(which, {});
         demos::BenchOptions bench = demos::series_options(*description, options.is_quick);
         if (options.frames > 0) { bench.frames = options.frames; }
+        bench.threads = options.threads;
         progress.start(which.name);
         results.push_back(
             demos::bench_scene(*description, bench, [&](int frame, int frames) { progress.show(frame, frames); }));

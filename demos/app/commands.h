@@ -14,11 +14,12 @@ struct ListOptions {
     bool json = false;
 };
 
-// --solver, --substeps, --iterations and --dt as they were given; empty: not given.
+// --solver, --substeps, --iterations, --dt and --threads as they were given; empty: not given.
 struct StepOptions {
     std::optional<std::string> solver;
     std::optional<int> substeps, iterations;
     std::optional<double> seconds;
+    int threads = 1;
 };
 
 demos::EngineOptions engine_options(const StepOptions& options);
@@ -55,6 +56,7 @@ struct BenchOptions {
     std::string series; // in place of scenes
     int frames = 0;     // 0: 300, or 60 when quick; in a series by size
     bool is_quick = false;
+    int threads = 1;
     std::string csv_file;
     bool json = false;
 };

@@ -23,7 +23,8 @@ using app::RunOptions;
 using app::StabilityOptions;
 using app::ViewOptions;
 
-static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000, most_nodes_a_side = 1000;
+static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000, most_nodes_a_side = 1000,
+                     most_threads = 256;
 static constexpr double shortest_step = 1e-5, longest_step = 1.0; // s
 
 static void add_frames(CLI::App* command, int& frames, const std::string& text) {
@@ -32,6 +33,12 @@ static void add_frames(CLI::App* command, int& frames, const std::string& text) 
 
 static void add_json(CLI::App* command, bool& json) {
     command->add_flag("--json", json, "Print one JSON document instead of text");
+}
+
+static void add_threads(CLI::App* command, int& threads) {
+    command->add_option("--threads", threads, "Of Pliant; results do not depend on it (default: 1)")
+        ->check(CLI::Range(1, most_threads).description(""))
+        ->type_name("N");
 }
 
 static void add_step(CLI::App* command, app::StepOptions& options) {
@@ -59,6 +66,7 @@ static void add_step(CLI::App* command, app::StepOptions& options) {
             },
             ""))
         ->type_name("S");
+    add_threads(command, options.threads);
 }
 
 // "N" or "NxM"; the text is checked here and read by scene_options.
@@ -142,6 +150,7 @@ static void add_bench(CLI::App& program, BenchOptions& options, std::function<in
         ->type_name("NAME");
     add_frames(command, options.frames, "Frames of 1/60 s (default: 300, or 60 with --quick)");
     command->add_flag("--quick", options.is_quick, "Fewer frames, and each only once");
+    add_threads(command, options.threads);
     command->add_option("--csv", options.csv_file, "Write one line per scene")->type_name("FILE");
     add_json(command, options.json);
     command->callback([&] { chosen = [&] { return app::run_bench(options); }; });

@@ -14,6 +14,7 @@ demos::EngineOptions engine_options(const StepOptions& options) {
     result.solver.substeps = options.substeps;
     result.solver.iterations = options.iterations;
     if (options.seconds.has_value()) { result.step_seconds = static_cast<float>(*options.seconds); }
+    result.threads = options.threads;
     return result;
 }
 

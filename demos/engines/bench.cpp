@@ -131,6 +131,12 @@ private:
     Stopwatch watch_;
 };
 
+EngineOptions pliant_options(const BenchOptions& options) {
+    EngineOptions result;
+    result.threads = options.threads;
+    return result;
+}
+
 int link_iterations(const scene_soft_def& def) {
     const pli_solver_settings& solver = def.solver;
     return def.velocity_links ? solver.velocity_iterations + solver.drift_iterations : solver.position_iterations;
@@ -186,7 +192,7 @@ void profile_stages(const Description& description, const BenchOptions& options,
     std::vector<std::map<StageClock::Part, double>> shortest(static_cast<size_t>(options.frames));
     Counts counts;
     for (int round = 0; round < options.rounds; ++round) {
-        PliantEngine engine(description, {});
+        PliantEngine engine(description, pliant_options(options));
         StageClock clock;
         pli_world_set_profile(engine.bridge().world(), StageClock::on_part, &clock);
         for (int frame = 0; frame < options.frames; ++frame) {
@@ -219,9 +225,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
     result.scene = description.source != nullptr ? description.source->name : "";
     result.bodies = static_cast<int>(description.softs.size());
     std::vector<Runner> runners;
-    runners.emplace_back(EngineKind::pliant, EngineOptions{}, result.pliant, options.frames);
+    runners.emplace_back(EngineKind::pliant, pliant_options(options), result.pliant, options.frames);
     if (options.with_reference) {
-        runners.emplace_back(EngineKind::pliant, EngineOptions{true, false}, result.reference, options.frames);
+        EngineOptions reference = pliant_options(options);
+        reference.reference = true;
+        runners.emplace_back(EngineKind::pliant, reference, result.reference, options.frames);
     }
     if (options.with_bullet) {
         runners.emplace_back(EngineKind::bullet, EngineOptions{}, result.bullet, options.frames);

@@ -15,6 +15,7 @@ struct BenchOptions {
     int frames = 300;
     int rounds = 3; // runs from the start; of the times of a frame the shortest counts
     bool with_reference = true, with_bullet = true;
+    int threads = 1; // of Pliant
 };
 
 // Times are those of the soft bodies' part of a step, ms: the shortest of the rounds per frame, then over the frames.

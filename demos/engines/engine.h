@@ -171,6 +171,8 @@ struct EngineOptions {
     bool unguarded = false;      // btSoftBody only: takes meshes that it is known to hang on
     SolverOptions solver{};
     float step_seconds = frame_seconds; // the script of a scene keeps its times
+    int threads = 1;                    // Pliant only
+    pli_simd simd = PLI_SIMD_BEST;      // Pliant only
 };
 
 // The solver that a scene runs with.

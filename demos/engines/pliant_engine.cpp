@@ -11,20 +11,34 @@
 
 namespace demos {
 
+static pli_context* create_context(const EngineOptions& options, ThreadPool& threads) {
+    pli_context_def def = pli_context_def_default();
+    def.simd = options.simd;
+    if (options.threads > 1) {
+        def.parallel_for = ThreadPool::parallel_for;
+        def.parallel_user = &threads;
+    }
+    pli_context* context = nullptr;
+    const pli_status status = pli_context_create(&def, &context);
+    if (status != PLI_OK) { throw Error(std::string("no context: ") + pli_status_string(status)); }
+    return context;
+}
+
 static pli_vec3 xyz(const pli_vec4& v) {
     return pli_vec3_make(v.x, v.y, v.z);
 }
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
     : description_(description), options_(options), run_(choose_solver(description, EngineKind::pliant, options)),
-      clock_(options.step_seconds), drive_(description.drives),
-      rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
+      clock_(options.step_seconds), drive_(description.drives), threads_(options.threads),
+      context_(create_context(options, threads_)), rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     rigids_.adopt(std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
                                                                         &rigids_.broadphase(), &rigids_.solver(),
                                                                         &rigids_.configuration()),
                   description.gravity);
     rigids_.world().addAction(&start_);
     pliant::BridgeDef def;
+    def.context = context_.get();
     def.world.gravity = description.gravity;
     def.mode = options_.reference ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
     bridge_ = std::make_unique<pliant::Bridge>(rigids_.world(), def);

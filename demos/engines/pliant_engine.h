@@ -5,6 +5,7 @@
 
 #include "drive.h"
 #include "rigid_world.h"
+#include "thread_pool.h"
 
 #include <pliant_bullet/pliant_bullet.h>
 
@@ -85,6 +86,11 @@ private:
         StartAction& start;
     };
 
+    struct ContextDeleter {
+        void operator()(pli_context* context) const { pli_context_destroy(context); }
+    };
+    ThreadPool threads_;
+    std::unique_ptr<pli_context, ContextDeleter> context_;
     RigidWorld rigids_;
     StartAction start_{rigids_.clock()};
     EndAction end_{start_};

@@ -108,7 +108,7 @@ static void test_cli_run_prints_measures(void**) {
         const std::string hash = run.at("state_hash");
         assert_int_equal(hash.size(), 16);
         assert_true(hash.find_first_not_of("0123456789abcdef") == std::string::npos);
-        const json again = cli::run_json("run Bunny --frames 3 --json --engine " + std::string(engine));
+        const json again = cli::run_json("run Bunny --frames 3 --json --threads 3 --engine " + std::string(engine));
         assert_string_equal(again.at("state_hash").get<std::string>().c_str(), hash.c_str());
     }
 }

@@ -7,6 +7,9 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
 #include <LinearMath/btThreads.h>
 
+#include <pliant_bullet/task_scheduler.h>
+
+#include <algorithm>
 #include <memory>
 
 using namespace bridge_test;
@@ -276,6 +279,52 @@ static void test_the_bridge_may_use_a_context_of_the_game(void**) {
     pli_context_destroy(context);
 }
 
+namespace {
+
+// Hands ranges out backwards in small parts, and counts them.
+struct CountingScheduler final : btITaskScheduler {
+    CountingScheduler() : btITaskScheduler("counting") {}
+    int getMaxNumThreads() const override { return 1; }
+    int getNumThreads() const override { return 1; }
+    void setNumThreads(int) override {}
+    void parallelFor(int begin, int end, int grain, const btIParallelForBody& body) override {
+        for (int part_end = end; part_end > begin; part_end -= grain) {
+            body.forLoop(std::max(part_end - grain, begin), part_end);
+            ++parts;
+        }
+    }
+    btScalar parallelSum(int, int, int, const btIParallelSumBody&) override { return 0; }
+
+    int parts = 0;
+};
+
+} // namespace
+
+static void test_a_task_scheduler_of_bullet_gives_threads(void**) {
+    CountingScheduler scheduler;
+    std::uint64_t hashes[3];
+    for (int variant = 0; variant < 3; ++variant) {
+        pli_context_def context_def = pli_context_def_default();
+        if (variant > 0) { context_def.parallel_for = pliant::bullet_parallel_for; }
+        if (variant == 1) { context_def.parallel_user = static_cast<btITaskScheduler*>(&scheduler); }
+        pli_context* context = nullptr;
+        assert_int_equal(pli_context_create(&context_def, &context), PLI_OK);
+        {
+            StockWorld stock;
+            pliant::BridgeDef def;
+            def.context = context;
+            pliant::Bridge bridge(*stock.world, def);
+            pli_body* sheet = add_sheet(bridge, 2, 0.5f, 80);
+            assert_int_equal(pli_body_use_colored_links(sheet, true), PLI_OK);
+            stock.step(3);
+            hashes[variant] = pli_body_state_hash(sheet);
+        }
+        pli_context_destroy(context);
+    }
+    assert_true(scheduler.parts > 0);
+    assert_true(hashes[1] == hashes[0] && hashes[2] == hashes[0]);
+}
+
 static void test_a_steady_step_allocates_nothing_in_the_core(void**) {
     StockWorld stock;
     stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
@@ -367,6 +416,7 @@ int main() {
         cmocka_unit_test(test_errors_are_reported_and_leave_nothing_behind),
         cmocka_unit_test(test_a_bridge_with_a_bad_definition_answers_every_call),
         cmocka_unit_test(test_the_bridge_may_use_a_context_of_the_game),
+        cmocka_unit_test(test_a_task_scheduler_of_bullet_gives_threads),
         cmocka_unit_test(test_a_steady_step_allocates_nothing_in_the_core),
         cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
         cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),

@@ -1,0 +1,156 @@
+// Equal bits for every number of threads and every instruction set.
+
+#include "bench.h"
+#include "compare.h"
+#include "scene_records.h"
+#include "thread_pool.h"
+
+#include "check.h"
+
+#include <atomic>
+#include <vector>
+
+using demos::EngineOptions;
+using demos::SolverKind;
+
+namespace {
+
+uint64_t hash_after(const demos::Description& description, const EngineOptions& options, int frames) {
+    const auto engine = make_engine(demos::EngineKind::pliant, description, options);
+    for (int i = 0; i < frames; ++i) {
+        engine->step();
+    }
+    return measure(*engine).state_hash;
+}
+
+bool is_available(pli_simd simd) {
+    pli_context_def def = pli_context_def_default();
+    def.simd = simd;
+    pli_context* context = nullptr;
+    const bool is_made = pli_context_create(&def, &context) == PLI_OK;
+    pli_context_destroy(context);
+    return is_made;
+}
+
+void expect_equal_bits(const demos::Description& description, EngineOptions options, int frames) {
+    options.simd = PLI_SIMD_PORTABLE;
+    const uint64_t expected = hash_after(description, options, frames);
+    for (const pli_simd simd : {PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON}) {
+        if (!is_available(simd)) { continue; }
+        options.simd = simd;
+        assert_true(hash_after(description, options, frames) == expected);
+    }
+    options.simd = PLI_SIMD_BEST;
+    for (const int threads : {2, 3, 8}) {
+        options.threads = threads;
+        assert_true(hash_after(description, options, frames) == expected);
+    }
+}
+
+const scene& series_scene(const std::string& series, const std::string& name) {
+    for (const demos::BenchSeries& one : demos::bench_series()) {
+        for (const scene& size : one.sizes) {
+            if (one.name == series && size.name == name) { return size; }
+        }
+    }
+    fail_msg("no scene %s in series %s", name.c_str(), series.c_str());
+    abort();
+}
+
+} // namespace
+
+static void scenes_have_equal_bits(void**) {
+    for (const char* name : {"Cloth", "Pressure", "Volume", "Collide2", "Aero2", "TorusMatch", "Cutting1",
+                             "ClusterStackMixed", "TetraBunny", "Friction"}) {
+        expect_equal_bits(*describe(name), {}, 30);
+    }
+}
+
+static void solvers_have_equal_bits(void**) {
+    for (const SolverKind solver : {SolverKind::implicit, SolverKind::xpbd}) {
+        EngineOptions options;
+        options.solver.kind = solver;
+        for (const char* name : {"Cloth", "Bunny"}) {
+            expect_equal_bits(*describe(name), options, 10);
+        }
+    }
+}
+
+// Large enough that threads get parts.
+static void large_bodies_have_equal_bits(void**) {
+    const auto sheet = demos::Description::build(series_scene("sheet", "sheet 128"), {});
+    const auto ball = demos::Description::build(series_scene("sphere", "sphere 20000"), {});
+    expect_equal_bits(*sheet, {}, 3);
+    expect_equal_bits(*ball, {}, 2);
+    EngineOptions xpbd;
+    xpbd.solver.kind = SolverKind::xpbd;
+    xpbd.solver.substeps = 3;
+    expect_equal_bits(*sheet, xpbd, 2);
+}
+
+// -------------------------------------------------------------------------------------------------------- the pool
+
+namespace {
+
+struct Marks {
+    std::vector<std::atomic<int>> counts;
+    std::atomic<int> parts{0}, smallest_part{1 << 30};
+    demos::ThreadPool* nested = nullptr;
+
+    explicit Marks(int size) : counts(static_cast<size_t>(size)) {}
+    static void mark(int begin, int end, void* task) {
+        Marks& marks = *static_cast<Marks*>(task);
+        ++marks.parts;
+        if (end < static_cast<int>(marks.counts.size()) && end - begin < marks.smallest_part) {
+            marks.smallest_part = end - begin;
+        }
+        for (int i = begin; i < end; ++i) {
+            ++marks.counts[static_cast<size_t>(i)];
+        }
+        if (marks.nested != nullptr) {
+            Marks inner(100);
+            demos::ThreadPool::parallel_for(mark, &inner, 100, 1, marks.nested);
+            inner.expect_each_once();
+        }
+    }
+    void expect_each_once() const {
+        for (const std::atomic<int>& count : counts) {
+            assert_int_equal(count.load(), 1);
+        }
+    }
+};
+
+} // namespace
+
+static void a_pool_does_each_index_once(void**) {
+    for (const int threads : {1, 2, 3, 8}) {
+        demos::ThreadPool pool(threads);
+        for (int round = 0; round < 300; ++round) {
+            const int count = 1 + 37 * round % 1000, grain = 1 + round % 50;
+            Marks marks(count);
+            demos::ThreadPool::parallel_for(Marks::mark, &marks, count, grain, &pool);
+            marks.expect_each_once();
+            assert_true(marks.parts == 1 || marks.smallest_part >= grain);
+            if (threads > 1 && count > 20 * grain) { assert_true(marks.parts > 4); }
+        }
+    }
+}
+
+static void a_pool_may_be_asked_from_within_a_range(void**) {
+    demos::ThreadPool pool(3);
+    Marks marks(50);
+    marks.nested = &pool;
+    demos::ThreadPool::parallel_for(Marks::mark, &marks, 50, 1, &pool);
+    marks.expect_each_once();
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(scenes_have_equal_bits),
+        cmocka_unit_test(solvers_have_equal_bits),
+        cmocka_unit_test(large_bodies_have_equal_bits),
+        cmocka_unit_test(a_pool_does_each_index_once),
+        cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
