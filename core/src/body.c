@@ -128,7 +128,6 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
             body->link_tags[i] = (plii_link_tag)(link->material | (link->is_bending ? PLII_LINK_TAG_BENDING : 0));
         }
     }
-    plii_body_update_link_constants(body);
     plii_body_update_bounds(body);
 }
 
@@ -234,19 +233,6 @@ void plii_body_update_bounds(pli_body* body) {
         max = plii_vec3_max(p, max);
     }
     body->bounds = plii_bounds_grow((pli_bounds){min, max}, body->collision_margin);
-}
-
-float plii_link_stiffness(const pli_body* body, int link) {
-    const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
-    return body->materials[material].linear_stiffness;
-}
-
-void plii_body_update_link_constants(pli_body* body) {
-    for (int i = 0; i < body->link_count; ++i) {
-        plii_link* link = &body->links[i];
-        link->mass_term =
-            (body->positions[link->nodes[0]].w + body->positions[link->nodes[1]].w) / plii_link_stiffness(body, i);
-    }
 }
 
 void plii_body_refresh(pli_body* body) {
@@ -362,7 +348,6 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is too small", (double)mass, node);
     }
     body->positions[node].w = inverse_mass;
-    plii_body_update_link_constants(body);
     return PLI_OK;
 }
 

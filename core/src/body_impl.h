@@ -5,11 +5,10 @@
 #include "feature.h"
 #include "vec.h"
 
-/* 16 bytes: what one position sweep reads of a link. */
+/* 12 bytes. What follows from masses and material is made where it is needed. */
 typedef struct plii_link {
     int nodes[2];
     float rest_length_squared; /* m^2 */
-    float mass_term;           /* (inverse mass a + inverse mass b) / linear stiffness */
 } plii_link;
 
 /* Faces and tetrahedra never change while bodies step, so bodies of one mesh share them. */
@@ -95,8 +94,15 @@ extern const plii_feature_class plii_links_class;
 void plii_links_sweep(pli_body* body, void* state);
 
 void plii_body_update_bounds(pli_body* body);
-void plii_body_update_link_constants(pli_body* body);
-float plii_link_stiffness(const pli_body* body, int link);
+static inline float plii_link_stiffness(const pli_body* body, int link) {
+    const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
+    return body->materials[material].linear_stiffness;
+}
+/* (inverse mass a + inverse mass b) / stiffness */
+static inline float plii_link_mass_term(const pli_body* body, int link) {
+    const int* nodes = body->links[link].nodes;
+    return (body->positions[nodes[0]].w + body->positions[nodes[1]].w) / plii_link_stiffness(body, link);
+}
 /* REFRESH stage outside of a step, after positions were set. */
 void plii_body_refresh(pli_body* body);
 

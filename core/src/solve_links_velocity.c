@@ -20,7 +20,7 @@ static void velocity_links_prepare(pli_body* body, void* state, const plii_step*
         const plii_link* link = &body->links[i];
         const pli_vec3 direction =
             pli_vec3_sub(plii_xyz(body->previous[link->nodes[1]]), plii_xyz(body->previous[link->nodes[0]]));
-        const float weight = pli_vec3_length_squared(direction) * link->mass_term;
+        const float weight = pli_vec3_length_squared(direction) * plii_link_mass_term(body, i);
         links[i] = (velocity_link){direction, weight > 0.0f ? 1.0f / weight : 0.0f};
     }
 }

@@ -486,7 +486,6 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     plii_release(context, product.node_origins, product.node_origin_size);
     plii_release(context, product.face_origins, product.face_origin_size);
     plii_release(context, product.features, product.feature_size);
-    plii_body_update_link_constants(body);
     plii_body_refresh(body);
     edit_tell_other_bodies(body);
     return PLI_OK;

@@ -283,7 +283,6 @@ static void test_colored_links_are_ordered_links_in_the_order_of_colors(void** s
         for (int i = 0; i < s.body->node_count; ++i) {
             ordered->positions[i].w = s.body->positions[i].w; /* bits */
         }
-        plii_body_update_link_constants(ordered);
         for (int i = 0; i < 10; ++i) {
             assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
             for (int k = 0; k < s.body->node_count; ++k) {

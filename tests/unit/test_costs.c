@@ -1,0 +1,136 @@
+/* The costs in memory that docs/costs.md gives. */
+
+#include "check.h"
+
+#include <pliant/pliant.h>
+
+enum { SIZE = 128, NODES = SIZE * SIZE };
+
+static pli_context* create_context(void) {
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
+    return context;
+}
+
+/* Structural and both shear links; `with_bending`: and links over one node in rows and columns, of another material. */
+static pli_mesh* create_patch(pli_context* context, bool with_bending) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    const pli_material material = pli_mesh_get_view(mesh).materials[0];
+    if (with_bending) { assert_int_equal(pli_mesh_append_material(mesh, &material, NULL), PLI_OK); }
+    for (int i = 0; i < NODES; ++i) {
+        const pli_vec3 position = pli_vec3_make(0.01f * (float)(i % SIZE), 0.0f, 0.01f * (float)(i / SIZE));
+        assert_int_equal(pli_mesh_append_node(mesh, position, 1.0f, NULL), PLI_OK);
+    }
+    const int steps[][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}, {2, 0}, {0, 2}};
+    for (int i = 0; i < NODES; ++i) {
+        for (int k = 0; k < (with_bending ? 6 : 4); ++k) {
+            const int x = i % SIZE + steps[k][0], y = i / SIZE + steps[k][1];
+            if (x < 0 || x >= SIZE || y >= SIZE) { continue; }
+            assert_int_equal(pli_mesh_append_link(mesh, i, y * SIZE + x, k < 4 ? 0 : 1, NULL), PLI_OK);
+        }
+        if (i % SIZE == SIZE - 1 || i / SIZE == SIZE - 1) { continue; }
+        assert_int_equal(pli_mesh_append_face(mesh, i, i + SIZE, i + 1, 0, NULL), PLI_OK);
+        assert_int_equal(pli_mesh_append_face(mesh, i + 1, i + SIZE, i + SIZE + 1, 0, NULL), PLI_OK);
+    }
+    return mesh;
+}
+
+typedef struct cost {
+    int link_count, face_count;
+    double bytes; /* of the body, with what it shares with its mesh, in use */
+} cost;
+
+typedef void enable_fn(pli_body* body);
+
+static cost measure(bool with_bending, enable_fn* enable) {
+    pli_context* context = create_context();
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    pli_mesh* mesh = create_patch(context, with_bending);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    if (enable != NULL) { enable(body); }
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    const pli_body_view view = pli_body_get_view(body);
+    const cost result = {view.link_count, view.face_count, (double)pli_context_allocated_bytes(context)};
+    assert_true((double)pli_body_bytes(body) <= result.bytes);
+    assert_true((double)pli_body_bytes(body) > result.bytes - 2000);
+    pli_world_destroy(world);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    pli_context_destroy(context);
+    return result;
+}
+
+/* What a body, its features and its world take whatever its size. */
+static const double fixed_bytes = 5000;
+
+static void check_bytes(cost measured, double least, double most) {
+    assert_true(measured.bytes >= least);
+    assert_true(measured.bytes <= most + fixed_bytes);
+}
+
+static double base_bytes(cost c, bool has_tags) {
+    return 48.0 * NODES + 12.0 * c.face_count + (has_tags ? 14.0 : 12.0) * c.link_count;
+}
+
+static void use_colored_links(pli_body* body) {
+    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+}
+static void use_xpbd(pli_body* body) {
+    const pli_xpbd_def def = pli_xpbd_def_default();
+    assert_int_equal(pli_body_enable_xpbd(body, &def), PLI_OK);
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+}
+static void use_aero(pli_body* body) {
+    pli_aero_def def = pli_aero_def_default();
+    def.drag = 0.1f;
+    assert_int_equal(pli_body_enable_aero(body, &def), PLI_OK);
+}
+
+static void test_nodes_faces_and_links(void** state) {
+    (void)state;
+    for (int with_bending = 0; with_bending < 2; ++with_bending) {
+        const cost c = measure(with_bending == 1, NULL);
+        check_bytes(c, base_bytes(c, with_bending == 1), base_bytes(c, with_bending == 1));
+    }
+}
+
+/* 4 B, and those of rows' ends 16 B. */
+static const double least_slot = 4.0, most_slot = 5.6;
+
+static void test_colored_links(void** state) {
+    (void)state;
+    for (int with_bending = 0; with_bending < 2; ++with_bending) {
+        const cost c = measure(with_bending == 1, use_colored_links);
+        const double base = base_bytes(c, with_bending == 1);
+        check_bytes(c, base + least_slot * c.link_count, base + most_slot * c.link_count);
+        assert_true(c.bytes <= 200.0 * NODES);
+    }
+}
+
+static void test_xpbd(void** state) {
+    (void)state;
+    const cost c = measure(true, use_xpbd);
+    const double base = base_bytes(c, true) + 44.0 * NODES;
+    check_bytes(c, base + (4.0 + least_slot) * c.link_count, base + (4.2 + most_slot) * c.link_count);
+}
+
+static void test_forces_of_air(void** state) {
+    (void)state;
+    const cost c = measure(true, use_aero);
+    const double expected = base_bytes(c, true) + 28.0 * NODES + 16.0 * c.face_count;
+    check_bytes(c, expected, expected);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_nodes_faces_and_links),
+        cmocka_unit_test(test_colored_links),
+        cmocka_unit_test(test_xpbd),
+        cmocka_unit_test(test_forces_of_air),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
