@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstdio>
 #include <iostream>
 
 namespace app {
@@ -42,7 +43,10 @@ static std::vector<const StabilityCase*> choose_cases(const std::vector<Stabilit
 }
 
 static std::string figure_text(const Cell& cell) {
-    return cell.figure < 0.0 ? "" : short_error(cell.figure);
+    if (cell.figure < 0.0) { return ""; }
+    char text[40];
+    std::snprintf(text, sizeof text, "%.2g", cell.figure);
+    return text;
 }
 
 static std::string cell_text(const Cell& cell) {

@@ -82,6 +82,13 @@ struct StabilityOptions {
     bool json = false;
 };
 
+struct WorkprecOptions {
+    std::vector<std::string> scenes; // none: all
+    bool is_quick = false;
+    std::string folder; // empty: no files
+    bool json = false;
+};
+
 int run_list(const ListOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
@@ -89,6 +96,7 @@ int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
 int run_view(const ViewOptions& options);
 int run_stability(const StabilityOptions& options);
+int run_workprec(const WorkprecOptions& options);
 
 } // namespace app
 #endif

@@ -22,6 +22,7 @@ using app::ListOptions;
 using app::RunOptions;
 using app::StabilityOptions;
 using app::ViewOptions;
+using app::WorkprecOptions;
 
 static constexpr int most_frames = 1000000, most_substeps = 1000, most_iterations = 10000, most_nodes_a_side = 1000,
                      most_threads = 256;
@@ -201,6 +202,15 @@ static void add_stability(CLI::App& program, StabilityOptions& options, std::fun
     command->callback([&] { chosen = [&] { return app::run_stability(options); }; });
 }
 
+static void add_workprec(CLI::App& program, WorkprecOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("workprec", "Measure error against run time of every solver");
+    command->add_option("scenes", options.scenes, "Names of its scenes, or all (default: all)")->type_name("SCENE");
+    command->add_flag("--quick", options.is_quick, "Fewer settings");
+    command->add_option("--out", options.folder, "Write workprec.csv and the plots to this folder")->type_name("DIR");
+    add_json(command, options.json);
+    command->callback([&] { chosen = [&] { return app::run_workprec(options); }; });
+}
+
 static int fail(const std::string& reason, int status) {
     std::cout.flush();
     const std::string line = reason.substr(0, reason.find('\n'));
@@ -226,6 +236,7 @@ static int run_program(int argument_count, char** arguments) {
     DemoOptions demo;
     ViewOptions view;
     StabilityOptions stability;
+    WorkprecOptions workprec;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
     program.set_version_flag("--version", "pliant " APP_VERSION);
@@ -237,6 +248,7 @@ static int run_program(int argument_count, char** arguments) {
     add_demo(program, demo, chosen);
     add_view(program, view, chosen);
     add_stability(program, stability, chosen);
+    add_workprec(program, workprec, chosen);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& request) { // --help, --version

@@ -95,6 +95,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
         break;
     case SolverKind::implicit:
         run.iterations = options.solver.iterations.value_or(default_sweeps);
+        run.implicit_method = options.solver.implicit_method;
         break;
     case SolverKind::xpbd:
         require_xpbd(description);
@@ -197,6 +198,7 @@ void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& 
     solver.stiffness = static_cast<float>(link_stiffness(record));
     if (record.def.link_stiffness > 0.0f) { solver.damping = record.def.link_damping; }
     solver.sweeps = run.iterations;
+    solver.method = run.implicit_method;
     check(body, pli_body_enable_implicit(body, &solver));
 }
 

@@ -34,7 +34,8 @@ std::string map_picture(const std::string& title, const std::vector<std::string>
             const double x = left + cell_width * static_cast<double>(k);
             svg.begin_hint(cell.hint.empty() ? cell.text : cell.hint);
             svg.rectangle(x + 1, y + 1, cell_width - 2, row_height - 2, fill_of(cell.shade));
-            svg.text(x + cell_width / 2, y + 16, cell.text, {13, "middle", "#111", false, 0});
+            const double size = cell.text.size() > 18 ? 11.5 : 13;
+            svg.text(x + cell_width / 2, y + 16, cell.text, {size, "middle", "#111", false, 0});
             svg.end_hint();
         }
         y += row_height;

@@ -4,6 +4,7 @@
 
 #include "bullet_engine.h"
 #include "child_process.h"
+#include "function_scene.h"
 #include "pliant_engine.h"
 #include "recorder.h"
 #include "solvers.h"
@@ -42,6 +43,7 @@ void set_state(Engine& engine, int soft, const std::vector<pli_vec3>& positions,
         return;
     }
     btSoftBody& body = static_cast<BulletEngine&>(engine).body(soft);
+    body.updateConstants(); // else the first step would take the new shape for the shape at rest
     for (int i = 0; i < body.m_nodes.size(); ++i) {
         const auto index = static_cast<size_t>(i);
         body.m_nodes[i].m_x = body.m_nodes[i].m_q = to_bullet(positions[index]);
@@ -53,24 +55,6 @@ void set_state(Engine& engine, int soft, const std::vector<pli_vec3>& positions,
 namespace {
 
 // ------------------------------------------------------------------------------------------------ making a case
-
-// Scenes are plain C; this one finds its function through the record that is being made.
-struct CaseScene : scene {
-    const std::function<void(scene_builder*)>* function;
-};
-
-void build_case(scene_builder* builder) {
-    (*static_cast<const CaseScene*>(builder->description.source)->function)(builder);
-}
-
-CaseScene scene_of(const StabilityCase& which) {
-    CaseScene made{};
-    made.name = which.name.c_str();
-    made.summary = "";
-    made.build = build_case;
-    made.function = &which.build;
-    return made;
-}
 
 EngineOptions options_of(Column column) {
     EngineOptions options;
@@ -222,7 +206,7 @@ private:
 
 Cell run_here(const StabilityCase& which, Column column) {
     Cell cell;
-    const CaseScene source = scene_of(which);
+    const FunctionScene source(which.name, which.build);
     std::unique_ptr<Description> description;
     std::unique_ptr<Engine> engine;
     try {

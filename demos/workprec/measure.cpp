@@ -1,0 +1,86 @@
+// Runs a scene with each setting.
+
+#include "workprec.h"
+
+#include "function_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace demos {
+
+namespace {
+
+double median_of(std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+PrecisionPoint run_setting(const PrecisionScene& which, const Setting& setting) {
+    PrecisionPoint point;
+    point.setting = setting;
+    point.errors.assign(which.metrics.size(), std::numeric_limits<double>::infinity());
+    const EngineOptions options = options_of(setting);
+    const FunctionScene source(which.name, [&](scene_builder* builder) { which.build(builder, options.step_seconds); });
+    const std::unique_ptr<Description> description = Description::build(source, {});
+    const std::unique_ptr<Engine> engine = make_engine(engine_of(setting), *description, options);
+    const std::unique_ptr<Evaluation> evaluation = which.evaluate(setting);
+    const int steps = static_cast<int>(std::lround(which.seconds * setting.steps_per_second));
+    std::vector<double> times;
+    for (int step = 1; step <= steps; ++step) {
+        engine->step();
+        times.push_back(engine->step_times().sum());
+        evaluation->after_step(*engine, step);
+    }
+    // The median leaves out what other programs take from this one.
+    point.cost = median_of(std::move(times)) * setting.steps_per_second;
+    if (!measure(*engine).finite) { return point; }
+    point.errors = evaluation->errors(*engine);
+    for (double& error : point.errors) {
+        if (!std::isfinite(error)) { error = std::numeric_limits<double>::infinity(); }
+    }
+    return point;
+}
+
+void mark_fronts(std::vector<PrecisionPoint>& points, size_t metrics) {
+    for (PrecisionPoint& point : points) {
+        point.front.assign(metrics, false);
+        for (size_t metric = 0; metric < metrics; ++metric) {
+            const bool is_beaten = std::any_of(points.begin(), points.end(), [&](const PrecisionPoint& other) {
+                return other.setting.family == point.setting.family && other.cost < point.cost &&
+                       other.errors[metric] <= point.errors[metric];
+            });
+            point.front[metric] = !is_beaten && std::isfinite(point.errors[metric]);
+        }
+    }
+}
+
+} // namespace
+
+std::vector<PrecisionPoint> measure_precision(const PrecisionScene& which, bool is_quick,
+                                              const std::function<void(int, int)>& progress) {
+    std::vector<Setting> wanted = settings(is_quick);
+    wanted.erase(std::remove_if(wanted.begin(), wanted.end(),
+                                [&](const Setting& setting) { return which.takes && !which.takes(setting); }),
+                 wanted.end());
+    std::vector<PrecisionPoint> points;
+    for (const Setting& setting : wanted) {
+        progress(static_cast<int>(points.size()), static_cast<int>(wanted.size()));
+        points.push_back(run_setting(which, setting));
+    }
+    mark_fronts(points, which.metrics.size());
+    return points;
+}
+
+const PrecisionPoint* cheapest(const std::vector<PrecisionPoint>& points, Family family, size_t metric, double error) {
+    const PrecisionPoint* best = nullptr;
+    for (const PrecisionPoint& point : points) {
+        if (point.setting.family != family || !(point.errors[metric] <= error)) { continue; }
+        if (best == nullptr || point.cost < best->cost) { best = &point; }
+    }
+    return best;
+}
+
+} // namespace demos
