@@ -225,33 +225,9 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 
 // ------------------------------------------------------------------------------------------ derived quantities
 
-void plii_body_update_bounds(pli_body* body) {
-    pli_vec3 min = plii_xyz(body->positions[0]), max = min;
-    for (int i = 1; i < body->node_count; ++i) {
-        const pli_vec3 p = plii_xyz(body->positions[i]);
-        min = plii_vec3_min(p, min);
-        max = plii_vec3_max(p, max);
-    }
-    body->bounds = plii_bounds_grow((pli_bounds){min, max}, body->collision_margin);
-}
-
 void plii_body_refresh(pli_body* body) {
     plii_body_update_bounds(body);
     plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
-}
-
-float plii_body_volume(const pli_body* body) {
-    const plii_topology* topology = body->topology;
-    const pli_vec3 origin = plii_xyz(body->positions[0]);
-    float volume = 0.0f;
-    for (int i = 0; i < topology->face_count; ++i) {
-        const int* face = topology->faces[i];
-        const pli_vec3 a = pli_vec3_sub(plii_xyz(body->positions[face[0]]), origin);
-        const pli_vec3 b = pli_vec3_sub(plii_xyz(body->positions[face[1]]), origin);
-        const pli_vec3 c = pli_vec3_sub(plii_xyz(body->positions[face[2]]), origin);
-        volume += pli_vec3_dot(a, pli_vec3_cross(b, c));
-    }
-    return volume / 6.0f;
 }
 
 // ---------------------------------------------------------------------------------------------------- state

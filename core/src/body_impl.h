@@ -84,9 +84,13 @@ struct pli_body {
 #define PLII_BODY_MAGIC 0x70626f64u
 
 /* Services. */
-extern const plii_feature_class plii_forces_class;  /* body->forces */
-extern const plii_feature_class plii_normals_class; /* body->normals, face_normals; refreshed after each step */
-extern const plii_feature_class plii_areas_class;   /* body->areas, face_areas; taken once */
+extern const plii_feature_class plii_forces_class;       /* body->forces */
+extern const plii_feature_class plii_normals_class;      /* body->normals; refreshed after each step */
+extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
+extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
+
+/* Adds normal * area * scale to the forces on the nodes that are not pinned. */
+void plii_forces_add_along_normals(pli_body* body, float scale);
 
 /* Links on positions: what every body starts with. */
 extern const plii_feature_class plii_links_class;
@@ -94,6 +98,8 @@ extern const plii_feature_class plii_links_class;
 void plii_links_sweep(pli_body* body, void* state);
 
 void plii_body_update_bounds(pli_body* body);
+/* The first one, or PLI_NULL_INDEX. */
+int plii_body_find_non_finite_node(const pli_body* body);
 static inline float plii_link_stiffness(const pli_body* body, int link) {
     const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
     return body->materials[material].linear_stiffness;

@@ -1,11 +1,14 @@
 /* Lift and drag of nodes or faces that move relative to the wind.
    Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
-   models act before pressure and the face models after it. */
+   models act before pressure and the face models after it. Formulas are written for four areas at a time. */
 
-#include "pliant/forces.h"
+#include "lanes.h"
 
 #include "body_impl.h"
+#include "pliant/forces.h"
 #include "world_impl.h"
+
+#include <string.h>
 
 /* Cosine of 10 degrees: below this angle of attack a lift-drag model has no lift. */
 #define AERO_MAX_LIFT_COSINE 0.98480f
@@ -16,88 +19,139 @@ typedef struct aero_state {
     pli_vec3 wind;
 } aero_state;
 
-static pli_vec3 aero_face_wind(pli_vec3 normal, pli_vec3 velocity) {
-    return pli_vec3_dot(normal, velocity) < 0.0f ? pli_vec3_neg(normal) : normal;
+PLII_SIMD_INLINE plii_vec3x4 aero_face_wind(plii_vec3x4 normal, plii_vec3x4 velocity) {
+    const plii_mask4 is_away = plii_lanes_less(plii_vec3x4_dot(normal, velocity), plii_float4_all(0.0f));
+    return plii_vec3x4_select(is_away, plii_vec3x4_neg(normal), normal);
+}
+
+PLII_SIMD_INLINE plii_vec3x4 aero_divide(plii_vec3x4 a, plii_float4 s) {
+    return plii_vec3x4_scale(a, plii_float4_div(plii_float4_all(1.0f), s));
 }
 
 /* Lift-drag models: forces on an area that moves at `velocity` relative to the air. */
-static void aero_lift_and_drag(const aero_state* aero, float density, float doubled_area, pli_vec3 normal,
-                               pli_vec3 velocity, pli_vec3* lift, pli_vec3* drag) {
-    const float speed = pli_vec3_length(velocity);
-    const float speed_squared = pli_vec3_length_squared(velocity);
-    const pli_vec3 direction = plii_vec3_divide(velocity, speed);
+PLII_SIMD_INLINE void aero_lift_and_drag(const aero_state* aero, float density, plii_float4 doubled_area,
+                                         plii_vec3x4 normal, plii_vec3x4 velocity, plii_vec3x4* lift,
+                                         plii_vec3x4* drag) {
+    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity), speed = plii_float4_sqrt(speed_squared);
+    const plii_vec3x4 direction = aero_divide(velocity, speed);
     normal = aero_face_wind(normal, velocity);
-    const float cosine = pli_vec3_dot(normal, direction);
-    const float area = 0.5f * doubled_area;
+    const plii_float4 cosine = plii_vec3x4_dot(normal, direction);
+    const plii_float4 area = plii_float4_mul(plii_float4_all(0.5f), doubled_area);
 
-    *drag = pli_vec3_scale(pli_vec3_neg(direction), 0.5f * aero->drag * density * speed_squared * area * cosine);
-    *lift = pli_vec3_make(0, 0, 0);
-    if (0.0f < cosine && cosine < AERO_MAX_LIFT_COSINE) {
-        const pli_vec3 upward = pli_vec3_cross(pli_vec3_cross(normal, direction), direction);
-        *lift = pli_vec3_scale(upward, 0.5f * aero->lift * density * speed * area * sqrtf(1.0f - cosine * cosine));
-    }
+    const plii_float4 drag_share = plii_float4_mul(plii_float4_all(0.5f * aero->drag * density), speed_squared);
+    *drag = plii_vec3x4_scale(plii_vec3x4_neg(direction), plii_float4_mul(plii_float4_mul(drag_share, area), cosine));
+    const plii_mask4 has_lift =
+        plii_lanes_both(plii_lanes_less(zero, cosine), plii_lanes_less(cosine, plii_float4_all(AERO_MAX_LIFT_COSINE)));
+    *lift = (plii_vec3x4){zero, zero, zero};
+    if (plii_lanes_bits(has_lift) == 0) { return; }
+    const plii_vec3x4 upward = plii_vec3x4_cross(plii_vec3x4_cross(normal, direction), direction);
+    const plii_float4 lift_share = plii_float4_mul(plii_float4_all(0.5f * aero->lift * density), speed);
+    const plii_float4 sine = plii_float4_sqrt(plii_float4_sub(one, plii_float4_mul(cosine, cosine)));
+    const plii_float4 scale = plii_float4_mul(plii_float4_mul(lift_share, area), sine);
+    *lift = plii_vec3x4_select(has_lift, plii_vec3x4_scale(upward, scale), *lift);
 }
 
 /* Drag that would do more than stop the node within the step is cut to 80 % of that. */
-static pli_vec3 aero_limit_drag(pli_vec3 drag, pli_vec3 velocity, float inverse_mass, float dt) {
-    const pli_vec3 change = pli_vec3_scale(pli_vec3_scale(drag, inverse_mass), dt);
-    const float change_squared = pli_vec3_length_squared(change);
-    if (change_squared >= pli_vec3_length_squared(velocity) && change_squared > 0.0f) {
-        return pli_vec3_scale(drag, 0.8f * (pli_vec3_length(velocity) / pli_vec3_length(change)));
-    }
-    return drag;
+PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 velocity, plii_float4 inverse_mass,
+                                             float dt) {
+    const plii_vec3x4 change = plii_vec3x4_scale(plii_vec3x4_scale(drag, inverse_mass), plii_float4_all(dt));
+    const plii_float4 change_squared = plii_vec3x4_dot(change, change);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
+    const plii_mask4 is_cut = plii_lanes_both(plii_lanes_at_most(speed_squared, change_squared),
+                                              plii_lanes_less(plii_float4_all(0.0f), change_squared));
+    if (plii_lanes_bits(is_cut) == 0) { return drag; }
+    const plii_float4 ratio = plii_float4_div(plii_float4_sqrt(speed_squared), plii_float4_sqrt(change_squared));
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, plii_float4_mul(plii_float4_all(0.8f), ratio)), drag);
 }
 
-/* One- and two-sided models: force on a surface that moves against the air with its front, false when it does not. */
-static bool aero_resistance(const aero_state* aero, float density, float doubled_area, float area_share,
-                            pli_vec3 normal, pli_vec3 velocity, pli_vec3* force) {
-    const float approach = pli_vec3_dot(velocity, normal);
-    if (!(approach > 0.0f)) { return false; }
-    const float scale = doubled_area * approach * pli_vec3_length_squared(velocity) * area_share * density;
-    const pli_vec3 direction = plii_vec3_divide(velocity, pli_vec3_length(velocity));
-    *force = pli_vec3_add(pli_vec3_scale(normal, -scale * aero->lift), pli_vec3_scale(direction, -scale * aero->drag));
-    return true;
+/* One- and two-sided models: force on a surface, and where it moves against the air with its front; elsewhere there is
+   none. */
+PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float density, plii_float4 doubled_area,
+                                            float area_share, plii_vec3x4 normal, plii_vec3x4 velocity,
+                                            plii_vec3x4* force) {
+    const plii_float4 approach = plii_vec3x4_dot(velocity, normal);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
+    plii_float4 scale = plii_float4_mul(plii_float4_mul(doubled_area, approach), speed_squared);
+    scale = plii_float4_mul(plii_float4_mul(scale, plii_float4_all(area_share)), plii_float4_all(density));
+    scale = plii_float4_negate(scale);
+    const plii_vec3x4 direction = aero_divide(velocity, plii_float4_sqrt(speed_squared));
+    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, plii_float4_mul(scale, plii_float4_all(aero->lift))),
+                             plii_vec3x4_scale(direction, plii_float4_mul(scale, plii_float4_all(aero->drag))));
+    return plii_lanes_less(plii_float4_all(0.0f), approach);
 }
 
-/* A force that would change the velocity by more than its amount only cancels the velocity along itself. */
-static void aero_add_clamped(pli_body* body, int node, pli_vec3 force, float dt) {
-    const float response = dt * body->positions[node].w;
-    const pli_vec3 velocity = plii_xyz(body->velocities[node]);
-    pli_vec3* sum = &body->forces[node];
-    if (pli_vec3_length_squared(pli_vec3_scale(force, response)) > pli_vec3_length_squared(velocity)) {
-        const pli_vec3 axis = plii_vec3_divide(force, pli_vec3_length(force));
-        const pli_vec3 along = pli_vec3_scale(axis, pli_vec3_dot(velocity, axis));
-        *sum = pli_vec3_sub(*sum, plii_vec3_divide(along, response));
+/* The sum with a force; one that would change the velocity by more than its amount only cancels the velocity along
+   itself. */
+PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force, plii_vec3x4 velocity,
+                                              plii_float4 inverse_mass, float dt) {
+    const plii_float4 response = plii_float4_mul(plii_float4_all(dt), inverse_mass);
+    const plii_vec3x4 change = plii_vec3x4_scale(force, response);
+    const plii_mask4 is_cut = plii_lanes_less(plii_vec3x4_dot(velocity, velocity), plii_vec3x4_dot(change, change));
+    if (plii_lanes_bits(is_cut) == 0) { return plii_vec3x4_add(sum, force); }
+    const plii_vec3x4 axis = aero_divide(force, plii_float4_sqrt(plii_vec3x4_dot(force, force)));
+    const plii_vec3x4 along = plii_vec3x4_scale(axis, plii_vec3x4_dot(velocity, axis));
+    return plii_vec3x4_select(is_cut, plii_vec3x4_sub(sum, aero_divide(along, response)), plii_vec3x4_add(sum, force));
+}
+
+typedef struct aero_nodes {
+    const pli_vec4 *positions, *velocities;
+    const pli_vec3* normals;
+    const float* areas;
+    pli_vec3* forces;
+} aero_nodes;
+
+static void aero_run_four(const aero_state* aero, float density, float dt, aero_nodes nodes) {
+    plii_float4 inverse_mass;
+    (void)plii_vec3x4_from_records(nodes.positions, &inverse_mass);
+    const plii_vec3x4 own_velocity = plii_vec3x4_from_records(nodes.velocities, NULL);
+    const plii_vec3x4 wind = plii_vec3x4_all(aero->wind);
+    const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
+    const plii_mask4 moves = plii_lanes_less(plii_float4_all(PLII_EPSILON), plii_vec3x4_dot(velocity, velocity));
+    plii_mask4 is_active = plii_lanes_both(plii_lanes_less(plii_float4_all(0.0f), inverse_mass), moves);
+
+    plii_vec3x4 normal = plii_vec3x4_from(nodes.normals);
+    const plii_float4 areas = plii_float4_load(nodes.areas);
+    const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
+    plii_vec3x4 after;
+    if (aero->model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
+        plii_vec3x4 lift, drag;
+        aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
+        drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
+        after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
     } else {
-        *sum = pli_vec3_add(*sum, force);
+        if (aero->model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+        plii_vec3x4 force;
+        is_active = plii_lanes_both(is_active, aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force));
+        after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
     }
+    plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
 }
 
 static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
-    const aero_state* aero = state;
     const float density = body->world->def.air_density;
-    for (int i = 0; i < body->node_count; ++i) {
-        const float inverse_mass = body->positions[i].w;
-        const pli_vec3 own_velocity = plii_xyz(body->velocities[i]);
-        const pli_vec3 velocity = pli_vec3_sub(own_velocity, aero->wind);
-        if (!(inverse_mass > 0.0f) || !(pli_vec3_length_squared(velocity) > PLII_EPSILON)) { continue; }
-
-        pli_vec3 normal = body->normals[i];
-        if (aero->model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
-            pli_vec3 lift, drag;
-            aero_lift_and_drag(aero, density, body->areas[i], normal, velocity, &lift, &drag);
-            drag = aero_limit_drag(drag, own_velocity, inverse_mass, step->dt);
-            body->forces[i] = pli_vec3_add(pli_vec3_add(body->forces[i], drag), lift);
-        } else {
-            if (aero->model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
-            pli_vec3 force;
-            if (aero_resistance(aero, density, body->areas[i], 0.5f, normal, velocity, &force)) {
-                aero_add_clamped(body, i, force, step->dt);
-            }
-        }
+    int i = 0;
+    for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
+        const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
+                                  &body->forces[i]};
+        aero_run_four(state, density, step->dt, nodes);
     }
+    if (i == body->node_count) { return; }
+    /* The rest, and pinned nodes beside them. */
+    const size_t rest = (size_t)(body->node_count - i);
+    pli_vec4 positions[PLII_LANES] = {0}, velocities[PLII_LANES] = {0};
+    pli_vec3 normals[PLII_LANES] = {0}, forces[PLII_LANES] = {0};
+    float areas[PLII_LANES] = {0};
+    memcpy(positions, &body->positions[i], rest * sizeof *positions);
+    memcpy(velocities, &body->velocities[i], rest * sizeof *velocities);
+    memcpy(normals, &body->normals[i], rest * sizeof *normals);
+    memcpy(areas, &body->areas[i], rest * sizeof *areas);
+    memcpy(forces, &body->forces[i], rest * sizeof *forces);
+    aero_run_four(state, density, step->dt, (aero_nodes){positions, velocities, normals, areas, forces});
+    memcpy(&body->forces[i], forces, rest * sizeof *forces);
 }
 
+/* One face at a time, since faces share nodes: all lanes are equal. */
 static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
     const aero_state* aero = state;
     const float density = body->world->def.air_density;
@@ -107,37 +161,47 @@ static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
         const pli_vec3 sum =
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[nodes[0]]), plii_xyz(body->velocities[nodes[1]])),
                          plii_xyz(body->velocities[nodes[2]]));
-        const pli_vec3 velocity = pli_vec3_sub(plii_vec3_divide(sum, 3.0f), aero->wind);
-        if (!(pli_vec3_length_squared(velocity) > PLII_EPSILON)) { continue; }
+        const pli_vec3 motion = pli_vec3_sub(plii_vec3_divide(sum, 3.0f), aero->wind);
+        if (!(pli_vec3_length_squared(motion) > PLII_EPSILON)) { continue; }
 
-        pli_vec3 normal = body->face_normals[f];
-        if (aero->model == PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG) {
-            pli_vec3 lift, drag;
-            aero_lift_and_drag(aero, density, body->face_areas[f], normal, velocity, &lift, &drag);
-            drag = plii_vec3_divide(drag, 3.0f);
-            lift = plii_vec3_divide(lift, 3.0f);
-            for (int k = 0; k < 3; ++k) {
-                const float inverse_mass = body->positions[nodes[k]].w;
-                if (!(inverse_mass > 0.0f)) { continue; }
-                /* As in Bullet, what one node limits stays limited for the next. */
-                drag = aero_limit_drag(drag, plii_xyz(body->velocities[nodes[k]]), inverse_mass, step->dt);
-                body->forces[nodes[k]] = pli_vec3_add(pli_vec3_add(body->forces[nodes[k]], drag), lift);
-            }
+        const plii_vec3x4 velocity = plii_vec3x4_all(motion);
+        const plii_float4 area = plii_float4_all(body->face_areas[f]), three = plii_float4_all(3.0f);
+        plii_vec3x4 normal = plii_vec3x4_all(body->face_normals[f]);
+        const bool has_lift = aero->model == PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG;
+        plii_vec3x4 lift, force; /* force: the drag, with lift */
+        if (has_lift) {
+            aero_lift_and_drag(aero, density, area, normal, velocity, &lift, &force);
+            lift = aero_divide(lift, three);
         } else {
             if (aero->model == PLI_AERO_FACE_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
-            pli_vec3 force;
-            if (!aero_resistance(aero, density, body->face_areas[f], 1.0f, normal, velocity, &force)) { continue; }
-            force = plii_vec3_divide(force, 3.0f);
-            for (int k = 0; k < 3; ++k) {
-                /* A pinned node has no response to divide by. */
-                if (body->positions[nodes[k]].w > 0.0f) { aero_add_clamped(body, nodes[k], force, step->dt); }
+            const plii_mask4 is_front = aero_resistance(aero, density, area, 1.0f, normal, velocity, &force);
+            if (plii_lanes_bits(is_front) == 0) { continue; }
+            lift = velocity; /* not used */
+        }
+        force = aero_divide(force, three);
+        for (int k = 0; k < 3; ++k) {
+            const float inverse_mass = body->positions[nodes[k]].w;
+            /* A pinned node has no response to divide by. */
+            if (!(inverse_mass > 0.0f)) { continue; }
+            const plii_vec3x4 own_velocity = plii_vec3x4_all(plii_xyz(body->velocities[nodes[k]]));
+            const plii_float4 response = plii_float4_all(inverse_mass);
+            plii_vec3x4 total = plii_vec3x4_all(body->forces[nodes[k]]);
+            if (has_lift) {
+                /* As in Bullet, what one node limits stays limited for the next. */
+                force = aero_limit_drag(force, own_velocity, response, step->dt);
+                total = plii_vec3x4_add(plii_vec3x4_add(total, force), lift);
+            } else {
+                total = aero_add_clamped(total, force, own_velocity, response, step->dt);
             }
+            body->forces[nodes[k]] = plii_vec3x4_first(total);
         }
     }
 }
 
 static const plii_feature_class* const aero_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
                                                        NULL};
+static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
+                                                            &plii_face_normals_class, &plii_areas_class, NULL};
 
 static const plii_feature_class aero_vertex_class = {
     .name = "vertex aerodynamics",
@@ -149,7 +213,7 @@ static const plii_feature_class aero_vertex_class = {
 static const plii_feature_class aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
-    .needs = aero_needs,
+    .needs = aero_face_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, PLII_ORDER_FACE_AERO}},
 };
 

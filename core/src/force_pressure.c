@@ -15,11 +15,7 @@ static void pressure_run(pli_body* body, void* state, const plii_step* step) {
     const float scale = 1.0f / fabsf(plii_body_volume(body)) * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            body->forces[i] = pli_vec3_add(body->forces[i], pli_vec3_scale(body->normals[i], body->areas[i] * scale));
-        }
-    }
+    plii_forces_add_along_normals(body, scale);
 }
 
 static const plii_feature_class* const pressure_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,

@@ -14,11 +14,7 @@ static void volume_run(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     const volume_state* volume = state;
     const float scale = (volume->rest_volume - plii_body_volume(body)) * volume->coefficient;
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            body->forces[i] = pli_vec3_add(body->forces[i], pli_vec3_scale(body->normals[i], body->areas[i] * scale));
-        }
-    }
+    plii_forces_add_along_normals(body, scale);
 }
 
 static pli_status volume_enable(pli_body* body, void* state) {

@@ -1,5 +1,7 @@
 /* Service: the force accumulator of the nodes. Bodies that feel nothing but gravity do without it. */
 
+#include "lanes.h"
+
 #include "body_impl.h"
 
 #include <string.h>
@@ -43,3 +45,14 @@ const plii_feature_class plii_forces_class = {
     .topology_blocks = forces_topology_blocks,
     .topology_commit = forces_topology_commit,
 };
+
+void plii_forces_add_along_normals(pli_body* body, float scale) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 force = plii_lanes_from_vec3(&body->forces[i]);
+        const plii_float4 added =
+            plii_float4_mul(plii_lanes_from_vec3(&body->normals[i]), plii_float4_all(body->areas[i] * scale));
+        const plii_mask4 is_free = plii_lanes_less(zero, plii_float4_all(body->positions[i].w));
+        plii_lanes_to_vec3(&body->forces[i], plii_lanes_select(is_free, plii_float4_add(force, added), force));
+    }
+}

@@ -1,30 +1,16 @@
 /* The position-based step: explicit prediction, then iterations of the enabled features, then velocities from
    positions. Matches btSoftBody::predictMotion and solveConstraints. */
 
+#include "lanes.h"
+
 #include "world_impl.h"
 
 #include <string.h>
 
 // ------------------------------------------------------------------------------------------------ finiteness
 
-static int solver_find_non_finite_node(const pli_body* body) {
-    uint32_t all_exponents_full = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        uint32_t bits[3];
-        memcpy(bits, &body->positions[i], sizeof bits);
-        for (int k = 0; k < 3; ++k) {
-            all_exponents_full |= (bits[k] & 0x7f800000u) == 0x7f800000u;
-        }
-    }
-    if (all_exponents_full == 0) { return PLI_NULL_INDEX; }
-    for (int i = 0; i < body->node_count; ++i) {
-        if (!plii_vec3_is_finite(plii_xyz(body->positions[i]))) { return i; }
-    }
-    return PLI_NULL_INDEX;
-}
-
 bool plii_solver_freeze_if_not_finite(pli_body* body) {
-    const int node = solver_find_non_finite_node(body);
+    const int node = plii_body_find_non_finite_node(body);
     if (node == PLI_NULL_INDEX) { return false; }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
@@ -38,32 +24,38 @@ bool plii_solver_freeze_if_not_finite(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------ prediction
 
+/* Pinned nodes keep their velocity. */
 static void solver_add_gravity(pli_body* body, float dt) {
     const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
+    const plii_float4 added = plii_lanes_from_vec3(&change), zero = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
-        }
+        const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
+        const plii_mask4 is_free = plii_lanes_less(zero, plii_float4_all(body->positions[i].w));
+        plii_float4_to(&body->velocities[i], plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity));
     }
 }
 
 static void solver_add_forces(pli_body* body, float dt) {
     const float limit = body->world->def.max_force_displacement / dt;
+    const plii_float4 low = plii_float4_all(-limit), high = plii_float4_all(limit), step = plii_float4_all(dt);
     for (int i = 0; i < body->node_count; ++i) {
-        pli_vec3 change = pli_vec3_scale(pli_vec3_scale(body->forces[i], body->positions[i].w), dt);
-        change.x = plii_clamp(change.x, -limit, limit);
-        change.y = plii_clamp(change.y, -limit, limit);
-        change.z = plii_clamp(change.z, -limit, limit);
-        plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
-        body->forces[i] = pli_vec3_make(0, 0, 0);
+        const plii_float4 inverse_mass = plii_float4_all(body->positions[i].w);
+        plii_float4 change = plii_lanes_from_vec3(&body->forces[i]);
+        change = plii_float4_mul(plii_float4_mul(change, inverse_mass), step);
+        change = plii_lanes_min(high, plii_lanes_max(low, change));
+        plii_float4_to(&body->velocities[i], plii_float4_add(plii_float4_from(&body->velocities[i]), change));
     }
+    memset(body->forces, 0, (size_t)body->node_count * sizeof *body->forces);
 }
 
+/* The w of velocities is 0, and previous positions have none. */
 static void solver_move(pli_body* body, float dt) {
+    const plii_float4 step = plii_float4_all(dt);
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 position = plii_xyz(body->positions[i]);
-        plii_set_xyz(&body->previous[i], position);
-        plii_set_xyz(&body->positions[i], pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), dt)));
+        const plii_float4 position = plii_float4_from(&body->positions[i]);
+        const plii_float4 motion = plii_float4_mul(plii_float4_from(&body->velocities[i]), step);
+        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
+        plii_float4_to(&body->positions[i], plii_float4_add(position, motion));
     }
 }
 
@@ -94,17 +86,22 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
+static plii_float4 solver_moved(const pli_body* body, int node, float scale) {
+    const plii_float4 moved =
+        plii_float4_sub(plii_float4_from(&body->positions[node]), plii_float4_from(&body->previous[node]));
+    return plii_lanes_xyz(plii_float4_mul(moved, plii_float4_all(scale)));
+}
+
 static void solver_velocities_from_positions(pli_body* body, float scale) {
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
-        plii_set_xyz(&body->velocities[i], pli_vec3_scale(moved, scale));
+        plii_float4_to(&body->velocities[i], solver_moved(body, i, scale));
     }
 }
 
 static void solver_add_drift_to_velocities(pli_body* body, float scale) {
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = pli_vec3_sub(plii_xyz(body->positions[i]), plii_xyz(body->previous[i]));
-        plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(moved, scale)));
+        const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
+        plii_float4_to(&body->velocities[i], plii_float4_add(velocity, solver_moved(body, i, scale)));
     }
 }
 

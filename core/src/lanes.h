@@ -1,0 +1,255 @@
+#ifndef PLII_LANES_H
+#define PLII_LANES_H
+
+/* Four floats at a time, with instructions that every processor of the target has: the record of a node, or one
+   component of four nodes. For passes over nodes and faces, whose results are those of the same operations one by one.
+   Goes before other headers of the core, as it chooses the path of simd.h. */
+
+#if defined(__SSE2__)
+#define PLII_SIMD_SSE2
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+#define PLII_SIMD_NEON
+#else
+#define PLII_SIMD_PORTABLE
+#endif
+#include "simd.h"
+
+enum { PLII_LANES = 4, PLII_LANES_XYZ = 7 };
+
+/* Masks have all bits or none set in a lane; plii_lanes_bits gives bit k for lane k. */
+#if defined(PLII_SIMD_SSE2)
+
+typedef __m128 plii_mask4;
+
+PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
+    return _mm_cmplt_ps(a, b);
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
+    return _mm_cmple_ps(a, b);
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
+    return _mm_and_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return _mm_movemask_ps(mask);
+}
+PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
+    return _mm_cvtss_f32(a);
+}
+/* x, y, z, 0 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
+    return _mm_and_ps(a, _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1)));
+}
+/* y, z, x, w */
+PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 0, 2, 1));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 3, 3, 3));
+}
+/* a < b ? a : b, and a > b ? a : b, also where one is NaN. */
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return _mm_min_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return _mm_max_ps(a, b);
+}
+/* (x + y) + z */
+PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
+    const __m128 y = _mm_shuffle_ps(a, a, _MM_SHUFFLE(1, 1, 1, 1)), z = _mm_movehl_ps(a, a);
+    return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(a, y), z));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    return _mm_setr_ps(source->x, source->y, source->z, 0.0f);
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    _mm_storel_pi((__m64*)(void*)target, a);
+    _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
+}
+
+#elif defined(PLII_SIMD_NEON)
+
+typedef uint32x4_t plii_mask4;
+
+PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
+    return vcltq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
+    return vcleq_f32(a, b);
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
+    return vandq_u32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return vbslq_f32(mask, yes, no);
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    const uint32_t values[4] = {1, 2, 4, 8};
+    return (int)vaddvq_u32(vandq_u32(mask, vld1q_u32(values)));
+}
+PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
+    return vgetq_lane_f32(a, 0);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
+    return vsetq_lane_f32(0.0f, a, 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
+    const float32x4_t turned = vextq_f32(a, a, 1); /* y, z, w, x */
+    return vsetq_lane_f32(vgetq_lane_f32(a, 3), vsetq_lane_f32(vgetq_lane_f32(a, 0), turned, 2), 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
+    return vdupq_laneq_f32(a, 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return vbslq_f32(vcltq_f32(a, b), a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return vbslq_f32(vcgtq_f32(a, b), a, b);
+}
+PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
+    return vgetq_lane_f32(a, 0) + vgetq_lane_f32(a, 1) + vgetq_lane_f32(a, 2);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    return vsetq_lane_f32(source->z, vcombine_f32(vld1_f32(&source->x), vdup_n_f32(0.0f)), 2);
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    vst1_f32(&target->x, vget_low_f32(a));
+    target->z = vgetq_lane_f32(a, 2);
+}
+
+#else
+
+typedef struct plii_mask4 {
+    bool lanes[4];
+} plii_mask4;
+
+PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
+    return (plii_mask4){
+        {a.lanes[0] < b.lanes[0], a.lanes[1] < b.lanes[1], a.lanes[2] < b.lanes[2], a.lanes[3] < b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
+    return (plii_mask4){
+        {a.lanes[0] <= b.lanes[0], a.lanes[1] <= b.lanes[1], a.lanes[2] <= b.lanes[2], a.lanes[3] <= b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
+    return (plii_mask4){
+        {a.lanes[0] && b.lanes[0], a.lanes[1] && b.lanes[1], a.lanes[2] && b.lanes[2], a.lanes[3] && b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return (plii_float4){{mask.lanes[0] ? yes.lanes[0] : no.lanes[0], mask.lanes[1] ? yes.lanes[1] : no.lanes[1],
+                          mask.lanes[2] ? yes.lanes[2] : no.lanes[2], mask.lanes[3] ? yes.lanes[3] : no.lanes[3]}};
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return (mask.lanes[0] ? 1 : 0) | (mask.lanes[1] ? 2 : 0) | (mask.lanes[2] ? 4 : 0) | (mask.lanes[3] ? 8 : 0);
+}
+PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
+    return a.lanes[0];
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
+    return (plii_float4){{a.lanes[0], a.lanes[1], a.lanes[2], 0.0f}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
+    return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[0], a.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
+    return plii_float4_all(a.lanes[3]);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return plii_lanes_select(plii_lanes_less(a, b), a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return plii_lanes_select(plii_lanes_less(b, a), a, b);
+}
+PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
+    return a.lanes[0] + a.lanes[1] + a.lanes[2];
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    return (plii_float4){{source->x, source->y, source->z, 0.0f}};
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    *target = pli_vec3_make(a.lanes[0], a.lanes[1], a.lanes[2]);
+}
+
+#endif
+
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    const float values[4] = {x, y, z, w};
+    return plii_float4_load(values);
+}
+/* pli_vec3_cross; w: 0 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
+    const plii_float4 zxy =
+        plii_float4_sub(plii_float4_mul(a, plii_lanes_yzx(b)), plii_float4_mul(plii_lanes_yzx(a), b));
+    return plii_lanes_yzx(zxy);
+}
+PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
+    return plii_lanes_sum(plii_float4_mul(a, b));
+}
+/* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
+PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
+    return plii_lanes_at_most(plii_float4_sub(a, a), plii_float4_all(0.0f));
+}
+
+/* Vectors of four nodes by components. */
+typedef struct plii_vec3x4 {
+    plii_float4 x, y, z;
+} plii_vec3x4;
+
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_add(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_add(a.x, b.x), plii_float4_add(a.y, b.y), plii_float4_add(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_sub(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_sub(a.x, b.x), plii_float4_sub(a.y, b.y), plii_float4_sub(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_scale(plii_vec3x4 a, plii_float4 s) {
+    return (plii_vec3x4){plii_float4_mul(a.x, s), plii_float4_mul(a.y, s), plii_float4_mul(a.z, s)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_neg(plii_vec3x4 a) {
+    return (plii_vec3x4){plii_float4_negate(a.x), plii_float4_negate(a.y), plii_float4_negate(a.z)};
+}
+PLII_SIMD_INLINE plii_float4 plii_vec3x4_dot(plii_vec3x4 a, plii_vec3x4 b) {
+    return plii_float4_add(plii_float4_add(plii_float4_mul(a.x, b.x), plii_float4_mul(a.y, b.y)),
+                           plii_float4_mul(a.z, b.z));
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_cross(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_sub(plii_float4_mul(a.y, b.z), plii_float4_mul(a.z, b.y)),
+                         plii_float4_sub(plii_float4_mul(a.z, b.x), plii_float4_mul(a.x, b.z)),
+                         plii_float4_sub(plii_float4_mul(a.x, b.y), plii_float4_mul(a.y, b.x))};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_select(plii_mask4 mask, plii_vec3x4 yes, plii_vec3x4 no) {
+    return (plii_vec3x4){plii_lanes_select(mask, yes.x, no.x), plii_lanes_select(mask, yes.y, no.y),
+                         plii_lanes_select(mask, yes.z, no.z)};
+}
+/* The same vector four times, and the first of four. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_all(pli_vec3 a) {
+    return (plii_vec3x4){plii_float4_all(a.x), plii_float4_all(a.y), plii_float4_all(a.z)};
+}
+PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
+    return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
+}
+/* Of four records; their w goes to `w`, which may be NULL. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, plii_float4* w) {
+    plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
+                           plii_float4_from(&records[3])};
+    plii_float4_turn(rows);
+    if (w != NULL) { *w = rows[3]; }
+    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
+    plii_float4 rows[4] = {plii_lanes_from_vec3(&vectors[0]), plii_lanes_from_vec3(&vectors[1]),
+                           plii_lanes_from_vec3(&vectors[2]), plii_lanes_from_vec3(&vectors[3])};
+    plii_float4_turn(rows);
+    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+}
+PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 a) {
+    plii_float4 rows[4] = {a.x, a.y, a.z, a.z};
+    plii_float4_turn(rows);
+    for (int k = 0; k < 4; ++k) {
+        plii_lanes_to_vec3(&vectors[k], rows[k]);
+    }
+}
+
+#endif
