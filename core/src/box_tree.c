@@ -156,32 +156,6 @@ static float box_tree_squared_distance(pli_bounds box, pli_vec3 p) {
     return pli_vec3_length_squared(pli_vec3_sub(p, inside));
 }
 
-int plii_box_tree_near(const plii_box_tree* tree, pli_vec3 point, float radius, int* items) {
-    const float squared = radius * radius;
-    const int top = tree->level_count - 1;
-    if (top < 0 || !(box_tree_squared_distance(tree->boxes[tree->begin[top]], point) <= squared)) { return 0; }
-    box_tree_entry stack[PLII_BOX_TREE_STACK];
-    int depth = 0, count = 0;
-    stack[depth].level = top;
-    stack[depth++].index = 0;
-    while (depth > 0) {
-        const box_tree_entry entry = stack[--depth]; /* is near */
-        if (entry.level == 0) {
-            items[count++] = tree->items[entry.index];
-            continue;
-        }
-        const int first = entry.index * PLII_BOX_TREE_FAN;
-        const int width = box_tree_width(tree, entry.level - 1);
-        const pli_bounds* boxes = tree->boxes + tree->begin[entry.level - 1];
-        for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
-            if (!(box_tree_squared_distance(boxes[child], point) <= squared)) { continue; }
-            stack[depth].level = entry.level - 1;
-            stack[depth++].index = child;
-        }
-    }
-    return count;
-}
-
 int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_squared,
                           plii_box_tree_measure_fn* measure, const void* user) {
     box_tree_entry stack[PLII_BOX_TREE_STACK];

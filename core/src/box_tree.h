@@ -34,10 +34,6 @@ size_t plii_box_tree_bytes(const plii_box_tree* tree);
 typedef void plii_box_tree_visit_fn(int item, void* user);
 void plii_box_tree_overlaps(const plii_box_tree* tree, pli_bounds box, plii_box_tree_visit_fn* visit, void* user);
 
-/* Writes the items whose boxes lie within `radius` of a point, in no particular order; returns their number.
-   `items` has room for all. */
-int plii_box_tree_near(const plii_box_tree* tree, pli_vec3 point, float radius, int* items);
-
 /* Looks for the nearest item. `measure` gives the squared distance of an item, or FLT_MAX to refuse it.
    Returns the item with the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near items go by
    place in the tree. */

@@ -8,13 +8,18 @@
    Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
    and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
 
+#include "lanes.h"
+
 #include "body_impl.h"
 #include "box_tree.h"
 #include "closest_point.h"
 #include "contact_order.h"
 #include "fat_box.h"
+#include "near_boxes.h"
 #include "pliant/contact.h"
 #include "world_impl.h"
+
+#include <string.h>
 
 /* Faces whose doubled area is below this share of the longest edge squared have no normal. */
 #define SOFT_CONTACTS_MIN_SHAPE 1e-6f
@@ -28,6 +33,11 @@ typedef struct soft_contact {
     float node_share, face_share; /* of the correction. Bullet: cfm */
 } soft_contact;
 
+typedef struct soft_contacts_node {
+    int node;
+    float reach; /* how far it looks for faces; m */
+} soft_contacts_node;
+
 typedef struct soft_contacts_state {
     pli_soft_contacts_def def;
     soft_contact* contacts;
@@ -37,11 +47,16 @@ typedef struct soft_contacts_state {
     pli_bounds* face_boxes; /* [face_count] */
     bool has_boxes;         /* false: to be taken from the start of the next step */
     /* For the search; kept by the first body of a pair. */
-    plii_box_tree tree;
-    int* faces; /* near the other body */
-    int face_capacity;
-    pli_bounds* boxes; /* of `faces` */
+    soft_contacts_node* nodes; /* near the other body */
+    int node_count, node_capacity;
+    int* faces; /* near them */
+    int face_count, face_capacity;
+    pli_bounds* boxes; /* of `faces`, and what finds them */
     int box_capacity;
+    plii_box_tree tree; /* with Bullet's boxes */
+    plii_near_boxes near;
+    int* face_order; /* [order_count] own faces, neighbours in space one after the other; 0: not known */
+    int order_count, order_capacity;
     int* hits; /* as many as there are boxes */
     int hit_count, hit_capacity;
 } soft_contacts_state;
@@ -213,53 +228,109 @@ static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, f
 
 // -------------------------------------------------------------------------------------------------- finding pairs
 
-static pli_bounds soft_contacts_node_box(const soft_contacts_pass* pass, int node) {
-    if (pass->use_boxes) { return pass->node_state->node_boxes[node]; }
-    const pli_vec3 x = soft_contacts_position(pass->node_body, node);
-    const pli_bounds box = {x, x};
-    return plii_bounds_grow(box, soft_contacts_reach(pass, node));
-}
-
-static pli_bounds soft_contacts_face_box(const soft_contacts_pass* pass, int face) {
-    return pass->use_boxes
-               ? pass->face_state->face_boxes[face]
-               : soft_contacts_face_bounds(pass->face_body->positions, pass->face_body->topology->faces[face]);
-}
-
 static bool soft_contacts_box_is_finite(pli_bounds box) {
     return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
 }
 
-/* A tree over the faces that can be near any node. False when out of memory. */
-static bool soft_contacts_build_tree(const soft_contacts_pass* pass) {
+/* All nodes and faces with finite boxes that can meet. */
+static void soft_contacts_collect_boxes(const soft_contacts_pass* pass) {
+    soft_contacts_state* search = pass->search;
+    pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int i = 0; i < pass->node_body->node_count; ++i) {
+        const pli_bounds box = pass->node_state->node_boxes[i];
+        if (!soft_contacts_box_is_finite(box)) { continue; }
+        search->nodes[search->node_count++] = (soft_contacts_node){i, soft_contacts_reach(pass, i)};
+        all.min = plii_vec3_min(all.min, box.min);
+        all.max = plii_vec3_max(all.max, box.max);
+    }
+    for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
+        const pli_bounds box = pass->face_state->face_boxes[i];
+        if (!plii_bounds_overlap(box, all) || !soft_contacts_box_is_finite(box)) { continue; }
+        search->faces[search->face_count] = i;
+        search->boxes[search->face_count++] = box;
+    }
+}
+
+/* Nodes whose reach touches the bounds of the other body, and the faces there. The positions of predicted bodies are
+   finite. */
+static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
+    soft_contacts_state* search = pass->search;
+    const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
+    const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
+    const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
+    plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
+    for (int i = 0; i < node_body->node_count; ++i) {
+        const float reach = soft_contacts_reach(pass, i);
+        /* A little more, for what rounding takes away. */
+        const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(reach * 1.0001f);
+        const plii_float4 from = plii_float4_sub(x, wide), to = plii_float4_add(x, wide);
+        const plii_mask4 is_near =
+            plii_lanes_both(plii_lanes_at_most(from, body_high), plii_lanes_at_most(body_low, to));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        search->nodes[search->node_count++] = (soft_contacts_node){i, reach};
+        low = plii_lanes_min(from, low);
+        high = plii_lanes_max(to, high);
+    }
+    for (int i = 0; search->node_count > 0 && i < face_body->topology->face_count; ++i) {
+        const int face_index = pass->face_state->face_order[i];
+        const int* face = face_body->topology->faces[face_index];
+        const plii_float4 a = plii_float4_from(&face_body->positions[face[0]]);
+        const plii_float4 b = plii_float4_from(&face_body->positions[face[1]]);
+        const plii_float4 c = plii_float4_from(&face_body->positions[face[2]]);
+        const plii_float4 from = plii_lanes_min(a, plii_lanes_min(b, c)), to = plii_lanes_max(a, plii_lanes_max(b, c));
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(from, high), plii_lanes_at_most(low, to));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        search->faces[search->face_count] = face_index;
+        plii_lanes_to_vec3(&search->boxes[search->face_count].min, from);
+        plii_lanes_to_vec3(&search->boxes[search->face_count++].max, to);
+    }
+}
+
+/* Along the curve that the tree sorts by; good for as long as the body has these faces, however it bends. */
+static bool soft_contacts_order_faces(const soft_contacts_pass* pass) {
+    pli_context* context = pass->node_body->context;
+    soft_contacts_state *state = pass->face_state, *search = pass->search;
+    const int face_count = pass->face_body->topology->face_count;
+    if (state->order_count == face_count) { return true; }
+    plii_box_tree tree = {0};
+    for (int i = 0; i < face_count; ++i) {
+        search->boxes[i] = soft_contacts_face_bounds(pass->face_body->positions, pass->face_body->topology->faces[i]);
+    }
+    const bool is_ordered = PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
+                            plii_box_tree_build(context, &tree, face_count, search->boxes);
+    if (is_ordered) {
+        memcpy(state->face_order, tree.items, (size_t)face_count * sizeof *state->face_order);
+        state->order_count = face_count;
+    }
+    plii_box_tree_free(context, &tree);
+    return is_ordered;
+}
+
+/* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
+static bool soft_contacts_collect(const soft_contacts_pass* pass) {
     soft_contacts_state* search = pass->search;
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
-    if (!PLII_RESERVE(context, &search->faces, &search->face_capacity, face_count) ||
+    search->node_count = search->face_count = 0;
+    if (!PLII_RESERVE(context, &search->nodes, &search->node_capacity, pass->node_body->node_count) ||
+        !PLII_RESERVE(context, &search->faces, &search->face_capacity, face_count) ||
         !PLII_RESERVE(context, &search->boxes, &search->box_capacity, face_count) ||
         !PLII_RESERVE(context, &search->hits, &search->hit_capacity, face_count)) {
         return false;
     }
-    pli_bounds nodes = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-    for (int i = 0; i < pass->node_body->node_count; ++i) {
-        const pli_bounds box = soft_contacts_node_box(pass, i);
-        if (!soft_contacts_box_is_finite(box)) { continue; }
-        nodes.min = plii_vec3_min(nodes.min, box.min);
-        nodes.max = plii_vec3_max(nodes.max, box.max);
+    if (pass->use_boxes) {
+        soft_contacts_collect_boxes(pass);
+        return plii_box_tree_build(context, &search->tree, search->face_count, search->boxes);
     }
-    int count = 0;
-    for (int i = 0; i < face_count; ++i) {
-        const pli_bounds box = soft_contacts_face_box(pass, i);
-        if (!plii_bounds_overlap(box, nodes) || !soft_contacts_box_is_finite(box)) { continue; }
-        search->faces[count] = i;
-        search->boxes[count++] = box;
-    }
-    return plii_box_tree_build(context, &search->tree, count, search->boxes);
+    if (!soft_contacts_order_faces(pass)) { return false; }
+    soft_contacts_collect_near(pass);
+    return plii_near_boxes_build(context, &search->near, search->face_count, search->boxes);
 }
 
-/* Shell's sort: in place, and quick enough for the few faces near one node. */
+/* Shell's sort: in place, and quick enough for the few faces near one node. Most nodes have a handful, for which the
+   wide steps gain nothing. */
 static void soft_contacts_sort(int* values, int count) {
-    for (int gap = count / 2; gap > 0; gap /= 2) {
+    for (int gap = count > 16 ? count / 2 : 1; gap > 0; gap /= 2) {
         for (int i = gap; i < count; ++i) {
             const int value = values[i];
             int k = i;
@@ -277,14 +348,14 @@ static void soft_contacts_hit(int item, void* user) {
 }
 
 /* Faces whose contacts with a node are to be looked for, ascending. */
-static void soft_contacts_find(const soft_contacts_pass* pass, int node, float reach) {
+static void soft_contacts_find(const soft_contacts_pass* pass, soft_contacts_node near) {
     soft_contacts_state* search = pass->search;
     search->hit_count = 0;
     if (pass->use_boxes) {
-        plii_box_tree_overlaps(&search->tree, pass->node_state->node_boxes[node], soft_contacts_hit, search);
+        plii_box_tree_overlaps(&search->tree, pass->node_state->node_boxes[near.node], soft_contacts_hit, search);
     } else {
-        search->hit_count =
-            plii_box_tree_near(&search->tree, soft_contacts_position(pass->node_body, node), reach, search->hits);
+        const pli_vec3 x = soft_contacts_position(pass->node_body, near.node);
+        search->hit_count = plii_near_boxes_find(&search->near, x, near.reach, search->hits);
     }
     for (int i = 0; i < search->hit_count; ++i) {
         search->hits[i] = search->faces[search->hits[i]];
@@ -293,17 +364,16 @@ static void soft_contacts_find(const soft_contacts_pass* pass, int node, float r
 }
 
 static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
-    pli_context* context = pass->node_body->context;
     soft_contacts_state* search = pass->search;
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_contacts_build_tree(pass)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts");
+    if (!soft_contacts_collect(pass)) {
+        return PLII_FAIL(pass->node_body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts");
     }
-    for (int i = 0; search->tree.count > 0 && i < pass->node_body->node_count; ++i) {
-        const float reach = soft_contacts_reach(pass, i);
-        soft_contacts_find(pass, i, reach);
+    for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
+        const soft_contacts_node near = search->nodes[i];
+        soft_contacts_find(pass, near);
         for (int k = 0; k < search->hit_count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, i, reach, search->hits[k]));
+            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k]));
         }
     }
     return PLI_OK;
@@ -402,12 +472,17 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
+    plii_release(context, state->nodes, (size_t)state->node_capacity * sizeof *state->nodes);
     plii_box_tree_free(context, &state->tree);
+    plii_near_boxes_free(context, &state->near);
+    plii_release(context, state->face_order, (size_t)state->order_capacity * sizeof *state->face_order);
 }
 
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const soft_contacts_state* state = data;
-    size_t bytes = plii_box_tree_bytes(&state->tree);
+    size_t bytes = plii_box_tree_bytes(&state->tree) + plii_near_boxes_bytes(&state->near);
+    bytes += (size_t)state->node_capacity * sizeof *state->nodes;
+    bytes += (size_t)state->order_capacity * sizeof *state->face_order;
     bytes += (size_t)state->capacity * sizeof *state->contacts;
     bytes += (size_t)state->face_capacity * sizeof *state->faces + (size_t)state->box_capacity * sizeof *state->boxes;
     bytes += (size_t)state->hit_capacity * sizeof *state->hits;
@@ -431,7 +506,7 @@ static int soft_contacts_topology_blocks(const pli_body* body, const void* data,
 static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                           void** blocks) {
     soft_contacts_state* state = data;
-    state->count = 0;
+    state->count = state->order_count = 0;
     if (state->node_boxes == NULL) { return; }
     plii_release(body->context, state->node_boxes, (size_t)change->old_node_count * sizeof *state->node_boxes);
     plii_release(body->context, state->face_boxes, (size_t)change->old_face_count * sizeof *state->face_boxes);

@@ -121,7 +121,7 @@ static void test_xpbd(void** state) {
 static void test_forces_of_air(void** state) {
     (void)state;
     const cost c = measure(true, use_aero);
-    const double expected = base_bytes(c, true) + 28.0 * NODES + 16.0 * c.face_count;
+    const double expected = base_bytes(c, true) + 44.0 * NODES + 4.0 * c.face_count;
     check_bytes(c, expected, expected);
 }
 

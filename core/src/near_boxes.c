@@ -1,0 +1,126 @@
+/* Levels of boxes by components, each box around four of the level below: distances of four are measured at once. */
+
+#include "lanes.h"
+
+#include "near_boxes.h"
+
+static void near_boxes_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
+    group->low[0][lane] = low.x;
+    group->low[1][lane] = low.y;
+    group->low[2][lane] = low.z;
+    group->high[0][lane] = high.x;
+    group->high[1][lane] = high.y;
+    group->high[2][lane] = high.z;
+}
+
+/* What encloses the four boxes of a group, of which at least one is not empty. */
+static pli_bounds near_boxes_join(const plii_box4* group) {
+    pli_bounds all = {{group->low[0][0], group->low[1][0], group->low[2][0]},
+                      {group->high[0][0], group->high[1][0], group->high[2][0]}};
+    for (int k = 1; k < 4 && group->low[0][k] < INFINITY; ++k) {
+        const pli_vec3 low = pli_vec3_make(group->low[0][k], group->low[1][k], group->low[2][k]);
+        const pli_vec3 high = pli_vec3_make(group->high[0][k], group->high[1][k], group->high[2][k]);
+        all.min = plii_vec3_min(low, all.min);
+        all.max = plii_vec3_max(high, all.max);
+    }
+    return all;
+}
+
+/* Empty boxes are infinitely far from everything. */
+static void near_boxes_pad(plii_box4* groups, int count) {
+    const pli_vec3 far = pli_vec3_make(INFINITY, INFINITY, INFINITY);
+    for (int i = count; i % 4 != 0; ++i) {
+        near_boxes_set(&groups[i / 4], i % 4, far, far);
+    }
+}
+
+bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds) {
+    boxes->level_count = 0;
+    if (count <= 0) { return true; }
+    int level_count = 0, total = 0;
+    for (int width = (count + 3) / 4;; width = (width + 3) / 4) {
+        boxes->begin[level_count++] = total;
+        total += width;
+        if (width == 1) { break; }
+    }
+    boxes->begin[level_count] = total;
+    if (!PLII_RESERVE(context, &boxes->groups, &boxes->capacity, total)) { return false; }
+
+    for (int i = 0; i < count; ++i) {
+        near_boxes_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
+    }
+    near_boxes_pad(boxes->groups, count);
+    for (int level = 1; level < level_count; ++level) {
+        const plii_box4* below = boxes->groups + boxes->begin[level - 1];
+        plii_box4* groups = boxes->groups + boxes->begin[level];
+        const int below_count = boxes->begin[level] - boxes->begin[level - 1];
+        for (int i = 0; i < below_count; ++i) {
+            const pli_bounds all = near_boxes_join(&below[i]);
+            near_boxes_set(&groups[i / 4], i % 4, all.min, all.max);
+        }
+        near_boxes_pad(groups, below_count);
+    }
+    boxes->level_count = level_count;
+    return true;
+}
+
+void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes) {
+    plii_release(context, boxes->groups, (size_t)boxes->capacity * sizeof *boxes->groups);
+    *boxes = (plii_near_boxes){0};
+}
+
+size_t plii_near_boxes_bytes(const plii_near_boxes* boxes) {
+    return (size_t)boxes->capacity * sizeof *boxes->groups;
+}
+
+typedef struct near_search {
+    plii_float4 point[3];
+    plii_float4 squared_radius;
+} near_search;
+
+/* Bit k where box k is near. */
+PLII_SIMD_INLINE int near_boxes_test(const near_search* search, const plii_box4* group) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    plii_float4 squares[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        const plii_float4 below = plii_float4_sub(plii_float4_load(group->low[axis]), search->point[axis]);
+        const plii_float4 above = plii_float4_sub(search->point[axis], plii_float4_load(group->high[axis]));
+        const plii_float4 outside = plii_lanes_max(plii_lanes_max(below, above), zero);
+        squares[axis] = plii_float4_mul(outside, outside);
+    }
+    const plii_float4 squared = plii_float4_add(plii_float4_add(squares[0], squares[1]), squares[2]);
+    return plii_lanes_bits(plii_lanes_at_most(squared, search->squared_radius));
+}
+
+/* The lowest bit that is set, of four. */
+static int near_boxes_first(int bits) {
+    return (bits & 1) != 0 ? 0 : (bits & 2) != 0 ? 1 : (bits & 4) != 0 ? 2 : 3;
+}
+
+int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items) {
+    const near_search search = {{plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z)},
+                                plii_float4_all(radius * radius)};
+    /* Depth first: of the groups on the way down, what is left to be looked at. */
+    int bits[PLII_NEAR_BOXES_MAX_LEVELS], group[PLII_NEAR_BOXES_MAX_LEVELS];
+    int count = 0;
+    const int top = boxes->level_count - 1;
+    if (top < 0) { return 0; }
+    group[top] = 0;
+    bits[top] = near_boxes_test(&search, &boxes->groups[boxes->begin[top]]);
+    for (int level = top; level <= top;) {
+        if (bits[level] == 0) {
+            ++level;
+            continue;
+        }
+        const int box = 4 * group[level] + near_boxes_first(bits[level]);
+        bits[level] &= bits[level] - 1;
+        if (level == 0) {
+            items[count++] = box;
+        } else {
+            --level;
+            group[level] = box;
+            bits[level] = near_boxes_test(&search, &boxes->groups[boxes->begin[level] + box]);
+        }
+    }
+    return count;
+}
