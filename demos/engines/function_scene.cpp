@@ -12,6 +12,7 @@ FunctionScene::FunctionScene(const std::string& of_name, std::function<void(scen
     : scene(), text(of_name), function(std::move(of_function)) {
     name = text.c_str();
     summary = "";
+    takes_resolution = true;
     build = build_function_scene;
 }
 

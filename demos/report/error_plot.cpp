@@ -137,6 +137,11 @@ std::string error_plot(const std::string& title, const std::string& cost_title, 
     svg.text(right + 20, legend + 14, "large marks and lines: the front,", {13, "start", "#666", false, 0});
     svg.text(right + 20, legend + 31, "nothing of the same solver is", {13, "start", "#666", false, 0});
     svg.text(right + 20, legend + 48, "both faster and better", {13, "start", "#666", false, 0});
+    const bool has_zeros =
+        std::any_of(errors.begin(), errors.end(), [&](double error) { return error < 0.999 * std::pow(10.0, up.low); });
+    if (has_zeros) {
+        svg.text(right + 20, legend + 76, "on the lower edge: that or less", {13, "start", "#666", false, 0});
+    }
     return svg.document();
 }
 

@@ -24,7 +24,9 @@ PrecisionPoint run_setting(const PrecisionScene& which, const Setting& setting) 
     point.errors.assign(which.metrics.size(), std::numeric_limits<double>::infinity());
     const EngineOptions options = options_of(setting);
     const FunctionScene source(which.name, [&](scene_builder* builder) { which.build(builder, options.step_seconds); });
-    const std::unique_ptr<Description> description = Description::build(source, {});
+    SceneOptions scene_options;
+    scene_options.resolution = which.resolution;
+    const std::unique_ptr<Description> description = Description::build(source, scene_options);
     const std::unique_ptr<Engine> engine = make_engine(engine_of(setting), *description, options);
     const std::unique_ptr<Evaluation> evaluation = which.evaluate(setting);
     const int steps = static_cast<int>(std::lround(which.seconds * setting.steps_per_second));

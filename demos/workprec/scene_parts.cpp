@@ -123,6 +123,8 @@ const std::vector<PrecisionScene>& precision_scenes() {
     static const std::vector<PrecisionScene> scenes = [] {
         std::vector<PrecisionScene> made;
         add_rope_scenes(made);
+        add_sheet_scenes(made);
+        add_body_scenes(made);
         return made;
     }();
     return scenes;

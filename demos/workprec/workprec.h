@@ -46,7 +46,8 @@ public:
 struct PrecisionScene {
     std::string name, summary;
     std::vector<Metric> metrics;
-    double seconds = 1; // simulated
+    double seconds = 1;                // simulated
+    scene_resolution resolution{0, 0}; // for scenes that take one
     // For steps of this length, s.
     std::function<void(scene_builder*, float)> build;
     std::function<std::unique_ptr<Evaluation>(const Setting&)> evaluate;

@@ -71,6 +71,33 @@ static void rope_rests_on_the_catenary(void**) {
     check_at_most(largest_distance(rest, reference::hanging_chain(20, 0.1, 1.2)), 5e-5);
 }
 
+// A sheet between two edges hangs like the rope; its links give way by less than a thousandth.
+static void sheet_rests_near_the_catenary(void**) {
+    const Network network = demos::network_of(scene_named("sheet"));
+    const std::vector<Point> rest = reference::rest(network), chain = reference::hanging_chain(16, 0.1, 0.96);
+    double largest = 0;
+    for (size_t i = 0; i < rest.size(); ++i) {
+        Point expected = chain[i % 17];
+        expected.z = network.positions[i].z;
+        largest = std::max(largest, distance(rest[i], expected));
+    }
+    check_at_most(largest, 2e-3);
+}
+
+// From other positions to the same rest, nearer than a hundredth of the smallest error that is plotted, 5e-7 of 2 m.
+static void rests_are_converged(void**) {
+    for (const char* name : {"sheet", "stretched", "cube"}) {
+        Network network = demos::network_of(scene_named(name));
+        const std::vector<Point> rest = reference::rest(network);
+        for (size_t i = 0; i < rest.size(); ++i) {
+            const double bump = 0.005 * std::sin(static_cast<double>(7 * i));
+            if (network.masses[i] > 0.0) { network.positions[i].y += bump; }
+        }
+        check_at_most(largest_distance(rest, reference::rest(network)), 1e-8);
+        check_at_most(reference::energy(network, rest), reference::energy(network, network.positions));
+    }
+}
+
 // Half the step changes the trajectory by less than a hundredth of the smallest error that is plotted, 4e-3 of 2 m.
 static void swing_is_converged(void**) {
     Network network = demos::network_of(scene_named("swing"));
@@ -86,6 +113,8 @@ int main(void) {
         cmocka_unit_test(chain_has_the_shape_of_a_catenary),
         cmocka_unit_test(weight_on_a_spring_swings_as_a_cosine),
         cmocka_unit_test(rope_rests_on_the_catenary),
+        cmocka_unit_test(sheet_rests_near_the_catenary),
+        cmocka_unit_test(rests_are_converged),
         cmocka_unit_test(swing_is_converged),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
