@@ -224,6 +224,47 @@ bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* ha
     return node_hash_search_all(&search, positions, node_hash_search_own);
 }
 
+/* A search from far away would go through more cells than there are nodes. */
+#define NODE_HASH_MAX_CELLS 16.0f
+
+/* As in node_hash_padded_size. */
+static float node_hash_padded_radius(const plii_node_hash* hash, pli_vec3 point, float radius) {
+    const pli_vec3 from = pli_vec3_sub(point, hash->origin);
+    const float largest = plii_max(fabsf(from.x), plii_max(fabsf(from.y), fabsf(from.z)));
+    return radius + (radius + largest) * (4.0f * FLT_EPSILON);
+}
+
+/* Entries of the cells of a column from z on, in one run or two. */
+static bool node_hash_append_column(const node_hash_search* search, pli_vec3 p, int x, int y, int z, int cells) {
+    const plii_node_hash* hash = search->hash;
+    const unsigned size = hash->mask + 1, length = (unsigned)cells < size ? (unsigned)cells : size;
+    const unsigned first = (node_hash_column(x, y) + (unsigned)z) & hash->mask, before_end = size - first;
+    const uint64_t column = node_hash_column_name(x, y);
+    const bool wraps = length > before_end;
+    const node_hash_run runs[2] = {
+        {hash->starts[first], hash->starts[first + (wraps ? before_end : length)], column},
+        {0, wraps ? hash->starts[length - before_end] : 0, column},
+    };
+    return node_hash_append(search, p, runs, wraps ? 2 : 1);
+}
+
+bool plii_node_hash_find_near(pli_context* context, const plii_node_hash* hash, pli_vec3 point, float radius,
+                              plii_node_pairs* pairs) {
+    const node_hash_search search = {context, hash, pairs, radius * radius};
+    const float padded = node_hash_padded_radius(hash, point, radius);
+    if (hash->count == 0) { return true; }
+    if (!(padded <= NODE_HASH_MAX_CELLS * hash->cell_size)) { return false; }
+    const pli_vec3 reach = pli_vec3_make(padded, padded, padded);
+    const plii_node_hash_cell low = node_hash_cell_of(hash, pli_vec3_sub(point, reach)),
+                              high = node_hash_cell_of(hash, pli_vec3_add(point, reach));
+    for (int x = low.x; x <= high.x; ++x) {
+        for (int y = low.y; y <= high.y; ++y) {
+            if (!node_hash_append_column(&search, point, x, y, low.z, high.z - low.z + 1)) { return false; }
+        }
+    }
+    return true;
+}
+
 bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b) {
     const plii_node_hash_cell i = node_hash_cell_of(hash, a), j = node_hash_cell_of(hash, b);
     return i.x == j.x && i.y == j.y && i.z == j.z;

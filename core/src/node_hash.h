@@ -57,6 +57,10 @@ bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, const
 /* Only those of which both are in the same cell. */
 bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions,
                                   float radius, plii_node_pairs* pairs);
+/* Appends the nodes that are nearer to a point than `radius` to `pairs`, behind its rows. False when out of memory, or
+   when the radius is larger than 16 cells. */
+bool plii_node_hash_find_near(pli_context* context, const plii_node_hash* hash, pli_vec3 point, float radius,
+                              plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */
 bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b);
 
