@@ -12,7 +12,9 @@ typedef struct xpbd_rigid_contact {
     float offset; /* of the plane that is kept free, at the start of the step */
     plii_xpbd_rigid_point point;
     float coefficient; /* of friction */
+    bool is_fixed;     /* nothing changes the motion of the rigid body */
     /* For one substep. */
+    pli_vec3 motion; /* of a fixed surface */
     float floor, weight, multiplier;
     pli_vec3 friction;
 } xpbd_rigid_contact;
@@ -38,6 +40,15 @@ static pli_status xpbd_rigid_contacts_collide(pli_body* body, void* data, pli_ri
     return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to solve %d contacts", count);
 }
 
+static bool xpbd_rigid_contacts_is_fixed(const pli_rigid* rigid) {
+    const pli_mat3 inverse_inertia = rigid->state.inverse_inertia_world;
+    float sum = rigid->state.inverse_mass;
+    for (int k = 0; k < 3; ++k) {
+        sum += fabsf(inverse_inertia.rows[k].x) + fabsf(inverse_inertia.rows[k].y) + fabsf(inverse_inertia.rows[k].z);
+    }
+    return sum == 0.0f;
+}
+
 static void xpbd_rigid_contacts_begin(pli_body* body, void* data) {
     xpbd_rigid_contacts_state* state = data;
     /* Fails only where the search was enabled after this; the contacts without room are left out then. */
@@ -52,9 +63,21 @@ static void xpbd_rigid_contacts_begin(pli_body* body, void* data) {
         *contact = (xpbd_rigid_contact){.node = from->node, .normal = from->normal};
         contact->offset = from->distance - pli_vec3_dot(from->normal, x);
         contact->coefficient = state->def.friction * from->rigid->friction;
+        contact->is_fixed = xpbd_rigid_contacts_is_fixed(from->rigid);
         contact->point.rigid = from->rigid;
         contact->point.offset = pli_vec3_sub(x, from->rigid->state.pose.origin);
     }
+}
+
+/* Along a unit vector. */
+static float xpbd_rigid_contacts_weight(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact,
+                                        pli_vec3 direction) {
+    const float weight = substep->displacements[contact->node].w;
+    return contact->is_fixed ? weight : weight + plii_xpbd_rigid_point_weight(&contact->point, direction);
+}
+
+static pli_vec3 xpbd_rigid_contacts_motion(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact) {
+    return contact->is_fixed ? contact->motion : plii_xpbd_rigid_point_motion(&contact->point, substep);
 }
 
 static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
@@ -67,8 +90,8 @@ static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_x
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(before, contact->point.moved)) + contact->offset;
         contact->floor =
             plii_xpbd_contact_recover(substep, contact->node, contact->normal, gap, 1.0f, state->def.recovery_speed);
-        contact->weight =
-            substep->displacements[contact->node].w + plii_xpbd_rigid_point_weight(&contact->point, contact->normal);
+        contact->motion = plii_xpbd_rigid_point_motion(&contact->point, substep);
+        contact->weight = xpbd_rigid_contacts_weight(substep, contact, contact->normal);
         contact->multiplier = 0.0f;
         contact->friction = pli_vec3_make(0, 0, 0);
     }
@@ -77,36 +100,44 @@ static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_x
 static void xpbd_rigid_contacts_push(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact,
                                      pli_vec3 push) {
     plii_xpbd_move(substep, contact->node, push, 1.0f);
-    plii_xpbd_rigid_point_push(&contact->point, pli_vec3_neg(push), substep);
+    if (!contact->is_fixed) { plii_xpbd_rigid_point_push(&contact->point, pli_vec3_neg(push), substep); }
+}
+
+static void xpbd_rigid_contacts_press(pli_body* body, const plii_xpbd_substep* substep,
+                                      const xpbd_rigid_contacts_state* state, xpbd_rigid_contact* contact) {
+    const pli_vec3 surface = pli_vec3_add(contact->point.moved, xpbd_rigid_contacts_motion(substep, contact));
+    const pli_vec3 to_node = pli_vec3_sub(plii_xpbd_position(body, substep, contact->node), surface);
+    const float gap = pli_vec3_dot(contact->normal, to_node) + contact->offset;
+    const float change = plii_xpbd_multiplier(gap - contact->floor, contact->weight, state->def.compliance, 0.0f,
+                                              contact->multiplier, 0.0f, substep);
+    const float multiplier = plii_max(0.0f, contact->multiplier + change);
+    if (multiplier == contact->multiplier) { return; }
+    xpbd_rigid_contacts_push(substep, contact, pli_vec3_scale(contact->normal, multiplier - contact->multiplier));
+    contact->multiplier = multiplier;
+}
+
+static void xpbd_rigid_contacts_rub(const plii_xpbd_substep* substep, xpbd_rigid_contact* contact) {
+    const pli_vec3 n = contact->normal;
+    const pli_vec3 motion =
+        pli_vec3_sub(plii_xpbd_motion(substep, contact->node), xpbd_rigid_contacts_motion(substep, contact));
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
+    const float length = pli_vec3_length(sliding);
+    if (!(length > 0.0f) || !(contact->weight > 0.0f)) { return; }
+    const float weight = xpbd_rigid_contacts_weight(substep, contact, pli_vec3_scale(sliding, 1.0f / length));
+    const pli_vec3 friction =
+        plii_xpbd_contact_friction(contact->friction, sliding, weight, contact->coefficient * contact->multiplier);
+    if (!plii_vec3_is_finite(friction)) { return; }
+    xpbd_rigid_contacts_push(substep, contact, pli_vec3_sub(friction, contact->friction));
+    contact->friction = friction;
 }
 
 static void xpbd_rigid_contacts_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
     const xpbd_rigid_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         xpbd_rigid_contact* contact = &state->contacts[i];
-        const pli_vec3 n = contact->normal;
-        const pli_vec3 surface =
-            pli_vec3_add(contact->point.moved, plii_xpbd_rigid_point_motion(&contact->point, substep));
-        const float gap =
-            pli_vec3_dot(n, pli_vec3_sub(plii_xpbd_position(body, substep, contact->node), surface)) + contact->offset;
-        const float change = plii_xpbd_multiplier(gap - contact->floor, contact->weight, state->def.compliance, 0.0f,
-                                                  contact->multiplier, 0.0f, substep);
-        const float multiplier = plii_max(0.0f, contact->multiplier + change);
-        xpbd_rigid_contacts_push(substep, contact, pli_vec3_scale(n, multiplier - contact->multiplier));
-        contact->multiplier = multiplier;
-
-        const pli_vec3 motion = pli_vec3_sub(plii_xpbd_motion(substep, contact->node),
-                                             plii_xpbd_rigid_point_motion(&contact->point, substep));
-        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
-        const float length = pli_vec3_length(sliding);
-        if (!(length > 0.0f) || !(contact->weight > 0.0f)) { continue; }
-        const float weight = substep->displacements[contact->node].w +
-                             plii_xpbd_rigid_point_weight(&contact->point, pli_vec3_scale(sliding, 1.0f / length));
-        const pli_vec3 friction =
-            plii_xpbd_contact_friction(contact->friction, sliding, weight, contact->coefficient * contact->multiplier);
-        if (!plii_vec3_is_finite(friction)) { continue; }
-        xpbd_rigid_contacts_push(substep, contact, pli_vec3_sub(friction, contact->friction));
-        contact->friction = friction;
+        xpbd_rigid_contacts_press(body, substep, state, contact);
+        const bool rubs = contact->multiplier > 0.0f || pli_vec3_length_squared(contact->friction) > 0.0f;
+        if (rubs) { xpbd_rigid_contacts_rub(substep, contact); }
     }
 }
 
