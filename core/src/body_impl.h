@@ -123,6 +123,8 @@ pli_status plii_solver_check_change(const pli_body* body, const plii_solver_clas
 
 /* Puts a body with a node that is NaN or infinite back to the start of the step and freezes it, with an event. */
 bool plii_solver_freeze_if_not_finite(pli_body* body);
+/* At the end of a prediction: bounds of the predicted positions, or of the whole way where a feature looks at it. */
+void plii_solver_update_bounds(pli_body* body);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);

@@ -82,14 +82,17 @@ PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float densit
 }
 
 /* The sum with a force; one that would change the velocity by more than its amount only cancels the velocity along
-   itself. */
+   itself. One whose square is too small for a float has no direction. */
 PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force, plii_vec3x4 velocity,
                                               plii_float4 inverse_mass, float dt) {
     const plii_float4 response = plii_float4_mul(plii_float4_all(dt), inverse_mass);
     const plii_vec3x4 change = plii_vec3x4_scale(force, response);
-    const plii_mask4 is_cut = plii_lanes_less(plii_vec3x4_dot(velocity, velocity), plii_vec3x4_dot(change, change));
+    const plii_float4 force_squared = plii_vec3x4_dot(force, force);
+    const plii_mask4 is_cut =
+        plii_lanes_both(plii_lanes_less(plii_vec3x4_dot(velocity, velocity), plii_vec3x4_dot(change, change)),
+                        plii_lanes_less(plii_float4_all(0.0f), force_squared));
     if (plii_lanes_bits(is_cut) == 0) { return plii_vec3x4_add(sum, force); }
-    const plii_vec3x4 axis = aero_divide(force, plii_float4_sqrt(plii_vec3x4_dot(force, force)));
+    const plii_vec3x4 axis = aero_divide(force, plii_float4_sqrt(force_squared));
     const plii_vec3x4 along = plii_vec3x4_scale(axis, plii_vec3x4_dot(velocity, axis));
     return plii_vec3x4_select(is_cut, plii_vec3x4_sub(sum, aero_divide(along, response)), plii_vec3x4_add(sum, force));
 }

@@ -10,10 +10,22 @@ typedef struct volume_state {
     float rest_volume; /* m^3 */
 } volume_state;
 
+/* Change of the volume in a step by a unit of pressure: steps add dt^2 w times the force to positions. */
+static float volume_response(const pli_body* body, float dt) {
+    float sum = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += body->positions[i].w * body->areas[i] * body->areas[i];
+    }
+    return dt * dt * sum;
+}
+
+/* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
+   overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
     const volume_state* volume = state;
-    const float scale = (volume->rest_volume - plii_body_volume(body)) * volume->coefficient;
+    const float response = volume_response(body, step->dt);
+    const float coefficient = response * volume->coefficient > 2.0f ? 2.0f / response : volume->coefficient;
+    const float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
     plii_forces_add_along_normals(body, scale);
 }
 

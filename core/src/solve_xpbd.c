@@ -83,7 +83,7 @@ static void xpbd_predict(pli_body* body, float dt) {
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     if (plii_solver_freeze_if_not_finite(body)) { return; }
-    plii_body_update_bounds(body);
+    plii_solver_update_bounds(body);
 }
 
 static void xpbd_move_freely(pli_body* body, xpbd_state* state, float dt) {

@@ -59,6 +59,15 @@ static void solver_move(pli_body* body, float dt) {
     }
 }
 
+void plii_solver_update_bounds(pli_body* body) {
+    const pli_bounds before = body->bounds;
+    plii_body_update_bounds(body);
+    if (body->sweeping_features > 0) {
+        body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
+        body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
+    }
+}
+
 static void solver_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
@@ -69,12 +78,7 @@ static void solver_predict(pli_body* body, float dt) {
     solver_move(body, step->dt);
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     if (plii_solver_freeze_if_not_finite(body)) { return; }
-    const pli_bounds before = body->bounds;
-    plii_body_update_bounds(body);
-    if (body->sweeping_features > 0) {
-        body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
-        body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
-    }
+    plii_solver_update_bounds(body);
 }
 
 // ------------------------------------------------------------------------------------------------- iterations

@@ -19,6 +19,14 @@ StabilityCase hanging_sheet(const std::string& group, const std::string& name, c
     return made;
 }
 
+void set_gravity(StabilityCase& which, float gravity) {
+    const auto build = which.build;
+    which.build = [build, gravity](scene_builder* builder) {
+        scene_set_gravity(builder, pli_vec3_make(0, -gravity, 0));
+        build(builder);
+    };
+}
+
 SheetDef held_sheet() {
     SheetDef sheet;
     sheet.pins = PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10;
@@ -85,13 +93,16 @@ void add_sizes(std::vector<StabilityCase>& cases) {
     const struct {
         const char* name;
         float size;
-    } sizes[] = {{"hanging sheet of 1 mm", 0.001f}, {"hanging sheet of 1 km", 1000}};
+    } sizes[] = {{"hanging sheet of 1 mm, gravity to scale", 0.001f},
+                 {"hanging sheet of 1 km, gravity to scale", 1000}};
     for (const auto& each : sizes) {
         SheetDef sheet = held_sheet();
         sheet.half_width = 0.5f * each.size;
         sheet.node_mass = 0.01f * each.size * each.size; // the same cloth
-        sheet.stiffness = 1000 * each.size;              // the same strain under its weight
+        sheet.stiffness = 1000 * each.size * each.size;  // the same strain under its weight
         cases.push_back(hanging_sheet("coordinates", each.name, sheet));
+        // A step is as long for it as for the sheet of 1 m: only the numbers are others.
+        set_gravity(cases.back(), 10 * each.size);
     }
     SheetDef sheet = held_sheet();
     sheet.center = pli_vec3_make(1e4f, 1e4f, -1e4f);
@@ -105,11 +116,7 @@ void add_gravities(std::vector<StabilityCase>& cases) {
         char name[64];
         std::snprintf(name, sizeof name, "hanging sheet, %g m/s2", static_cast<double>(gravity));
         cases.push_back(hanging_sheet("gravity", name, sheet));
-        const auto build = cases.back().build;
-        cases.back().build = [build, gravity](scene_builder* builder) {
-            scene_set_gravity(builder, pli_vec3_make(0, -gravity, 0));
-            build(builder);
-        };
+        set_gravity(cases.back(), gravity);
     }
 }
 

@@ -43,7 +43,8 @@ void set_state(Engine& engine, int soft, const std::vector<pli_vec3>& positions,
         return;
     }
     btSoftBody& body = static_cast<BulletEngine&>(engine).body(soft);
-    body.updateConstants(); // else the first step would take the new shape for the shape at rest
+    body.updateConstants();
+    body.m_bUpdateRtCst = false; // else the first step would take the new shape for the shape at rest
     for (int i = 0; i < body.m_nodes.size(); ++i) {
         const auto index = static_cast<size_t>(i);
         body.m_nodes[i].m_x = body.m_nodes[i].m_q = to_bullet(positions[index]);
