@@ -10,27 +10,23 @@
 enum { LINKS_BATCH = 8 }; /* groups */
 
 typedef struct links_group {
-    plii_float8 x, y, z;        /* from the first nodes to the others */
-    plii_float8 mass_a, mass_b; /* inverse masses, later moves along x, y, z */
+    plii_packed8 delta;         /* from the first nodes to the others */
+    plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
     plii_float8 excess, divisor;
 } links_group;
 
-PLII_SIMD_INLINE void links_measure(links_group* group, plii_packed8 packed_a, plii_packed8 packed_b, plii_float8 rest,
+PLII_SIMD_INLINE void links_measure(links_group* group, plii_packed8 a, plii_packed8 b, plii_float8 rest,
                                     plii_float8 inverse_stiffness) {
-    const plii_records8 a = plii_packed8_turn(packed_a), b = plii_packed8_turn(packed_b);
-    const plii_float8 x = plii_float8_sub(b.x, a.x), y = plii_float8_sub(b.y, a.y), z = plii_float8_sub(b.z, a.z);
-    const plii_float8 length =
-        plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
-    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(a.w, b.w), inverse_stiffness);
+    group->delta = plii_packed8_sub(b, a);
+    const plii_records8 d = plii_packed8_turn(group->delta);
+    const plii_float8 length = plii_float8_add(plii_float8_add(plii_float8_mul(d.x, d.x), plii_float8_mul(d.y, d.y)),
+                                               plii_float8_mul(d.z, d.z));
+    group->mass_a = plii_packed8_turn(a).w;
+    group->mass_b = plii_packed8_turn(b).w;
+    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(group->mass_a, group->mass_b), inverse_stiffness);
     const plii_float8 sum = plii_float8_add(rest, length);
-    *group =
-        (links_group){x,
-                      y,
-                      z,
-                      a.w,
-                      b.w,
-                      plii_float8_sub(rest, length),
-                      plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum))};
+    group->excess = plii_float8_sub(rest, length);
+    group->divisor = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
 }
 
 /* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
@@ -69,14 +65,12 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
         for (int i = 0; i < count; ++i) {
             const links_group* g = &groups[i];
             pli_vec4* at = first + i * step;
-            const plii_float8 ax = plii_float8_mul(g->x, g->mass_a), bx = plii_float8_mul(g->x, g->mass_b);
-            const plii_float8 ay = plii_float8_mul(g->y, g->mass_a), by = plii_float8_mul(g->y, g->mass_b);
-            const plii_float8 az = plii_float8_mul(g->z, g->mass_a), bz = plii_float8_mul(g->z, g->mass_b);
+            const plii_packed8 a = plii_packed8_scale(g->delta, g->mass_a), b = plii_packed8_scale(g->delta, g->mass_b);
             if (is_mixed) {
-                plii_records8_add_mixed(at, ax, ay, az, bx, by, bz);
+                plii_packed8_add_to_mixed(at, a, b);
             } else {
-                plii_records8_add(at, stride, ax, ay, az);
-                plii_records8_add(at + offset, stride, bx, by, bz);
+                plii_packed8_add_to(at, stride, a);
+                plii_packed8_add_to(at + offset, stride, b);
             }
         }
         first += count * step;
@@ -103,10 +97,8 @@ PLII_SIMD_INLINE void links_measure_block(links_group* group, const plii_links_t
 }
 PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions, const uint32_t* a,
                                        const uint32_t* b) {
-    plii_records8_add_scattered(positions, a, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
-                                plii_float8_mul(g->z, g->mass_a));
-    plii_records8_add_scattered(positions, b, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
-                                plii_float8_mul(g->z, g->mass_b));
+    plii_packed8_add_to_scattered(positions, a, plii_packed8_scale(g->delta, g->mass_a));
+    plii_packed8_add_to_scattered(positions, b, plii_packed8_scale(g->delta, g->mass_b));
 }
 
 static void links_blocks(const plii_links_task* task, int begin, int end) {

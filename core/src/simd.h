@@ -155,43 +155,47 @@ PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed
     *b = (plii_packed8){{_mm256_permute2f128_ps(r0, r1, 0x31), _mm256_permute2f128_ps(r2, r3, 0x31),
                          _mm256_permute2f128_ps(r4, r5, 0x31), _mm256_permute2f128_ps(r6, r7, 0x31)}};
 }
+
+/* x, y, z of each record times the number in its lane, w 0. */
+PLII_SIMD_INLINE plii_packed8 plii_packed8_scale(plii_packed8 a, plii_float8 factors) {
+    const __m256 zero = _mm256_setzero_ps();
+    return (plii_packed8){{_mm256_blend_ps(_mm256_mul_ps(a.pairs[0], _mm256_permute_ps(factors, 0x00)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[1], _mm256_permute_ps(factors, 0x55)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[2], _mm256_permute_ps(factors, 0xaa)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[3], _mm256_permute_ps(factors, 0xff)), zero, 0x88)}};
+}
+PLII_SIMD_INLINE void plii_packed8_add_to(pli_vec4* first, ptrdiff_t stride, plii_packed8 change) {
+    if (stride == 1) {
+        plii_simd_add_neighbours(first, change.pairs[0]);
+        plii_simd_add_neighbours(first + 2, change.pairs[1]);
+        plii_simd_add_neighbours(first + 4, change.pairs[2]);
+        plii_simd_add_neighbours(first + 6, change.pairs[3]);
+        return;
+    }
+    plii_simd_add_pair(first, first + stride, change.pairs[0]);
+    plii_simd_add_pair(first + 2 * stride, first + 3 * stride, change.pairs[1]);
+    plii_simd_add_pair(first + 4 * stride, first + 5 * stride, change.pairs[2]);
+    plii_simd_add_pair(first + 6 * stride, first + 7 * stride, change.pairs[3]);
+}
 PLII_SIMD_INLINE void plii_simd_add_mixed(pli_vec4* first, plii_float8 a, plii_float8 b) {
     plii_simd_add_neighbours(first, _mm256_permute2f128_ps(a, b, 0x20));
     plii_simd_add_neighbours(first + 2, _mm256_permute2f128_ps(a, b, 0x31));
 }
-PLII_SIMD_INLINE void plii_records8_add_mixed(pli_vec4* first, plii_float8 ax, plii_float8 ay, plii_float8 az,
-                                              plii_float8 bx, plii_float8 by, plii_float8 bz) {
-    const plii_records8 a = plii_simd_turn(ax, ay, az, plii_float8_all(0.0f));
-    const plii_records8 b = plii_simd_turn(bx, by, bz, plii_float8_all(0.0f));
-    plii_simd_add_mixed(first, a.x, b.x);
-    plii_simd_add_mixed(first + 4, a.y, b.y);
-    plii_simd_add_mixed(first + 8, a.z, b.z);
-    plii_simd_add_mixed(first + 12, a.w, b.w);
+PLII_SIMD_INLINE void plii_packed8_add_to_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
+    plii_simd_add_mixed(first, a.pairs[0], b.pairs[0]);
+    plii_simd_add_mixed(first + 4, a.pairs[1], b.pairs[1]);
+    plii_simd_add_mixed(first + 8, a.pairs[2], b.pairs[2]);
+    plii_simd_add_mixed(first + 12, a.pairs[3], b.pairs[3]);
 }
-
-/* Adds x, y, z to records, and 0 to their w. */
-PLII_SIMD_INLINE void plii_records8_add_scattered(pli_vec4* records, const uint32_t* places, plii_float8 x,
-                                                  plii_float8 y, plii_float8 z) {
-    const plii_records8 t = plii_simd_turn(x, y, z, plii_float8_all(0.0f));
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[0]), plii_simd_at_mutable(records, places[1]), t.x);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[2]), plii_simd_at_mutable(records, places[3]), t.y);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[4]), plii_simd_at_mutable(records, places[5]), t.z);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]), t.w);
-}
-PLII_SIMD_INLINE void plii_records8_add(pli_vec4* first, ptrdiff_t stride, plii_float8 x, plii_float8 y,
-                                        plii_float8 z) {
-    const plii_records8 t = plii_simd_turn(x, y, z, plii_float8_all(0.0f));
-    if (stride == 1) {
-        plii_simd_add_neighbours(first, t.x);
-        plii_simd_add_neighbours(first + 2, t.y);
-        plii_simd_add_neighbours(first + 4, t.z);
-        plii_simd_add_neighbours(first + 6, t.w);
-        return;
-    }
-    plii_simd_add_pair(first, first + stride, t.x);
-    plii_simd_add_pair(first + 2 * stride, first + 3 * stride, t.y);
-    plii_simd_add_pair(first + 4 * stride, first + 5 * stride, t.z);
-    plii_simd_add_pair(first + 6 * stride, first + 7 * stride, t.w);
+PLII_SIMD_INLINE void plii_packed8_add_to_scattered(pli_vec4* records, const uint32_t* places, plii_packed8 change) {
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[0]), plii_simd_at_mutable(records, places[1]),
+                       change.pairs[0]);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[2]), plii_simd_at_mutable(records, places[3]),
+                       change.pairs[1]);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[4]), plii_simd_at_mutable(records, places[5]),
+                       change.pairs[2]);
+    plii_simd_add_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]),
+                       change.pairs[3]);
 }
 
 #elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
@@ -242,6 +246,14 @@ PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
 }
+/* x, y, z of each record times the number in its lane, w 0. */
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+    const __m128 xyz = _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1));
+    r[0] = _mm_and_ps(_mm_mul_ps(r[0], _mm_shuffle_ps(factors, factors, 0x00)), xyz);
+    r[1] = _mm_and_ps(_mm_mul_ps(r[1], _mm_shuffle_ps(factors, factors, 0x55)), xyz);
+    r[2] = _mm_and_ps(_mm_mul_ps(r[2], _mm_shuffle_ps(factors, factors, 0xaa)), xyz);
+    r[3] = _mm_and_ps(_mm_mul_ps(r[3], _mm_shuffle_ps(factors, factors, 0xff)), xyz);
+}
 
 #elif defined(PLII_SIMD_NEON)
 #include <arm_neon.h>
@@ -291,6 +303,12 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[1] = xy.val[1];
     r[2] = zw.val[0];
     r[3] = zw.val[1];
+}
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+    r[0] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[0], factors, 0), 3);
+    r[1] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[1], factors, 1), 3);
+    r[2] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[2], factors, 2), 3);
+    r[3] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[3], factors, 3), 3);
 }
 
 #else
@@ -356,6 +374,12 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[1] = (plii_float4){{a.lanes[1], b.lanes[1], c.lanes[1], d.lanes[1]}};
     r[2] = (plii_float4){{a.lanes[2], b.lanes[2], c.lanes[2], d.lanes[2]}};
     r[3] = (plii_float4){{a.lanes[3], b.lanes[3], c.lanes[3], d.lanes[3]}};
+}
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+    for (int k = 0; k < 4; ++k) {
+        const float factor = factors.lanes[k];
+        r[k] = (plii_float4){{r[k].lanes[0] * factor, r[k].lanes[1] * factor, r[k].lanes[2] * factor, 0.0f}};
+    }
 }
 
 #endif
@@ -438,48 +462,43 @@ PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
     return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
 }
 
+PLII_SIMD_INLINE plii_packed8 plii_packed8_scale(plii_packed8 a, plii_float8 factors) {
+    plii_float4 even[4] = {a.records[0], a.records[2], a.records[4], a.records[6]};
+    plii_float4 odd[4] = {a.records[1], a.records[3], a.records[5], a.records[7]};
+    plii_float4_scale_xyz(even, factors.low);
+    plii_float4_scale_xyz(odd, factors.high);
+    return (plii_packed8){{even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]}};
+}
 PLII_SIMD_INLINE void plii_simd_add_to(pli_vec4* record, plii_float4 change) {
     plii_float4_to(record, plii_float4_add(plii_float4_from(record), change));
 }
-PLII_SIMD_INLINE void plii_records8_add_scattered(pli_vec4* records, const uint32_t* places, plii_float8 x,
-                                                  plii_float8 y, plii_float8 z) {
-    plii_float4 even[4] = {x.low, y.low, z.low, plii_float4_all(0.0f)};
-    plii_float4 odd[4] = {x.high, y.high, z.high, plii_float4_all(0.0f)};
-    plii_float4_turn(even);
-    plii_float4_turn(odd);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[0]), even[0]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[1]), odd[0]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[2]), even[1]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[3]), odd[1]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[4]), even[2]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[5]), odd[2]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[6]), even[3]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[7]), odd[3]);
+PLII_SIMD_INLINE void plii_packed8_add_to(pli_vec4* first, ptrdiff_t stride, plii_packed8 change) {
+    plii_simd_add_to(first, change.records[0]);
+    plii_simd_add_to(first + stride, change.records[1]);
+    plii_simd_add_to(first + 2 * stride, change.records[2]);
+    plii_simd_add_to(first + 3 * stride, change.records[3]);
+    plii_simd_add_to(first + 4 * stride, change.records[4]);
+    plii_simd_add_to(first + 5 * stride, change.records[5]);
+    plii_simd_add_to(first + 6 * stride, change.records[6]);
+    plii_simd_add_to(first + 7 * stride, change.records[7]);
 }
-PLII_SIMD_INLINE void plii_records8_add(pli_vec4* first, ptrdiff_t stride, plii_float8 x, plii_float8 y,
-                                        plii_float8 z) {
-    plii_float4 even[4] = {x.low, y.low, z.low, plii_float4_all(0.0f)};
-    plii_float4 odd[4] = {x.high, y.high, z.high, plii_float4_all(0.0f)};
-    plii_float4_turn(even);
-    plii_float4_turn(odd);
-    plii_simd_add_to(first, even[0]);
-    plii_simd_add_to(first + stride, odd[0]);
-    plii_simd_add_to(first + 2 * stride, even[1]);
-    plii_simd_add_to(first + 3 * stride, odd[1]);
-    plii_simd_add_to(first + 4 * stride, even[2]);
-    plii_simd_add_to(first + 5 * stride, odd[2]);
-    plii_simd_add_to(first + 6 * stride, even[3]);
-    plii_simd_add_to(first + 7 * stride, odd[3]);
+PLII_SIMD_INLINE void plii_packed8_add_to_scattered(pli_vec4* records, const uint32_t* places, plii_packed8 change) {
+    plii_simd_add_to(plii_simd_at_mutable(records, places[0]), change.records[0]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[1]), change.records[1]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[2]), change.records[2]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[3]), change.records[3]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[4]), change.records[4]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[5]), change.records[5]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[6]), change.records[6]);
+    plii_simd_add_to(plii_simd_at_mutable(records, places[7]), change.records[7]);
 }
-
 PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
     *a = plii_packed8_load(first, 2);
     *b = plii_packed8_load(first + 1, 2);
 }
-PLII_SIMD_INLINE void plii_records8_add_mixed(pli_vec4* first, plii_float8 ax, plii_float8 ay, plii_float8 az,
-                                              plii_float8 bx, plii_float8 by, plii_float8 bz) {
-    plii_records8_add(first, 2, ax, ay, az);
-    plii_records8_add(first + 1, 2, bx, by, bz);
+PLII_SIMD_INLINE void plii_packed8_add_to_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
+    plii_packed8_add_to(first, 2, a);
+    plii_packed8_add_to(first + 1, 2, b);
 }
 
 #endif

@@ -2,10 +2,12 @@
    velocities from the motion. Macklin, Mueller, Chentanez, "XPBD", and Macklin and others, "Small Steps in Physics
    Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
 
+#include "lanes.h"
+
 #include "world_impl.h"
 #include "xpbd_impl.h"
 
-enum { XPBD_MAX_KINDS = 16 };
+enum { XPBD_MAX_KINDS = 16, XPBD_NODES_GRAIN = 2048 };
 
 /* By order; equals as they came. */
 typedef struct xpbd_kinds {
@@ -20,7 +22,7 @@ typedef struct xpbd_state {
     xpbd_kinds kinds;        /* that only this solver has */
     pli_vec4* displacements; /* [node_count], as all that follow */
     pli_vec4* carried;
-    pli_vec3* accelerations; /* m/s^2 without constraints, in this step */
+    pli_vec4* accelerations; /* m/s^2 without constraints, in this step */
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
@@ -63,7 +65,7 @@ static void xpbd_take_accelerations(pli_body* body, xpbd_state* state, const pli
             acceleration = pli_vec3_add(acceleration, body->world->def.gravity);
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
-        state->accelerations[i] = acceleration;
+        plii_set_xyz(&state->accelerations[i], acceleration);
     }
 }
 
@@ -74,45 +76,84 @@ static void xpbd_predict(pli_body* body, float dt) {
     step->inverse_dt = 1.0f / step->dt;
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
     xpbd_take_accelerations(body, state, step);
+    const plii_float4 whole_dt = plii_float4_all(step->dt);
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 position = plii_xyz(body->positions[i]);
-        const pli_vec3 velocity =
-            pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(state->accelerations[i], step->dt));
-        plii_set_xyz(&body->previous[i], position);
-        plii_set_xyz(&body->positions[i], pli_vec3_add(position, pli_vec3_scale(velocity, step->dt)));
+        const plii_float4 position = plii_float4_from(&body->positions[i]);
+        const plii_float4 gained = plii_float4_mul(plii_float4_from(&state->accelerations[i]), whole_dt);
+        const plii_float4 velocity = plii_float4_add(plii_float4_from(&body->velocities[i]), gained);
+        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
+        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, whole_dt)));
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     if (plii_solver_freeze_if_not_finite(body)) { return; }
     plii_solver_update_bounds(body);
 }
 
-static void xpbd_move_freely(pli_body* body, xpbd_state* state, float dt) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 velocity =
-            pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(state->accelerations[i], dt));
-        plii_set_xyz(&body->velocities[i], velocity);
-        plii_set_xyz(&state->displacements[i], pli_vec3_add(plii_xyz(state->carried[i]), pli_vec3_scale(velocity, dt)));
+/* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements
+   and what is carried on is the inverse mass. */
+typedef struct xpbd_pass {
+    pli_body* body;
+    const xpbd_state* state;
+    float dt, inverse_dt; /* of the substep */
+} xpbd_pass;
+
+PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity, plii_float4 carried) {
+    const xpbd_state* state = pass->state;
+    const plii_float4 dt = plii_float4_all(pass->dt);
+    velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&state->accelerations[node]), dt));
+    plii_float4_to(&pass->body->velocities[node], velocity);
+    plii_float4_to(&state->displacements[node], plii_float4_add(carried, plii_float4_mul(velocity, dt)));
+}
+
+static void xpbd_move_range(int begin, int end, void* task) {
+    const xpbd_pass* pass = task;
+    for (int i = begin; i < end; ++i) {
+        xpbd_move_node(pass, i, plii_float4_from(&pass->body->velocities[i]),
+                       plii_float4_from(&pass->state->carried[i]));
     }
 }
 
 /* Velocities get what constraints changed: the whole motion over dt would give them the rounding of dt * (1 / dt) in
-   every substep. */
-static void xpbd_finish_substep(pli_body* body, xpbd_state* state, const plii_xpbd_substep* substep) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 before = plii_xyz(body->positions[i]), displacement = plii_xyz(state->displacements[i]);
-        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
-        if (body->positions[i].w > 0.0f) {
-            const pli_vec3 change = pli_vec3_sub(plii_xpbd_motion(substep, i), pli_vec3_scale(velocity, substep->dt));
-            plii_set_xyz(&body->velocities[i], pli_vec3_add(velocity, pli_vec3_scale(change, substep->inverse_dt)));
-        }
-        const pli_vec3 after = pli_vec3_add(before, displacement);
-        plii_set_xyz(&body->positions[i], after);
-        plii_set_xyz(&state->carried[i], pli_vec3_sub(displacement, pli_vec3_sub(after, before)));
+   every substep. Pinned nodes keep theirs. */
+PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4* carried) {
+    const plii_float4 before = plii_float4_from(&pass->body->positions[node]);
+    const plii_float4 displacement = plii_float4_from(&pass->state->displacements[node]);
+    const plii_float4 velocity = plii_float4_from(&pass->body->velocities[node]);
+    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->state->carried[node]));
+    const plii_float4 change = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(pass->dt)));
+    const plii_float4 changed = plii_float4_add(velocity, plii_float4_mul(change, plii_float4_all(pass->inverse_dt)));
+    const plii_float4 after = plii_float4_add(before, plii_lanes_xyz(displacement));
+    *carried = plii_float4_sub(displacement, plii_float4_sub(after, before));
+    plii_float4_to(&pass->body->positions[node], after);
+    plii_float4_to(&pass->state->carried[node], *carried);
+    return plii_lanes_select(plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(before)), changed, velocity);
+}
+
+static void xpbd_finish_range(int begin, int end, void* task) {
+    const xpbd_pass* pass = task;
+    for (int i = begin; i < end; ++i) {
+        plii_float4 carried;
+        plii_float4_to(&pass->body->velocities[i], xpbd_finish_node(pass, i, &carried));
     }
 }
 
-static void xpbd_substep(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds, const plii_xpbd_substep* substep) {
-    xpbd_move_freely(body, state, substep->dt);
+static void xpbd_finish_and_move_range(int begin, int end, void* task) {
+    const xpbd_pass* pass = task;
+    for (int i = begin; i < end; ++i) {
+        plii_float4 carried;
+        const plii_float4 velocity = xpbd_finish_node(pass, i, &carried);
+        xpbd_move_node(pass, i, velocity, carried);
+    }
+}
+
+static void xpbd_run_pass(pli_body* body, const xpbd_state* state, const plii_xpbd_substep* substep,
+                          pli_range_fn* range) {
+    xpbd_pass pass = {body, state, substep->dt, substep->inverse_dt};
+    plii_parallel_for(body->context, range, &pass, body->node_count, XPBD_NODES_GRAIN);
+}
+
+static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds,
+                       const plii_xpbd_substep* substep) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
     }
@@ -121,9 +162,24 @@ static void xpbd_substep(pli_body* body, xpbd_state* state, const xpbd_kinds* ki
             kinds->at[k]->sweep(body, kinds->states[k], substep);
         }
     }
-    xpbd_finish_substep(body, state, substep);
+}
+
+static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds,
+                          plii_xpbd_substep* substep) {
+    bool has_finish = false;
     for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
+        has_finish = has_finish || kinds->at[k]->finish != NULL;
+    }
+    const int count = state->def.substeps;
+    for (substep->index = 0; substep->index < count; ++substep->index) {
+        const bool is_moved = substep->index > 0 && !has_finish;
+        if (!is_moved) { xpbd_run_pass(body, state, substep, xpbd_move_range); }
+        xpbd_sweep(body, state, kinds, substep);
+        const bool moves_on = substep->index + 1 < count && !has_finish;
+        xpbd_run_pass(body, state, substep, moves_on ? xpbd_finish_and_move_range : xpbd_finish_range);
+        for (int k = 0; k < kinds->count; ++k) {
+            if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
+        }
     }
 }
 
@@ -141,14 +197,11 @@ static void xpbd_solve(pli_body* body) {
     }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
-        state->displacements[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
-        state->carried[i] = (pli_vec4){0};
+        state->displacements[i] = state->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
     }
-    for (substep.index = 0; substep.index < state->def.substeps; ++substep.index) {
-        xpbd_substep(body, state, &kinds, &substep);
-    }
+    xpbd_substeps(body, state, &kinds, &substep);
     const float kept = 1.0f - body->solver.velocity_damping;
-    for (int i = 0; i < body->node_count; ++i) {
+    for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
         if (body->positions[i].w > 0.0f) {
             plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), kept));
         }
@@ -195,7 +248,7 @@ static void xpbd_disable(pli_body* body, void* data) {
 
 static size_t xpbd_bytes(const pli_body* body, const void* data) {
     (void)data;
-    return (size_t)body->node_count * (2 * sizeof(pli_vec4) + sizeof(pli_vec3));
+    return (size_t)body->node_count * (3 * sizeof(pli_vec4));
 }
 
 static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
@@ -204,7 +257,7 @@ static int xpbd_topology_blocks(const pli_body* body, const void* data, const pl
     (void)data;
     sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
     sizes[1] = (size_t)change->node_count * sizeof(pli_vec4);
-    sizes[2] = (size_t)change->node_count * sizeof(pli_vec3);
+    sizes[2] = (size_t)change->node_count * sizeof(pli_vec4);
     return 3;
 }
 

@@ -12,7 +12,7 @@ typedef struct plii_xpbd_substep {
     float dt, inverse_dt;    /* s, of the substep */
     int index;               /* of the substep in the step */
     pli_vec4* displacements; /* [node_count] m; w = inverse mass */
-    pli_vec4* carried;       /* [node_count] m, the displacements at the start of the substep */
+    pli_vec4* carried;       /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
 } plii_xpbd_substep;
 
 typedef void plii_xpbd_run_fn(pli_body* body, void* state, const plii_xpbd_substep* substep);

@@ -9,10 +9,10 @@
 enum { XPBD_LINKS_BATCH = 8 }; /* groups */
 
 typedef struct xpbd_links_group {
-    plii_float8 x, y, z; /* from the first nodes to the others */
+    plii_packed8 delta; /* from the first nodes to the others */
     plii_float8 length_squared;
-    plii_float8 motion;         /* along x, y, z in this substep, where it is damped */
-    plii_float8 mass_a, mass_b; /* inverse masses, later moves along x, y, z */
+    plii_float8 motion;         /* along delta in this substep, where it is damped */
+    plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
 } xpbd_links_group;
 
 /* The nodes of a group: where they were, how far they moved, and how far when the substep began. */
@@ -26,12 +26,10 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_dot(plii_float8 ax, plii_float8 ay, plii
 }
 
 PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nodes a, xpbd_links_nodes b) {
-    const plii_records8 delta = plii_packed8_turn(plii_packed8_add(plii_packed8_sub(b.positions, a.positions),
-                                                                   plii_packed8_sub(b.displacements, a.displacements)));
-    group->x = delta.x;
-    group->y = delta.y;
-    group->z = delta.z;
-    group->length_squared = xpbd_links_dot(delta.x, delta.y, delta.z, delta.x, delta.y, delta.z);
+    group->delta = plii_packed8_add(plii_packed8_sub(b.positions, a.positions),
+                                    plii_packed8_sub(b.displacements, a.displacements));
+    const plii_records8 d = plii_packed8_turn(group->delta);
+    group->length_squared = xpbd_links_dot(d.x, d.y, d.z, d.x, d.y, d.z);
     group->motion = plii_float8_all(0.0f);
     group->mass_a = plii_packed8_turn(a.displacements).w;
     group->mass_b = plii_packed8_turn(b.displacements).w;
@@ -42,7 +40,13 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
                                                 plii_packed8 carried_b) {
     const plii_records8 motion = plii_packed8_turn(
         plii_packed8_sub(plii_packed8_sub(displacements_b, carried_b), plii_packed8_sub(displacements_a, carried_a)));
-    group->motion = xpbd_links_dot(group->x, group->y, group->z, motion.x, motion.y, motion.z);
+    const plii_records8 d = plii_packed8_turn(group->delta);
+    group->motion = xpbd_links_dot(d.x, d.y, d.z, motion.x, motion.y, motion.z);
+}
+
+PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
+    a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
+    return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
 }
 
 /* plii_xpbd_multiplier, then the moves. Links without length have no direction; lanes without a link have an infinite
@@ -51,20 +55,24 @@ PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd
                                         const float* rest_lengths, float* multipliers) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(group->length_squared);
-    const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length), divisor = weight;
+    plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length), move;
     if (is_soft) {
+        const plii_float8 inverse =
+            plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
         const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
         force = plii_float8_sub(plii_float8_sub(force, plii_float8_mul(alpha, plii_float8_load(multipliers))),
                                 plii_float8_mul(gamma, plii_float8_mul(group->motion, inverse)));
-        divisor = plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
+        const plii_float8 divisor =
+            plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
+        const plii_float8 change =
+            xpbd_links_where_finite(plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor)));
+        plii_float8_store(multipliers, plii_float8_add(plii_float8_load(multipliers), change));
+        move = plii_float8_mul(change, inverse);
+    } else {
+        const plii_float8 divisor = plii_float8_mul(weight, length);
+        move = xpbd_links_where_finite(plii_float8_where_greater(divisor, zero, plii_float8_div(force, divisor)));
     }
-    plii_float8 change = plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor));
-    change = plii_float8_where_greater(plii_float8_all(INFINITY), change, change);
-    change = plii_float8_where_greater(change, plii_float8_all(-INFINITY), change);
-    if (is_soft) { plii_float8_store(multipliers, plii_float8_add(plii_float8_load(multipliers), change)); }
-    const plii_float8 move = plii_float8_mul(change, inverse);
     group->mass_a = plii_float8_mul(group->mass_a, plii_float8_negate(move));
     group->mass_b = plii_float8_mul(group->mass_b, move);
 }
@@ -95,10 +103,11 @@ PLII_SIMD_INLINE void xpbd_links_load_motion(xpbd_links_group* group, const plii
 }
 
 PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end,
-                                     ptrdiff_t stride) {
+                                     ptrdiff_t stride, ptrdiff_t offset) {
     const plii_xpbd_link_softness* softness = xpbd_links_softness(task, run->tag);
     const bool is_soft = xpbd_links_is_soft(softness), is_damped = xpbd_links_is_damped(softness);
-    const ptrdiff_t step = PLII_LINK_GROUP * stride, offset = run->offset;
+    const ptrdiff_t step = PLII_LINK_GROUP * stride;
+    const bool is_mixed = stride == 2 && offset == 1;
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
     ptrdiff_t first = run->node + step * begin;
     xpbd_links_group groups[XPBD_LINKS_BATCH];
@@ -106,7 +115,16 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         const int count = left < XPBD_LINKS_BATCH ? left : XPBD_LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
             const ptrdiff_t a = first + i * step;
-            xpbd_links_measure(&groups[i], xpbd_links_load(task, a, stride), xpbd_links_load(task, a + offset, stride));
+            xpbd_links_nodes nodes_a, nodes_b;
+            if (is_mixed) {
+                plii_packed8_load_mixed(task->body->positions + a, &nodes_a.positions, &nodes_b.positions);
+                plii_packed8_load_mixed(task->substep->displacements + a, &nodes_a.displacements,
+                                        &nodes_b.displacements);
+            } else {
+                nodes_a = xpbd_links_load(task, a, stride);
+                nodes_b = xpbd_links_load(task, a + offset, stride);
+            }
+            xpbd_links_measure(&groups[i], nodes_a, nodes_b);
             if (is_damped) { xpbd_links_load_motion(&groups[i], task->substep, a, a + offset, stride); }
         }
         for (int i = 0; i < count; ++i) {
@@ -115,11 +133,14 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         }
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
-            pli_vec4* a = task->substep->displacements + first + i * step;
-            plii_records8_add(a, stride, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
-                              plii_float8_mul(g->z, g->mass_a));
-            plii_records8_add(a + offset, stride, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
-                              plii_float8_mul(g->z, g->mass_b));
+            pli_vec4* at = task->substep->displacements + first + i * step;
+            const plii_packed8 a = plii_packed8_scale(g->delta, g->mass_a), b = plii_packed8_scale(g->delta, g->mass_b);
+            if (is_mixed) {
+                plii_packed8_add_to_mixed(at, a, b);
+            } else {
+                plii_packed8_add_to(at, stride, a);
+                plii_packed8_add_to(at + offset, stride, b);
+            }
         }
         first += count * step;
         slot += PLII_LINK_GROUP * count;
@@ -128,15 +149,12 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
 
 /* The strides of grids get code of their own. */
 static void xpbd_links_run_any(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end) {
-    switch (run->stride) {
-    case 1:
-        xpbd_links_run(task, run, begin, end, 1);
-        return;
-    case 2:
-        xpbd_links_run(task, run, begin, end, 2);
-        return;
-    default:
-        xpbd_links_run(task, run, begin, end, run->stride);
+    if (run->stride == 1) {
+        xpbd_links_run(task, run, begin, end, 1, run->offset);
+    } else if (run->stride == 2 && run->offset == 1) {
+        xpbd_links_run(task, run, begin, end, 2, 1);
+    } else {
+        xpbd_links_run(task, run, begin, end, run->stride, run->offset);
     }
 }
 
@@ -158,10 +176,8 @@ PLII_SIMD_INLINE void xpbd_links_measure_block(xpbd_links_group* group, const pl
 }
 PLII_SIMD_INLINE void xpbd_links_move_block(const xpbd_links_group* g, pli_vec4* displacements, const uint32_t* a,
                                             const uint32_t* b) {
-    plii_records8_add_scattered(displacements, a, plii_float8_mul(g->x, g->mass_a), plii_float8_mul(g->y, g->mass_a),
-                                plii_float8_mul(g->z, g->mass_a));
-    plii_records8_add_scattered(displacements, b, plii_float8_mul(g->x, g->mass_b), plii_float8_mul(g->y, g->mass_b),
-                                plii_float8_mul(g->z, g->mass_b));
+    plii_packed8_add_to_scattered(displacements, a, plii_packed8_scale(g->delta, g->mass_a));
+    plii_packed8_add_to_scattered(displacements, b, plii_packed8_scale(g->delta, g->mass_b));
 }
 
 static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int end) {

@@ -6,7 +6,7 @@ namespace demos {
 
 namespace {
 
-constexpr int parts_per_thread = 4, most_parts = 60000;
+constexpr int parts_per_thread = 4;
 constexpr int looks_before_sleep = 20000, looks_before_yield = 2000; // some 40 cycles each
 
 void pause_briefly() {
@@ -20,16 +20,16 @@ void pause_briefly() {
 } // namespace
 
 uint64_t ThreadPool::pack(Ticket ticket) {
-    return static_cast<uint64_t>(ticket.job) << 32 | static_cast<uint64_t>(ticket.next) << 16 | ticket.parts;
+    return static_cast<uint64_t>(ticket.job) << 32 | static_cast<uint64_t>(ticket.next) << 16 | ticket.end;
 }
 
 ThreadPool::Ticket ThreadPool::unpack(uint64_t word) {
     return {static_cast<uint32_t>(word >> 32), static_cast<uint16_t>(word >> 16), static_cast<uint16_t>(word)};
 }
 
-ThreadPool::ThreadPool(int threads) {
-    for (int i = 1; i < threads; ++i) {
-        workers_.emplace_back([this] { work(); });
+ThreadPool::ThreadPool(int threads) : stretches_(static_cast<size_t>(std::max(threads, 1))) {
+    for (size_t i = 1; i < stretches_.size(); ++i) {
+        workers_.emplace_back([this, i] { work(i); });
     }
 }
 
@@ -55,20 +55,26 @@ void ThreadPool::parallel_for(pli_range_fn* range, void* task, int count, int gr
 }
 
 void ThreadPool::run(pli_range_fn* range, void* task, int count, int grain) {
-    const int most = std::min(parts_per_thread * (static_cast<int>(workers_.size()) + 1), most_parts);
-    const int part_size = std::max(std::max(grain, 1), (count + most - 1) / most);
-    const int parts = (count + part_size - 1) / part_size;
+    const int threads = static_cast<int>(stretches_.size()), most = parts_per_thread * threads;
+    const int part_size = std::max(std::max(grain, 1), (count - 1) / most + 1);
+    const int parts = (count - 1) / part_size + 1;
     range_.store(range, std::memory_order_relaxed);
     task_.store(task, std::memory_order_relaxed);
     count_.store(count, std::memory_order_relaxed);
     part_size_.store(part_size, std::memory_order_relaxed);
     finished_.store(0, std::memory_order_relaxed);
-    ticket_ = pack({unpack(ticket_).job + 1, 0, static_cast<uint16_t>(parts)});
+    const uint32_t job = job_ + 1;
+    for (int i = 0; i < threads; ++i) {
+        const auto first = static_cast<uint16_t>(parts * i / threads);
+        const auto end = static_cast<uint16_t>(parts * (i + 1) / threads);
+        stretches_[static_cast<size_t>(i)].ticket = pack({job, first, end});
+    }
+    job_ = job;
     if (sleeping_ > 0) {
         const std::lock_guard<std::mutex> lock(mutex_);
         work_came_.notify_all();
     }
-    while (run_part()) {}
+    run_parts(0);
     for (int looks = 0; finished_.load(std::memory_order_acquire) < parts; ++looks) {
         if (looks < looks_before_yield) {
             pause_briefly();
@@ -78,17 +84,24 @@ void ThreadPool::run(pli_range_fn* range, void* task, int count, int grain) {
     }
 }
 
-bool ThreadPool::run_part() {
-    uint64_t word = ticket_.load(std::memory_order_acquire);
+void ThreadPool::run_parts(size_t thread) {
+    for (size_t i = 0; i < stretches_.size(); ++i) {
+        while (run_part(stretches_[(thread + i) % stretches_.size()])) {}
+    }
+}
+
+bool ThreadPool::run_part(Stretch& stretch) {
+    uint64_t word = stretch.ticket.load(std::memory_order_acquire);
     for (;;) {
         Ticket ticket = unpack(word);
-        if (ticket.next >= ticket.parts) { return false; }
+        if (ticket.next >= ticket.end) { return false; }
         pli_range_fn* range = range_.load(std::memory_order_relaxed);
         void* task = task_.load(std::memory_order_relaxed);
         const int count = count_.load(std::memory_order_relaxed);
         const int part_size = part_size_.load(std::memory_order_relaxed), part = ticket.next++;
         // Where this succeeds the work is still the one that was read.
-        if (!ticket_.compare_exchange_weak(word, pack(ticket), std::memory_order_acq_rel, std::memory_order_acquire)) {
+        if (!stretch.ticket.compare_exchange_weak(word, pack(ticket), std::memory_order_acq_rel,
+                                                  std::memory_order_acquire)) {
             continue;
         }
         const int begin = part * part_size;
@@ -98,25 +111,27 @@ bool ThreadPool::run_part() {
     }
 }
 
-void ThreadPool::work() {
+void ThreadPool::work(size_t thread) {
+    uint32_t last_job = 0;
     for (int looks = 0; !is_ending_;) {
-        const uint64_t word = ticket_;
-        if (unpack(word).next < unpack(word).parts) {
-            while (run_part()) {}
+        const uint32_t job = job_;
+        if (job != last_job) {
+            run_parts(thread);
+            last_job = job;
             looks = 0;
         } else if (++looks < looks_before_sleep) {
             pause_briefly();
         } else {
-            sleep(word);
+            sleep(last_job);
             looks = 0;
         }
     }
 }
 
-void ThreadPool::sleep(uint64_t exhausted) {
+void ThreadPool::sleep(uint32_t last_job) {
     std::unique_lock<std::mutex> lock(mutex_);
     ++sleeping_;
-    work_came_.wait(lock, [&] { return is_ending_ || ticket_ != exhausted; });
+    work_came_.wait(lock, [&] { return is_ending_ || job_ != last_job; });
     --sleeping_;
 }
 

@@ -14,8 +14,9 @@
 
 namespace demos {
 
-// Parts of a range go to whoever is free, the caller included. Between two ranges, which follow each other after
-// microseconds, workers look out for work for a while before they sleep.
+// Each thread, the caller's included, has a stretch of every range: the same nodes stay in the same cache. Whoever has
+// finished takes parts of the others' stretches. Between two ranges, which follow each other after microseconds,
+// workers look out for work for a while before they sleep.
 class ThreadPool {
 public:
     explicit ThreadPool(int threads); // the caller's is one of them
@@ -28,20 +29,25 @@ public:
     static void parallel_for(pli_range_fn* range, void* task, int count, int grain, void* user);
 
 private:
-    // The work in progress in one word: what a thread has read of it holds as long as the word has not changed.
+    // What is left of a stretch, in one word: what a thread has read of the work holds as long as it has not changed.
     struct Ticket {
         uint32_t job;
-        uint16_t next, parts;
+        uint16_t next, end; // parts
+    };
+    struct alignas(64) Stretch {
+        std::atomic<uint64_t> ticket{0};
     };
     static uint64_t pack(Ticket ticket);
     static Ticket unpack(uint64_t word);
 
     void run(pli_range_fn* range, void* task, int count, int grain);
-    bool run_part(); // false when there is none left
-    void work();
-    void sleep(uint64_t exhausted);
+    void run_parts(size_t thread);
+    bool run_part(Stretch& stretch); // false when there is none left
+    void work(size_t thread);
+    void sleep(uint32_t last_job);
 
-    std::atomic<uint64_t> ticket_{0};
+    std::vector<Stretch> stretches_; // of each thread
+    std::atomic<uint32_t> job_{0};
     std::atomic<pli_range_fn*> range_{nullptr};
     std::atomic<void*> task_{nullptr};
     std::atomic<int> count_{0}, part_size_{1};

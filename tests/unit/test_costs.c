@@ -114,7 +114,7 @@ static void test_colored_links(void** state) {
 static void test_xpbd(void** state) {
     (void)state;
     const cost c = measure(true, use_xpbd);
-    const double base = base_bytes(c, true) + 44.0 * NODES;
+    const double base = base_bytes(c, true) + 48.0 * NODES;
     check_bytes(c, base + (4.0 + least_slot) * c.link_count, base + (4.2 + most_slot) * c.link_count);
 }
 
