@@ -2,6 +2,8 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
+#include "lanes.h"
+
 #include "cluster_impl.h"
 
 #include "fat_box.h"
@@ -10,29 +12,55 @@
 
 #include <string.h>
 
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
+        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(members[i].rest.w)));
+    }
+    pli_vec3 centre;
+    plii_lanes_to_vec3(&centre, sum);
+    return pli_vec3_scale(centre, cluster->inverse_mass);
+}
+
 static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
                                    pli_vec3 centre) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const float epsilon = clusters->def.as_bullet ? 1e-4f : 0.0f;
-    pli_mat3 covariance = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
+    const pli_mat3 start = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
+    plii_float4 rows[3];
+    for (int k = 0; k < 3; ++k) {
+        rows[k] = plii_lanes_from_vec3(&start.rows[k]);
+    }
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
-        covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(members[i].rest, now.x));
-        covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(members[i].rest, now.y));
-        covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(members[i].rest, now.z));
+        const plii_float4 rest = plii_float4_from(&members[i].rest);
+        rows[0] = plii_float4_add(rows[0], plii_float4_mul(rest, plii_float4_all(now.x)));
+        rows[1] = plii_float4_add(rows[1], plii_float4_mul(rest, plii_float4_all(now.y)));
+        rows[2] = plii_float4_add(rows[2], plii_float4_mul(rest, plii_float4_all(now.z)));
+    }
+    pli_mat3 covariance;
+    for (int k = 0; k < 3; ++k) {
+        plii_lanes_to_vec3(&covariance.rows[k], rows[k]);
     }
     return covariance;
 }
 
 static void cluster_update_velocities(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 momentum = pli_vec3_make(0, 0, 0), spin = pli_vec3_make(0, 0, 0);
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
+    plii_float4 momentum_sum = plii_float4_all(0.0f), spin_sum = momentum_sum;
     for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 share = pli_vec3_scale(plii_xyz(body->velocities[members[i].node]), members[i].mass);
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
-        momentum = pli_vec3_add(momentum, share);
-        spin = pli_vec3_add(spin, pli_vec3_cross(arm, share));
+        const plii_float4 mass = plii_float4_all(members[i].rest.w);
+        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
+        momentum_sum = plii_float4_add(momentum_sum, share);
+        spin_sum = plii_float4_add(spin_sum, plii_lanes_cross(arm, share));
     }
+    pli_vec3 momentum, spin;
+    plii_lanes_to_vec3(&momentum, momentum_sum);
+    plii_lanes_to_vec3(&spin, spin_sum);
     const pli_cluster_settings* settings = &cluster->settings;
     cluster->linear_velocity =
         pli_vec3_scale(pli_vec3_scale(momentum, cluster->inverse_mass), 1.0f - settings->linear_damping);
@@ -56,19 +84,22 @@ static void cluster_match(pli_body* body, const plii_clusters* clusters, const p
     for (int i = 0; i < cluster->member_count; ++i) {
         pli_vec4* position = &body->positions[members[i].node];
         if (!(position->w > 0.0f) && !clusters->def.as_bullet) { continue; }
-        const pli_vec3 goal = pli_transform_point(cluster->frame, members[i].rest);
+        const pli_vec3 goal = pli_transform_point(cluster->frame, plii_xyz(members[i].rest));
         plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, cluster->settings.matching));
     }
 }
 
 static void cluster_update_bounds(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    pli_vec3 min = plii_cluster_node(body, clusters, cluster, 0), max = min;
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    plii_float4 low = plii_float4_from(&body->positions[members[0].node]), high = low;
     for (int i = 1; i < cluster->member_count; ++i) {
-        const pli_vec3 x = plii_cluster_node(body, clusters, cluster, i);
-        min = plii_vec3_min(min, x);
-        max = plii_vec3_max(max, x);
+        const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
+        low = plii_lanes_min(low, x);
+        high = plii_lanes_max(high, x);
     }
-    const pli_bounds bounds = {min, max};
+    pli_bounds bounds;
+    plii_lanes_to_vec3(&bounds.min, low);
+    plii_lanes_to_vec3(&bounds.max, high);
     if (clusters->def.as_bullet && cluster->has_bounds) {
         const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(cluster->linear_velocity, body->step.dt), 3.0f);
         plii_fat_box_update(&cluster->bounds, bounds, motion, body->collision_margin);
@@ -146,10 +177,10 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
-        const pli_vec3 moved = pli_vec3_scale(pli_vec3_add(displacement, pli_vec3_cross(turn, arm)), members[i].mass);
+        const pli_vec3 moved = pli_vec3_scale(pli_vec3_add(displacement, pli_vec3_cross(turn, arm)), members[i].rest.w);
         pli_vec4* sum = &clusters->node_sums[members[i].node];
         plii_set_xyz(sum, pli_vec3_add(plii_xyz(*sum), moved));
-        sum->w += members[i].mass;
+        sum->w += members[i].rest.w;
     }
 }
 
@@ -290,8 +321,9 @@ static int cluster_join(const plii_topology_change* change, plii_cluster_member*
         const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
         const int a = places[origin->a], b = places[origin->b];
         if (a == 0 || b == 0) { continue; }
-        const pli_vec3 rest = pli_vec3_lerp(members[a - 1].rest, members[b - 1].rest, origin->share);
-        members[count++] = (plii_cluster_member){.node = i, .rest = rest};
+        const pli_vec3 rest =
+            pli_vec3_lerp(plii_xyz(members[a - 1].rest), plii_xyz(members[b - 1].rest), origin->share);
+        members[count++] = (plii_cluster_member){.node = i, .rest = {rest.x, rest.y, rest.z, 0.0f}};
         places[i] = count;
     }
     for (int i = 0; i < count; ++i) {

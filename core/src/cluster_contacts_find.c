@@ -139,6 +139,9 @@ static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direct
 }
 
 static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, float margin) {
+    if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
+        return false;
+    }
     if (plii_support_groups_has_near(hull->groups, point, margin)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};

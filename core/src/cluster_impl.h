@@ -8,8 +8,9 @@
 
 typedef struct plii_cluster_member {
     int node;
-    float mass;    /* kg; that of a pinned node is large, not infinite */
-    pli_vec3 rest; /* from the centre of mass of the rest shape, m */
+    /* Place from the centre of mass of the rest shape, m; w = mass, kg: that of a pinned node is large, not infinite.
+     */
+    pli_vec4 rest;
 } plii_cluster_member;
 
 typedef struct plii_cluster {

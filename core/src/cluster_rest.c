@@ -23,8 +23,8 @@ static void cluster_take_masses(const pli_body* body, const plii_clusters* clust
     float total = 0.0f;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;
-        members[i].mass = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
-        total += members[i].mass;
+        members[i].rest.w = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
+        total += members[i].rest.w;
     }
     cluster->inverse_mass = 1.0f / total;
 }
@@ -104,8 +104,8 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 k = members[i].rest;
-        const float mass = members[i].mass;
+        const pli_vec3 k = plii_xyz(members[i].rest);
+        const float mass = members[i].rest.w;
         inertia.rows[0].x += mass * (k.y * k.y + k.z * k.z);
         inertia.rows[1].y += mass * (k.x * k.x + k.z * k.z);
         inertia.rows[2].z += mass * (k.x * k.x + k.y * k.y);
@@ -124,21 +124,12 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }
 
-pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
-    const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    pli_vec3 sum = pli_vec3_make(0, 0, 0);
-    for (int i = 0; i < cluster->member_count; ++i) {
-        sum = pli_vec3_add(sum, pli_vec3_scale(plii_xyz(body->positions[members[i].node]), members[i].mass));
-    }
-    return pli_vec3_scale(sum, cluster->inverse_mass);
-}
-
 void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_take_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     const pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
     for (int i = 0; i < cluster->member_count; ++i) {
-        members[i].rest = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
     cluster_take_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
@@ -153,10 +144,11 @@ void plii_cluster_take_masses(const pli_body* body, const plii_clusters* cluster
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_vec3 shift = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
-        shift = pli_vec3_add(shift, pli_vec3_scale(members[i].rest, members[i].mass * cluster->inverse_mass));
+        shift =
+            pli_vec3_add(shift, pli_vec3_scale(plii_xyz(members[i].rest), members[i].rest.w * cluster->inverse_mass));
     }
     for (int i = 0; i < cluster->member_count; ++i) {
-        members[i].rest = pli_vec3_sub(members[i].rest, shift);
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
     }
     cluster_take_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);

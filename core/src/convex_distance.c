@@ -12,7 +12,8 @@
 #define CONVEX_MAX_STEPS 8       /* of a descent */
 #define CONVEX_MAX_DESCENTS 3    /* from the best directions of the start */
 #define CONVEX_HOPELESS 2        /* times the best depth: starts deeper than this are left out */
-#define CONVEX_STEP_CALLS 24     /* a step is begun with this many calls left, except the first */
+#define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known way deeper than this is given up */
+#define CONVEX_STEP_CALLS 24 /* a step is begun with this many calls left, except the first */
 #define CONVEX_MAX_STARTS 13
 
 /* A direction with its depth. */
@@ -22,6 +23,7 @@ typedef struct convex_way {
 } convex_way;
 
 typedef struct convex_search {
+    double gap; /* of the queries that follow */
     const plii_convex* a;
     const plii_convex* b;
     convex_way starts[CONVEX_MAX_STARTS];
@@ -122,6 +124,7 @@ static void convex_descend(convex_search* search, convex_way way) {
                                       .b = search->b,
                                       .offset = plii_dvec3_scale(unit, (way.depth + gap) / plii_dvec3_length(unit)),
                                       .max_distance = HUGE_VAL,
+                                      .gap = search->gap,
                                       .max_support_calls = search->max_support_calls - search->support_calls - 2};
         if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
         plii_convex_cache start = {.directions = {way.normal}, .count = 1};
@@ -166,26 +169,48 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
            !found->is_over_budget;
 }
 
-static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
-                           plii_convex_cache* cache, plii_convex_result* result) {
+/* From a known way out, or from that between the centres when it is shorter. False when the known one has become too
+   deep for that. */
+static bool convex_follow(convex_search* search, const plii_convex_cache* cache) {
+    convex_way known, between;
+    pli_vec3 normal;
+    if (!convex_measure(search, cache->normal, &known)) { return false; }
+    search->start_count = 1;
+    const bool has_centres = convex_normalize(
+        plii_dvec3_sub(plii_dvec3_from(search->a->centre), plii_dvec3_from(search->b->centre)), &normal);
+    const bool is_good =
+        !has_centres || (convex_measure(search, normal, &between) && known.depth <= CONVEX_FOLLOWED * between.depth);
+    search->start_count = 0;
+    if (!is_good || !(search->best.depth > 0.0)) { return false; }
+    convex_descend(search, search->best);
+    return true;
+}
+
+static void convex_search_ways(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
+                               const plii_convex_cache* cache, plii_convex_result* result) {
     convex_find_starts(search, cache, gjk);
     const bool had_normal = cache != NULL && cache->has_normal;
-    if (search->is_finite && search->best.depth > 0.0) {
-        /* A direction that still is the best of the starts is followed, which also keeps contacts steady. */
-        const bool is_known =
-            had_normal && pli_vec3_length_squared(pli_vec3_sub(search->best.normal, cache->normal)) == 0.0f;
-        int descent_count = is_known ? 1 : CONVEX_MAX_DESCENTS;
-        if (options->penetration != NULL && !is_known) {
-            plii_penetration_result found = {.normal = {0, 0, 0}};
-            if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
-            if (found.is_accurate) { descent_count = 1; }
-        }
-        convex_descend(search, search->best);
-        for (int i = 1; i < search->start_count && i < descent_count; ++i) {
-            if (search->starts[i].depth > CONVEX_HOPELESS * search->best.depth) { break; }
-            convex_descend(search, search->starts[i]);
-        }
+    if (!search->is_finite || !(search->best.depth > 0.0)) { return; }
+    /* A direction that still is the best of the starts is followed, which also keeps contacts steady. */
+    const bool is_known =
+        had_normal && pli_vec3_length_squared(pli_vec3_sub(search->best.normal, cache->normal)) == 0.0f;
+    int descent_count = is_known ? 1 : CONVEX_MAX_DESCENTS;
+    if (options->penetration != NULL && !is_known) {
+        plii_penetration_result found = {.normal = {0, 0, 0}};
+        if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
+        if (found.is_accurate) { descent_count = 1; }
     }
+    convex_descend(search, search->best);
+    for (int i = 1; i < search->start_count && i < descent_count; ++i) {
+        if (search->starts[i].depth > CONVEX_HOPELESS * search->best.depth) { break; }
+        convex_descend(search, search->starts[i]);
+    }
+}
+
+static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
+                           plii_convex_cache* cache, plii_convex_result* result) {
+    const bool is_known = options->follows_way && cache != NULL && cache->has_normal;
+    if (!is_known || !convex_follow(search, cache)) { convex_search_ways(search, gjk, options, cache, result); }
     result->support_calls = search->support_calls;
     if (!search->is_finite) {
         result->relation = PLII_CONVEX_UNDEFINED;
@@ -215,8 +240,11 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
     const int max_support_calls = options->max_support_calls > PLII_CONVEX_MIN_SUPPORT_CALLS
                                       ? options->max_support_calls
                                       : PLII_CONVEX_MIN_SUPPORT_CALLS;
-    const plii_gjk_query query = {
-        .a = a, .b = b, .max_distance = (double)options->max_distance, .max_support_calls = max_support_calls / 2};
+    const plii_gjk_query query = {.a = a,
+                                  .b = b,
+                                  .max_distance = (double)options->max_distance,
+                                  .gap = options->gap,
+                                  .max_support_calls = max_support_calls / 2};
     plii_gjk_result gjk;
     plii_gjk_run(&query, cache, &gjk);
     *result = (plii_convex_result){.relation = gjk.relation, .support_calls = gjk.support_calls};
@@ -226,6 +254,7 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
                                 .b = b,
                                 .support_calls = gjk.support_calls,
                                 .max_support_calls = max_support_calls,
+                                .gap = options->gap,
                                 .is_finite = true};
         convex_overlap(&search, &gjk, options, cache, result);
         return;

@@ -6,7 +6,7 @@
 
 #include "gjk.h"
 
-#define GJK_GAP 1e-7          /* of the distance */
+#define GJK_GAP 1e-7          /* of the distance, where the query has none */
 #define GJK_TOUCHING 1e-10    /* of the largest difference of support points: distances below count as none */
 #define GJK_FLAT_VOLUME 1e-14 /* of the cube of the longest edge from the first vertex */
 #define GJK_RESIDUAL 1e-7     /* of that edge: how exactly the weights must give the origin */
@@ -154,7 +154,8 @@ typedef struct gjk_state {
     gjk_vertex simplex[4];
     int count;
     double lower_bound;
-    double reach_squared; /* of the farthest support point so far */
+    pli_vec3 bound_direction; /* that proved it */
+    double reach_squared;     /* of the farthest support point so far */
     int support_calls;
     bool is_finite;
 } gjk_state;
@@ -181,7 +182,10 @@ static gjk_vertex gjk_support(gjk_state* state, pli_vec3 normal) {
     v.direction = normal;
     const plii_dvec3 n = plii_dvec3_from(normal);
     const double bound = plii_dvec3_dot(n, v.w) / plii_dvec3_length(n);
-    if (bound > state->lower_bound) { state->lower_bound = bound; }
+    if (bound > state->lower_bound) {
+        state->lower_bound = bound;
+        state->bound_direction = normal;
+    }
     const double squared = plii_dvec3_dot(v.w, v.w);
     if (squared > state->reach_squared) { state->reach_squared = squared; }
     return v;
@@ -223,7 +227,13 @@ static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
     }
 }
 
-static void gjk_write_cache(const gjk_state* state, plii_convex_cache* cache) {
+/* Of pairs that are too far apart, the direction that shows it suffices: next time it will do so at once. */
+static void gjk_write_cache(const gjk_state* state, plii_convex_relation relation, plii_convex_cache* cache) {
+    if (relation == PLII_CONVEX_BEYOND) {
+        cache->directions[0] = state->bound_direction;
+        cache->count = 1;
+        return;
+    }
     for (int i = 0; i < state->count; ++i) {
         cache->directions[i] = state->simplex[i].direction;
     }
@@ -236,6 +246,7 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
     gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
     gjk_reduce(&state, &nearest);
     plii_convex_relation relation = PLII_CONVEX_SEPARATED;
+    const double gap = query->gap > 0.0 ? query->gap : GJK_GAP;
     while (state.is_finite) {
         if (state.lower_bound > query->max_distance) {
             relation = PLII_CONVEX_BEYOND;
@@ -246,11 +257,11 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
             break;
         }
         const double distance = sqrt(nearest.squared);
-        if (distance < query->enough || distance - state.lower_bound <= GJK_GAP * distance || !gjk_may_call(&state)) {
+        if (distance < query->enough || distance - state.lower_bound <= gap * distance || !gjk_may_call(&state)) {
             break;
         }
         const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest.point, 1.0 / distance)));
-        if (distance - state.lower_bound <= GJK_GAP * distance || gjk_is_in_simplex(&state, &v)) { break; }
+        if (distance - state.lower_bound <= gap * distance || gjk_is_in_simplex(&state, &v)) { break; }
         gjk_vertex extended[4];
         for (int i = 0; i < state.count; ++i) {
             extended[i] = state.simplex[i];
@@ -274,7 +285,7 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
         result->simplex[i] = state.simplex[i].w;
     }
     result->simplex_count = state.count;
-    if (cache != NULL) { gjk_write_cache(&state, cache); }
+    if (cache != NULL) { gjk_write_cache(&state, relation, cache); }
     const double distance = sqrt(nearest.squared);
     if (distance > 0.0) { result->normal = plii_dvec3_scale(nearest.point, 1.0 / distance); }
     if (relation == PLII_CONVEX_OVERLAPPING) { return; }

@@ -25,9 +25,12 @@ typedef struct plii_convex_cache {
 typedef struct plii_gjk_query {
     const plii_convex* a;
     const plii_convex* b;
-    plii_dvec3 offset;     /* added to every point of a */
-    double max_distance;   /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
-    double enough;         /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
+    plii_dvec3 offset;   /* added to every point of a */
+    double max_distance; /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
+    double enough;       /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
+    /* Ends when lower and upper bound agree to this share of the distance; 0: 1e-7, the normal then is right to 0.03
+       degrees. It goes with the root: to 0.8 degrees at 1e-4. */
+    double gap;
     int max_support_calls; /* of both callbacks together, at least 4 */
 } plii_gjk_query;
 
@@ -42,8 +45,7 @@ typedef struct plii_gjk_result {
     int support_calls;
 } plii_gjk_result;
 
-/* Ends when lower and upper bound agree to 1e-7 (the normal then is right to 0.03 degrees), or when nothing improves in
- * double precision. `cache` may be NULL. */
+/* Ends by the gap of the bounds, or when nothing improves in double precision. `cache` may be NULL. */
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result);
 
 #endif
