@@ -108,7 +108,11 @@ static nlohmann::ordered_json to_json(const std::vector<MapRow>& rows) {
 }
 
 static void print_text(const std::vector<MapRow>& rows) {
-    Table table({"case", "figure", "btSoftBody", "bullet", "implicit", "xpbd"});
+    std::vector<std::string> headings{"case", "figure"};
+    for (const demos::Column column : demos::all_columns) {
+        headings.push_back(column_name(column));
+    }
+    Table table(std::move(headings));
     std::string notes;
     size_t survivors[std::size(demos::all_columns)] = {};
     for (const MapRow& row : rows) {

@@ -2,6 +2,8 @@
 
 #include "svg.h"
 
+#include <algorithm>
+
 namespace report {
 
 static const char* fill_of(Shade shade) {
@@ -10,7 +12,7 @@ static const char* fill_of(Shade shade) {
 
 std::string map_picture(const std::string& title, const std::vector<std::string>& columns,
                         const std::vector<MapRow>& rows) {
-    constexpr double width = 1000, left = 420, row_height = 23, top = 84, group_gap = 8;
+    constexpr double width = 1000, left = 390, row_height = 23, top = 84, group_gap = 8;
     const double cell_width = (width - left - 12) / static_cast<double>(columns.size());
     double height = top + 12;
     for (size_t i = 0; i < rows.size(); ++i) {
@@ -20,7 +22,7 @@ std::string map_picture(const std::string& title, const std::vector<std::string>
     svg.text(12, 32, title, {19, "start", "#111", true, 0});
     for (size_t k = 0; k < columns.size(); ++k) {
         svg.text(left + cell_width * (static_cast<double>(k) + 0.5), top - 12, columns[k],
-                 {14, "middle", "#111", true, 0});
+                 {columns.size() > 4 ? 12.0 : 14.0, "middle", "#111", true, 0});
     }
     double y = top;
     for (size_t i = 0; i < rows.size(); ++i) {
@@ -34,7 +36,7 @@ std::string map_picture(const std::string& title, const std::vector<std::string>
             const double x = left + cell_width * static_cast<double>(k);
             svg.begin_hint(cell.hint.empty() ? cell.text : cell.hint);
             svg.rectangle(x + 1, y + 1, cell_width - 2, row_height - 2, fill_of(cell.shade));
-            const double size = cell.text.size() > 18 ? 11.5 : 13;
+            const double size = std::min(13.0, 1.7 * cell_width / static_cast<double>(cell.text.size() + 1));
             svg.text(x + cell_width / 2, y + 16, cell.text, {size, "middle", "#111", false, 0});
             svg.end_hint();
         }

@@ -19,7 +19,7 @@
 namespace demos {
 
 const char* column_name(Column column) {
-    static const char* const names[] = {"btSoftBody", "bullet", "implicit", "xpbd"};
+    static const char* const names[] = {"btSoftBody", "bullet", "implicit", "gradients", "xpbd"};
     return names[static_cast<int>(column)];
 }
 
@@ -57,10 +57,17 @@ namespace {
 
 // ------------------------------------------------------------------------------------------------ making a case
 
+constexpr int most_gradients = 200;
+
 EngineOptions options_of(Column column) {
     EngineOptions options;
     options.unguarded = true;
     if (column == Column::implicit) { options.solver.kind = SolverKind::implicit; }
+    if (column == Column::gradients) {
+        options.solver.kind = SolverKind::implicit;
+        options.solver.implicit_method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+        options.solver.iterations = most_gradients;
+    }
     if (column == Column::xpbd) { options.solver.kind = SolverKind::xpbd; }
     if (column == Column::bullet) { options.solver.kind = SolverKind::bullet; }
     return options;

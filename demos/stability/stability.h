@@ -12,10 +12,12 @@
 
 namespace demos {
 
-enum class Column { bt_soft_body, bullet, implicit, xpbd };
-constexpr Column all_columns[] = {Column::bt_soft_body, Column::bullet, Column::implicit, Column::xpbd};
+// `implicit` sweeps, `gradients` solves the same system by conjugate gradients.
+enum class Column { bt_soft_body, bullet, implicit, gradients, xpbd };
+constexpr Column all_columns[] = {Column::bt_soft_body, Column::bullet, Column::implicit, Column::gradients,
+                                  Column::xpbd};
 
-const char* column_name(Column column); // "btSoftBody", "bullet", "implicit", "xpbd"
+const char* column_name(Column column); // "btSoftBody", "bullet", "implicit", "gradients", "xpbd"
 
 enum class Verdict {
     survives,

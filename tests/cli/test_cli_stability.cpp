@@ -23,7 +23,7 @@ static void test_forces_of_nan_are_refused(void**) {
     assert_int_equal(document.at("cases").size(), 2);
     const json& bullet = cell(document, "force of NaN on a node", "btSoftBody");
     assert_true(bullet.at("verdict") == "NaN" && !bullet.at("survives").get<bool>() && bullet.at("value").is_null());
-    for (const char* solver : {"bullet", "implicit", "xpbd"}) {
+    for (const char* solver : {"bullet", "implicit", "gradients", "xpbd"}) {
         const json& refused = cell(document, "force of NaN on a node", solver);
         assert_true(refused.at("verdict") == "refused" && refused.at("survives").get<bool>());
         assert_non_null(std::strstr(refused.at("note").get<std::string>().c_str(), "is not finite"));
@@ -35,7 +35,7 @@ static void test_forces_of_nan_are_refused(void**) {
     for (std::string line; std::getline(lines, line); ++count) {
         if (count == 0) { assert_string_equal(line.substr(0, 26).c_str(), "group,case,solver,verdict,"); }
     }
-    assert_int_equal(count, 1 + 2 * 4);
+    assert_int_equal(count, 1 + 2 * 5);
     const std::string picture = cli::read_file(folder + "/stability.svg");
     assert_true(picture.rfind("<svg", 0) == 0 && picture.find("force of NaN on a node") != std::string::npos);
 }

@@ -111,7 +111,7 @@ static void solvers_survive(void**) {
                                  "ball with kVC 20, 1/10 s"};
     for (const StabilityCase& which : demos::stability_cases({})) {
         if (std::find(std::begin(names), std::end(names), which.name) == std::end(names)) { continue; }
-        for (const Column column : {Column::bullet, Column::implicit, Column::xpbd}) {
+        for (const Column column : {Column::bullet, Column::implicit, Column::gradients, Column::xpbd}) {
             const Cell cell = run(which, column);
             if (cell.verdict != Verdict::survives) {
                 fail_msg("%s, %s: %s", which.name.c_str(), column_name(column), cell.note.c_str());
