@@ -3,18 +3,16 @@
 
 #include "constraint_order.h"
 
-enum { CONSTRAINT_COLORS = 64 };
-
 static int constraint_lowest_free(uint64_t used) {
     int color = 0;
-    while (color < CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
+    while (color < PLII_CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
         ++color;
     }
     return color;
 }
 
 void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* masks, uint8_t* colors, int* order) {
-    int begin[CONSTRAINT_COLORS + 1] = {0};
+    int begin[PLII_CONSTRAINT_COLORS + 1] = {0};
     for (int i = 0; i < count; ++i) {
         const int* own = nodes + (int64_t)arity * i;
         uint64_t used = 0;
@@ -28,7 +26,7 @@ void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* mas
         colors[i] = (uint8_t)color;
         ++begin[color + 1];
     }
-    for (int c = 0; c < CONSTRAINT_COLORS; ++c) {
+    for (int c = 0; c < PLII_CONSTRAINT_COLORS; ++c) {
         begin[c + 1] += begin[c];
     }
     for (int i = 0; i < count; ++i) {
