@@ -19,6 +19,7 @@
 #include "pliant/contact.h"
 #include "world_impl.h"
 
+#include <float.h>
 #include <string.h>
 
 /* Faces whose doubled area is below this share of the longest edge squared have no normal. */
@@ -416,9 +417,13 @@ static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
 }
 
+/* m/s, at which an overlap from before the step goes at most where springs hold nodes: put right at once it would give
+   them its depth per step as a speed, and springs that pull it back would wind that up. */
+#define SOFT_CONTACTS_RECOVERY_SPEED 1.0f
+
 static void soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const soft_contacts_state* state = data;
-    (void)step;
+    const float recovery = body->solver_class->holds_nodes ? SOFT_CONTACTS_RECOVERY_SPEED * step->dt : FLT_MAX;
     for (int i = 0; i < state->count; ++i) {
         const soft_contact* contact = &state->contacts[i];
         pli_body* other = contact->face_body;
@@ -432,7 +437,8 @@ static void soft_contacts_solve(pli_body* body, void* data, const plii_step* ste
         const float along_normal = pli_vec3_dot(motion, n);
         pli_vec3 correction = pli_vec3_make(0, 0, 0);
         if (along_normal < 0.0f) {
-            const float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            depth = plii_min(depth, recovery - along_normal);
             correction = pli_vec3_add(correction, pli_vec3_scale(n, depth));
         }
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));

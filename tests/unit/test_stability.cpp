@@ -105,10 +105,10 @@ static void cells_are_judged(void**) {
     assert_true(cell.verdict == Verdict::refused && cell.note == "not this one");
 }
 
-// Cells that were lost before: faces without area in still air, fast bodies, volumes in long steps.
+// Cells that were lost before: faces without area in still air, fast bodies, volumes in long steps, tangles.
 static void solvers_survive(void**) {
     const char* const names[] = {"ball, faces twice and without area, pressure", "ball at 300 m/s on a box of 10 cm",
-                                 "ball with kVC 20, 1/10 s"};
+                                 "ball with kVC 20, 1/10 s", "two sheets that cross, 0 m/s"};
     for (const StabilityCase& which : demos::stability_cases({})) {
         if (std::find(std::begin(names), std::end(names), which.name) == std::end(names)) { continue; }
         for (const Column column : {Column::bullet, Column::implicit, Column::gradients, Column::xpbd}) {
@@ -116,7 +116,7 @@ static void solvers_survive(void**) {
             if (cell.verdict != Verdict::survives) {
                 fail_msg("%s, %s: %s", which.name.c_str(), column_name(column), cell.note.c_str());
             }
-            check_at_most(cell.figure, 0.2);
+            check_at_most(cell.figure, which.group == "contact" ? 1.0 : 0.2);
         }
     }
 }
