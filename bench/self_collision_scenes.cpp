@@ -347,10 +347,10 @@ int main(int argc, char** argv) {
             worst_in_second = std::max(worst_in_second, crossings);
         }
         if (frame % 60 == 59) {
-            std::printf("%5.1f s: smallest distance %.3f, crossings %d, speed rms %.5f max %.5f m/s, step median %.3f "
-                        "largest %.3f ms",
-                        (frame + 1) / 60.0, in_second, worst_in_second, scene.rms_speed(), scene.max_speed(),
-                        1e3 * scene.median_time(), 1e3 * scene.largest_time());
+            std::printf("%5.1f s: ", (frame + 1) / 60.0);
+            if (frame >= 60) { std::printf("smallest distance %.3f, ", in_second); }
+            std::printf("crossings %d, speed rms %.5f max %.5f m/s, step median %.3f largest %.3f ms", worst_in_second,
+                        scene.rms_speed(), scene.max_speed(), 1e3 * scene.median_time(), 1e3 * scene.largest_time());
             scene.print_report();
             std::printf("\n");
             std::fflush(stdout);

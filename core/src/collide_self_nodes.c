@@ -33,12 +33,15 @@ static const plii_link_graph* self_nodes_graph(const pli_body* body) {
     return plii_feature_state(body, &plii_link_graph_class);
 }
 
-static void self_nodes_start_step(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
     const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
     state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
-    state->pairs.thickness = state->def.thickness;
     state->pairs.is_cut_short = false;
     state->pairs.searches = 0;
+}
+
+static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    state->pairs.thickness = state->def.thickness;
     state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
     if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
     self_nodes_take_positions(body, state, nodes);
@@ -58,7 +61,8 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
 static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const float thickness = state->def.thickness;
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    self_nodes_start_step(body, state, nodes);
+    self_nodes_start_report(body, state);
+    self_nodes_start_search(body, state, nodes);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 moved = plii_self_motion(nodes, i);
         low = plii_vec3_min(moved, low);
@@ -76,8 +80,13 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     const pli_vec3 origin = state->origin;
-    self_nodes_start_step(body, state, &nodes);
-    plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs, pli_vec3_sub(origin, state->origin));
+    self_nodes_start_report(body, state);
+    self_nodes_take_positions(body, state, &nodes);
+    if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        self_nodes_start_search(body, state, &nodes);
+        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
+                                         pli_vec3_sub(origin, state->origin));
+    }
     self_nodes_report(body, state);
 }
 

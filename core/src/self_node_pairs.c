@@ -209,6 +209,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     }
     state->count = 0;
     state->searches += 1;
+    state->is_known = false;
     const float radius = state->thickness + 2.0f * state->reach;
     if (!plii_node_hash_build(body->context, &state->hash, node_count, state->middle, radius, 0.0f) ||
         !plii_node_hash_find(body->context, &state->hash, state->middle, radius, &state->near)) {
@@ -220,6 +221,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     for (int i = 0; i < state->apart_count; ++i) {
         self_nodes_take_apart(body, graph, state, i, 0.0f);
     }
+    state->is_known = !state->is_cut_short;
 }
 
 void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
@@ -229,6 +231,21 @@ void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_gra
     }
     state->searched_at = state->travel_time = 0.0f;
     self_nodes_search(body, graph, state);
+}
+
+bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
+    if (!state->is_known || state->thickness != thickness) { return false; }
+    int leaving = state->apart_count;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 end =
+            pli_vec3_add(plii_xyz(state->at[i]), pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt));
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(end, self_nodes_on_way(state, i, 1.0f)));
+        const float margin = state->travel[i].w;
+        leaving += !(squared <= margin * margin);
+    }
+    if (leaving > self_nodes_max_apart(body->node_count) / 2) { return false; }
+    state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their ways */
+    return true;
 }
 
 void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
@@ -334,6 +351,7 @@ void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[
     state->is_apart = blocks[5];
     state->apart = blocks[6];
     state->count = state->apart_count = 0;
+    state->is_known = false;
 }
 
 void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count) {

@@ -34,6 +34,7 @@ typedef struct plii_self_node_pairs {
     plii_node_pairs near;
     plii_self_pair* pairs;
     int count, capacity;
+    bool is_known;     /* there was a search, of these nodes */
     bool is_cut_short; /* some are missing, for lack of memory or in a crowd */
     int searches;
 } plii_self_node_pairs;
@@ -51,6 +52,9 @@ size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_co
 /* All start from `at`. Nodes have no way, but this margin, m. */
 void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                        float margin);
+/* At the start of a step: whether what the last search found may serve for this step too, as with a body at rest, and
+   prepares for it. Most nodes are expected to stay within their margins then. */
+bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness);
 /* At the start of a step: nodes go on with their velocities, and are as reliable as they were in the last step.
    `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
 void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
