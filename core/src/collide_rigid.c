@@ -2,6 +2,8 @@
    and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
+#include "lanes.h"
+
 #include "body_impl.h"
 #include "contact_order.h"
 #include "hold.h"
@@ -24,6 +26,7 @@ typedef struct rigid_contact {
     float slip;              /* share of the tangential displacement that stays. Bullet: c3 */
     float hardness;          /* Bullet: c4 */
     float distance;
+    bool is_still; /* the rigid body neither moves nor takes impulses */
 } rigid_contact;
 
 typedef struct rigid_contacts_state {
@@ -42,6 +45,13 @@ pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
 }
 
 // ------------------------------------------------------------------------------------------------ making contacts
+
+/* plii_impulse_matrix without its products by zero, for a rigid body that nothing moves. */
+static pli_mat3 rigid_contacts_matrix_of_node(float dt, float inverse_mass) {
+    const float cofactor = inverse_mass * inverse_mass;
+    const float own = 1.0f / dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
+    return plii_mat3_diagonal(own, own, own);
+}
 
 /* One node closer than the margin. */
 static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape, int node,
@@ -74,8 +84,13 @@ static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state
     const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
     contact->slip = sticks ? 0.0f : 1.0f - friction;
 
-    contact->impulse_matrix = plii_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
-                                                  rigid->state.inverse_inertia_world, contact->lever);
+    contact->is_still = rigid_inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world) &&
+                        plii_vec3_is_zero(rigid->state.linear_velocity) &&
+                        plii_vec3_is_zero(rigid->state.angular_velocity);
+    contact->impulse_matrix = contact->is_still
+                                  ? rigid_contacts_matrix_of_node(dt, node_inverse_mass)
+                                  : plii_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
+                                                        rigid->state.inverse_inertia_world, contact->lever);
     contact->node_response = node_inverse_mass * dt;
     contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
     rigid->was_touched = true;
@@ -106,18 +121,17 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
     const pli_bounds near = plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose),
                                              body->collision_margin * (1.0f + body->solver_class->contact_reach));
     if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    const plii_float4 low = plii_lanes_from_vec3(&near.min), high = plii_lanes_from_vec3(&near.max);
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec4 x = body->positions[i];
-        if (!(x.x >= near.min.x && x.x <= near.max.x && x.y >= near.min.y && x.y <= near.max.y && x.z >= near.min.z &&
-              x.z <= near.max.z)) {
-            continue;
-        }
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(low, x), plii_lanes_at_most(x, high));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         nodes[count] = i;
-        points[count++] = pli_transform_inverse_point(pose, plii_xyz(x));
+        points[count++] = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, pose, count, nodes, points));
             count = 0;
@@ -143,12 +157,33 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 
 // -------------------------------------------------------------------------------------------------------- solving
 
+/* With a body that is still: what the general way comes to without its products by zero. */
+static void rigid_contacts_solve_still(pli_body* body, const rigid_contact* contact) {
+    const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
+    const plii_float4 motion = plii_lanes_xyz(plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])));
+    const plii_float4 normal = plii_lanes_from_vec3(&contact->normal);
+    const float along_normal = plii_lanes_dot(motion, normal);
+    if (!(along_normal <= PLII_EPSILON)) { return; }
+    const float gap = plii_min(plii_lanes_dot(x, normal) + contact->offset, body->collision_margin);
+    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const plii_float4 error =
+        plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, plii_float4_all(contact->slip))),
+                        plii_float4_mul(normal, plii_float4_all(gap * contact->hardness)));
+    const plii_float4 impulse = plii_float4_mul(plii_float4_all(contact->impulse_matrix.rows[0].x), error);
+    plii_float4_to(&body->positions[contact->node],
+                   plii_float4_sub(x, plii_float4_mul(impulse, plii_float4_all(contact->node_response))));
+}
+
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const rigid_contacts_state* state = data;
     const float margin = body->collision_margin;
     if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
+        if (contact->is_still) {
+            rigid_contacts_solve_still(body, contact);
+            continue;
+        }
         pli_vec4* position = &body->positions[contact->node];
         const pli_vec3 x = plii_xyz(*position);
         const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), step->dt);

@@ -84,6 +84,13 @@ static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
 /* Bounds of a box after a rigid motion. */
 pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose);
 
+static inline bool plii_vec3_is_zero(pli_vec3 v) {
+    return v.x == 0.0f && v.y == 0.0f && v.z == 0.0f;
+}
+static inline bool plii_mat3_is_zero(const pli_mat3* m) {
+    return plii_vec3_is_zero(m->rows[0]) && plii_vec3_is_zero(m->rows[1]) && plii_vec3_is_zero(m->rows[2]);
+}
+
 pli_mat3 plii_mat3_add(pli_mat3 a, pli_mat3 b);
 pli_mat3 plii_mat3_diagonal(float x, float y, float z);
 /* [v]x: plii_mat3_cross(v) * u = v x u. */
