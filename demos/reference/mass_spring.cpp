@@ -62,13 +62,17 @@ Points forces(const Network& network, const Points& positions) {
     return sum;
 }
 
-Points accelerations(const Network& network, const Points& positions) {
+} // namespace
+
+std::vector<Point> accelerations(const Network& network, const Points& positions) {
     Points result = forces(network, positions);
     for (size_t i = 0; i < result.size(); ++i) {
         if (network.masses[i] > 0.0) { result[i] = (1.0 / network.masses[i]) * result[i]; }
     }
     return result;
 }
+
+namespace {
 
 struct State {
     Points x, v;

@@ -29,6 +29,9 @@ std::vector<std::vector<Point>> trajectory(const Network& network, double interv
 // weight of the whole. The state it finds is stable.
 std::vector<Point> rest(const Network& network, double tolerance = 1e-10);
 
+// By springs and gravity, m/s^2; zero for pinned masses.
+std::vector<Point> accelerations(const Network& network, const std::vector<Point>& positions);
+
 // J, springs and gravity.
 double energy(const Network& network, const std::vector<Point>& positions);
 

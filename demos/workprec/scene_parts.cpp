@@ -125,6 +125,7 @@ const std::vector<PrecisionScene>& precision_scenes() {
         add_rope_scenes(made);
         add_sheet_scenes(made);
         add_body_scenes(made);
+        add_invariant_scenes(made);
         return made;
     }();
     return scenes;

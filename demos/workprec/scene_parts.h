@@ -39,6 +39,7 @@ at_the_end(std::function<std::vector<double>(const Engine&)> errors);
 void add_rope_scenes(std::vector<PrecisionScene>& scenes);
 void add_sheet_scenes(std::vector<PrecisionScene>& scenes);
 void add_body_scenes(std::vector<PrecisionScene>& scenes);
+void add_invariant_scenes(std::vector<PrecisionScene>& scenes);
 
 } // namespace demos
 #endif

@@ -38,6 +38,16 @@ static void test_rope_comes_near_the_catenary(void**) {
     assert_true(plot.rfind("<svg", 0) == 0 && plot.find("btSoftBody") != std::string::npos);
 }
 
+// What one linearisation per step leaves, and what turning without friction loses.
+static void test_steps_keep_what_they_should(void**) {
+    const json scenes = cli::run_json("workprec residual spin --quick --json").at("scenes");
+    assert_true(scenes.at(0).at("scene") == "spin" && scenes.at(1).at("scene") == "residual");
+    check_near(best_error(scenes.at(1), "implicit, gradients", 0), 0.2, 0.02);
+    check_at_most(best_error(scenes.at(0), "xpbd", 0), 0.01);
+    check_at_most(best_error(scenes.at(0), "xpbd", 1), 0.01);
+    check_at_most(best_error(scenes.at(0), "btSoftBody", 0), 0.1);
+}
+
 static void test_tables_name_the_cheapest_settings(void**) {
     const cli::Result text = cli::run("workprec rope --quick");
     assert_int_equal(text.status, 0);
@@ -52,6 +62,7 @@ static void test_tables_name_the_cheapest_settings(void**) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_rope_comes_near_the_catenary),
+        cmocka_unit_test(test_steps_keep_what_they_should),
         cmocka_unit_test(test_tables_name_the_cheapest_settings),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
