@@ -1,6 +1,10 @@
 #include "demo_page.h"
 
+#include "../report/svg.h"
+
 namespace app {
+
+using report::escaped;
 
 static const char* const page_head = R"(<!DOCTYPE html>
 <html lang="en">
@@ -24,29 +28,6 @@ th:first-child, td:first-child { text-align: left; padding-left: 0; }
 </head>
 <body>
 )";
-
-static std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char c : text) {
-        switch (c) {
-        case '&':
-            result += "&amp;";
-            break;
-        case '<':
-            result += "&lt;";
-            break;
-        case '>':
-            result += "&gt;";
-            break;
-        case '"':
-            result += "&quot;";
-            break;
-        default:
-            result += c;
-        }
-    }
-    return result;
-}
 
 static std::string table_html(const Table& table) {
     std::string html = "<div class=\"wide\"><table>\n";

@@ -119,6 +119,21 @@ at_the_end(std::function<std::vector<double>(const Engine&)> errors) {
     return [errors](const Setting&) { return std::make_unique<EndEvaluation>(errors); };
 }
 
+// The reference is found when it is first needed.
+std::function<std::unique_ptr<Evaluation>(const Setting&)> against_rest(const PrecisionScene& which,
+                                                                        std::function<double(const Engine&)> other) {
+    const PrecisionScene bare = which;
+    const auto expected = std::make_shared<std::vector<reference::Point>>();
+    return [bare, other, expected](const Setting&) {
+        if (expected->empty()) { *expected = reference::rest(network_of(bare)); }
+        return std::make_unique<EndEvaluation>([other, expected](const Engine& engine) {
+            std::vector<double> errors{position_error(engine, *expected)};
+            if (other) { errors.push_back(other(engine)); }
+            return errors;
+        });
+    };
+}
+
 const std::vector<PrecisionScene>& precision_scenes() {
     static const std::vector<PrecisionScene> scenes = [] {
         std::vector<PrecisionScene> made;

@@ -36,6 +36,10 @@ double position_error(const Engine& engine, const std::vector<reference::Point>&
 std::function<std::unique_ptr<Evaluation>(const Setting&)>
 at_the_end(std::function<std::vector<double>(const Engine&)> errors);
 
+// Distance at the end from the rest of the same masses and springs, and another error where there is one.
+std::function<std::unique_ptr<Evaluation>(const Setting&)> against_rest(const PrecisionScene& which,
+                                                                        std::function<double(const Engine&)> other);
+
 void add_rope_scenes(std::vector<PrecisionScene>& scenes);
 void add_sheet_scenes(std::vector<PrecisionScene>& scenes);
 void add_body_scenes(std::vector<PrecisionScene>& scenes);

@@ -89,14 +89,7 @@ PrecisionScene cube() {
     made.metrics = {{"E2", "distance from its place at rest / size"}};
     made.seconds = 6;
     made.build = build_cube;
-    const PrecisionScene bare = made;
-    const auto expected = std::make_shared<std::vector<reference::Point>>();
-    made.evaluate = [bare, expected](const Setting&) {
-        if (expected->empty()) { *expected = reference::rest(network_of(bare)); }
-        return at_the_end([expected](const Engine& engine) -> std::vector<double> {
-            return {position_error(engine, *expected)};
-        })({});
-    };
+    made.evaluate = against_rest(made, nullptr);
     return made;
 }
 

@@ -16,18 +16,6 @@ bool is_affordable(const Setting& setting) {
     return setting.family != Family::gradients || setting.steps_per_second * setting.iterations <= 60 * 40;
 }
 
-// Errors at rest: distance from the rest of the same masses and springs, and stretch.
-std::function<std::unique_ptr<Evaluation>(const Setting&)> against_rest(const PrecisionScene& which) {
-    const PrecisionScene bare = which;
-    const auto expected = std::make_shared<std::vector<reference::Point>>();
-    return [bare, expected](const Setting&) {
-        if (expected->empty()) { *expected = reference::rest(network_of(bare)); }
-        return at_the_end([expected](const Engine& engine) -> std::vector<double> {
-            return {position_error(engine, *expected), measure(engine).rms_stretch};
-        })({});
-    };
-}
-
 // ------------------------------------------------------------------------------------------------ between two edges
 
 // From the shape of a V, each half of it level from edge to edge: a sheet like the hanging rope.
@@ -53,7 +41,7 @@ PrecisionScene hanging_sheet() {
     made.metrics = {{"E2", "distance from its place at rest / size"}, {"E3", "rms stretch"}};
     made.seconds = 10;
     made.build = build_hanging_sheet;
-    made.evaluate = against_rest(made);
+    made.evaluate = against_rest(made, [](const Engine& engine) { return measure(engine).rms_stretch; });
     return made;
 }
 
@@ -78,7 +66,7 @@ PrecisionScene stretched_sheet() {
     made.metrics = {{"E2", "distance from its place at rest / size"}};
     made.seconds = 10;
     made.build = build_stretched_sheet;
-    made.evaluate = against_rest(made);
+    made.evaluate = against_rest(made, nullptr);
     return made;
 }
 
