@@ -25,7 +25,7 @@ static void folding_cloth_build(scene_builder* builder) {
         .resolution = scene_get_resolution(builder, 60, 60), .place = folding_place, .mass = 3, .bending = 0.02f};
     scene_soft_def def = cloth_part_def("cloth", folding_size / (float)(part.resolution.columns - 1));
     scene_add_soft(builder, cloth_part_mesh(builder, &part), &def);
-    scene_set_camera(builder, (scene_camera){{0, 0.9f, 0}, 8, 30, -20});
+    scene_set_camera(builder, (scene_camera){{0, 1, 0}, 6.5f, 30, -20});
 }
 
 const scene scene_folding_cloth = {

@@ -32,7 +32,7 @@ static void ribbon_build(scene_builder* builder) {
     const float fall = top - ribbon_width - 0.05f, speed = 0.6f;
     scene_move_rigid(builder, holder, 30, 30 + (int)(60 * fall / speed), pli_vec3_make(0, -speed, 0),
                      pli_vec3_make(0, 0, 0));
-    scene_set_camera(builder, (scene_camera){{0, 1.6f, 0}, 9, 30, -14});
+    scene_set_camera(builder, (scene_camera){{0, 0.9f, 0}, 6, 30, -18});
 }
 
 const scene scene_ribbon = {

@@ -45,7 +45,7 @@ static void sleeve_build(scene_builder* builder) {
     const int sleeve = scene_add_soft(builder, cloth_part_mesh(builder, &part), &def);
     cloth_part_anchor_row(builder, sleeve, part.resolution, 0, band);
     cloth_part_anchor_row(builder, sleeve, part.resolution, part.resolution.rows - 1, cuff);
-    scene_set_camera(builder, (scene_camera){{0, 2, 0}, 8, 25, -14});
+    scene_set_camera(builder, (scene_camera){{0, 2, 0}, 6, 25, -14});
 }
 
 const scene scene_sleeve = {

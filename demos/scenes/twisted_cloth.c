@@ -28,7 +28,7 @@ static void twisted_cloth_build(scene_builder* builder) {
     const int cloth = scene_add_soft(builder, cloth_part_mesh(builder, &part), &def);
     cloth_part_anchor_column(builder, cloth, part.resolution, 0, bars[0]);
     cloth_part_anchor_column(builder, cloth, part.resolution, part.resolution.columns - 1, bars[1]);
-    scene_set_camera(builder, (scene_camera){{0, 2.4f, 0}, 8, 20, -14});
+    scene_set_camera(builder, (scene_camera){{0, 2.2f, 0}, 6.5f, 20, -14});
 }
 
 const scene scene_twisted_cloth = {
