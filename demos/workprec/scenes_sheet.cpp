@@ -97,7 +97,8 @@ double ball_penetration(const Engine& engine) {
     const std::vector<pli_vec3> positions = engine.soft(0).positions;
     double sum = 0;
     for (const pli_vec3 p : positions) {
-        const double lacks = std::max(0.0f, ball_radius + ball_margin - pli_vec3_length(p)) / ball_margin;
+        const auto lacks =
+            static_cast<double>(std::max(0.0f, ball_radius + ball_margin - pli_vec3_length(p)) / ball_margin);
         sum += lacks * lacks;
     }
     return std::sqrt(sum / static_cast<double>(positions.size()));

@@ -5,14 +5,14 @@
 #include "check.h"
 
 #include <algorithm>
-#include <cmath>
+#include <limits>
 #include <sstream>
 
 using nlohmann::json;
 
 // The smallest error of a solver.
 static double best_error(const json& scene, const char* solver, size_t metric) {
-    double best = INFINITY;
+    double best = std::numeric_limits<double>::infinity();
     for (const json& point : scene.at("points")) {
         const json& error = point.at("errors").at(metric);
         assert_true(point.at("ms_per_simulated_second").get<double>() > 0.0);
