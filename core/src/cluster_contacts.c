@@ -41,6 +41,8 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     for (int i = 0; i < state->group_count; ++i) {
         state->groups[i].is_current = false;
     }
+    /* What the first contacts would need; when memory runs out they ask again. */
+    (void)plii_cluster_contacts_update_groups(body, state);
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     plii_pair_memory_turn(body->context, &state->memory);
     plii_manifold* manifolds = state->manifolds;

@@ -25,6 +25,8 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     memory->present_capacity = capacity;
     memory->present_count = 0;
 
+    /* Both grow together, so that a step like the last one needs nothing. */
+    (void)PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->before_capacity);
     int size = 16;
     while (size / 2 < memory->before_count) {
         size *= 2;

@@ -86,9 +86,16 @@ static surface_candidates surface_find_candidates(const surface_data* surface, i
 }
 
 static int surface_nearest_candidate(const surface_candidates* candidates, pli_vec3 p, float max_squared) {
+    const surface_data* surface = candidates->surface;
+    const float far_squared = 1.001f * max_squared;
     int nearest = PLI_NULL_INDEX;
     for (int i = 0; i < candidates->count; ++i) {
-        const float squared = surface_measure(candidates->triangles[i], p, candidates->surface);
+        /* Most points are far from the planes of most triangles. */
+        const surface_triangle* triangle = &surface->triangles[candidates->triangles[i]];
+        const pli_vec3 corner = surface->vertices[triangle->vertices[0]].position;
+        const float height = pli_vec3_dot(pli_vec3_sub(p, corner), triangle->normal);
+        if (height * height > far_squared) { continue; }
+        const float squared = surface_measure(candidates->triangles[i], p, surface);
         if (squared < max_squared) {
             nearest = candidates->triangles[i];
             max_squared = squared;
