@@ -92,53 +92,51 @@ static void xpbd_predict(pli_body* body, float dt) {
 /* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements
    and what is carried on is the inverse mass. */
 typedef struct xpbd_pass {
-    pli_body* body;
-    const xpbd_state* state;
+    pli_vec4 *positions, *velocities, *displacements, *carried;
+    const pli_vec4* accelerations;
     float dt, inverse_dt; /* of the substep */
 } xpbd_pass;
 
 PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity, plii_float4 carried) {
-    const xpbd_state* state = pass->state;
     const plii_float4 dt = plii_float4_all(pass->dt);
-    velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&state->accelerations[node]), dt));
-    plii_float4_to(&pass->body->velocities[node], velocity);
-    plii_float4_to(&state->displacements[node], plii_float4_add(carried, plii_float4_mul(velocity, dt)));
+    velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&pass->accelerations[node]), dt));
+    plii_float4_to(&pass->velocities[node], velocity);
+    plii_float4_to(&pass->displacements[node], plii_float4_add(carried, plii_float4_mul(velocity, dt)));
 }
 
 static void xpbd_move_range(int begin, int end, void* task) {
-    const xpbd_pass* pass = task;
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
-        xpbd_move_node(pass, i, plii_float4_from(&pass->body->velocities[i]),
-                       plii_float4_from(&pass->state->carried[i]));
+        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]), plii_float4_from(&pass->carried[i]));
     }
 }
 
 /* Velocities get what constraints changed: the whole motion over dt would give them the rounding of dt * (1 / dt) in
    every substep. Pinned nodes keep theirs. */
 PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4* carried) {
-    const plii_float4 before = plii_float4_from(&pass->body->positions[node]);
-    const plii_float4 displacement = plii_float4_from(&pass->state->displacements[node]);
-    const plii_float4 velocity = plii_float4_from(&pass->body->velocities[node]);
-    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->state->carried[node]));
+    const plii_float4 before = plii_float4_from(&pass->positions[node]);
+    const plii_float4 displacement = plii_float4_from(&pass->displacements[node]);
+    const plii_float4 velocity = plii_float4_from(&pass->velocities[node]);
+    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->carried[node]));
     const plii_float4 change = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(pass->dt)));
     const plii_float4 changed = plii_float4_add(velocity, plii_float4_mul(change, plii_float4_all(pass->inverse_dt)));
     const plii_float4 after = plii_float4_add(before, plii_lanes_xyz(displacement));
     *carried = plii_float4_sub(displacement, plii_float4_sub(after, before));
-    plii_float4_to(&pass->body->positions[node], after);
-    plii_float4_to(&pass->state->carried[node], *carried);
+    plii_float4_to(&pass->positions[node], after);
+    plii_float4_to(&pass->carried[node], *carried);
     return plii_lanes_select(plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(before)), changed, velocity);
 }
 
 static void xpbd_finish_range(int begin, int end, void* task) {
-    const xpbd_pass* pass = task;
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
         plii_float4 carried;
-        plii_float4_to(&pass->body->velocities[i], xpbd_finish_node(pass, i, &carried));
+        plii_float4_to(&pass->velocities[i], xpbd_finish_node(pass, i, &carried));
     }
 }
 
 static void xpbd_finish_and_move_range(int begin, int end, void* task) {
-    const xpbd_pass* pass = task;
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
         plii_float4 carried;
         const plii_float4 velocity = xpbd_finish_node(pass, i, &carried);
@@ -148,7 +146,8 @@ static void xpbd_finish_and_move_range(int begin, int end, void* task) {
 
 static void xpbd_run_pass(pli_body* body, const xpbd_state* state, const plii_xpbd_substep* substep,
                           pli_range_fn* range) {
-    xpbd_pass pass = {body, state, substep->dt, substep->inverse_dt};
+    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->carried,
+                      state->accelerations, substep->dt,      substep->inverse_dt};
     plii_parallel_for(body->context, range, &pass, body->node_count, XPBD_NODES_GRAIN);
 }
 
