@@ -90,6 +90,7 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     made->log_user = used.log_user;
     made->parallel_for = used.parallel_for != NULL ? used.parallel_for : context_serial_for;
     made->parallel_user = used.parallel_user;
+    made->has_threads = used.parallel_for != NULL;
     made->simd = used.simd;
     *context = made;
     return PLI_OK;

@@ -2,11 +2,21 @@
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
 #include "links_kernel.h"
+#include "simd.h"
+
+#include <limits.h>
 
 enum {
     COLORED_LINKS_GRAIN = 128, /* groups of links; about 1 microsecond */
-    COLORED_LINKS_LEAST = 3    /* links per group on the average; a group of fewer costs more than they do one by one */
+    COLORED_LINKS_LEAST = 3,   /* links per group on the average; a group of fewer costs more than they do one by one */
+    COLORED_LINKS_BAND = 16384,       /* nodes, 256 kB: half a second cache and less */
+    COLORED_LINKS_WIDEST_SKEW = 32768 /* nodes */
 };
+
+/* Up to where a colour is solved in a band. */
+typedef struct colored_links_cut {
+    int run_groups, blocks; /* of the colour */
+} colored_links_cut;
 
 typedef struct colored_links_state {
     const plii_link_colors* colors;
@@ -15,6 +25,9 @@ typedef struct colored_links_state {
     uint32_t rest_revision;
     bool is_stale;
     float* inverse_stiffnesses; /* [material_count] */
+    int band_count;             /* 0: colour by colour over the whole body */
+    colored_links_cut* cuts;    /* [band_count][color_count] */
+    size_t cuts_size;           /* bytes */
 } colored_links_state;
 
 static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
@@ -58,14 +71,37 @@ static void colored_links_range(int begin, int end, void* data) {
     part->state->kernel->color(&part->task, begin, end);
 }
 
+static void colored_links_sweep_in_bands(colored_links_part* part) {
+    const colored_links_state* state = part->state;
+    const plii_link_colors* colors = state->colors;
+    const colored_links_cut* cuts = state->cuts;
+    for (int b = 0; b < state->band_count; ++b, cuts += colors->color_count) {
+        for (int c = 0; c < colors->color_count; ++c) {
+            const colored_links_cut start = {0, 0}, *before = b > 0 ? &cuts[c - colors->color_count] : &start;
+            const int in_runs = colors->colors[c + 1].first_group - colors->colors[c].first_group;
+            part->task.color = c;
+            if (before->run_groups < cuts[c].run_groups) {
+                colored_links_range(before->run_groups, cuts[c].run_groups, part);
+            }
+            if (before->blocks < cuts[c].blocks) {
+                colored_links_range(in_runs + before->blocks, in_runs + cuts[c].blocks, part);
+            }
+        }
+    }
+}
+
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_link_colors* colors = state->colors;
     colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, 0}};
-    for (int i = 0; i < colors->color_count; ++i) {
-        part.task.color = i;
-        plii_parallel_for(body->context, colored_links_range, &part, plii_link_colors_group_count(colors, i),
-                          COLORED_LINKS_GRAIN);
+    if (state->band_count > 0 && !plii_has_threads(body->context)) {
+        colored_links_sweep_in_bands(&part);
+    } else {
+        for (int i = 0; i < colors->color_count; ++i) {
+            part.task.color = i;
+            plii_parallel_for(body->context, colored_links_range, &part, plii_link_colors_group_count(colors, i),
+                              COLORED_LINKS_GRAIN);
+        }
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }
@@ -73,6 +109,100 @@ static void colored_links_sweep(pli_body* body, void* data) {
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     if (body->sweep_links == colored_links_sweep) { colored_links_refresh(body, state); }
+}
+
+// ------------------------------------------------------------------------------------------------------------ bands
+
+/* A body that is larger than the second cache would be read once per colour. Instead each colour goes as far as the
+   nodes of a band, less than the colour before by the widest group, so that no group comes before one of an earlier
+   colour that shares a node with it: the bits are those of colour after colour. */
+
+typedef struct colored_links_extent {
+    int low, high; /* nodes */
+} colored_links_extent;
+
+static colored_links_extent colored_links_run_extent(const plii_link_run* run, int group) {
+    const int low = run->node + run->stride * PLII_LINK_GROUP * group;
+    return (colored_links_extent){low, low + run->stride * (PLII_LINK_GROUP - 1) + run->offset};
+}
+
+static colored_links_extent colored_links_block_extent(const plii_link_colors* colors, int block) {
+    colored_links_extent extent = {INT_MAX, 0};
+    for (int k = 0; k < 2 * PLII_LINK_GROUP; ++k) {
+        const int node = plii_simd_index(colors->block_places[block][k / PLII_LINK_GROUP][k % PLII_LINK_GROUP]);
+        extent.low = node < extent.low ? node : extent.low;
+        extent.high = node > extent.high ? node : extent.high;
+    }
+    return extent;
+}
+
+/* Widest group; INT_MAX when the groups of some colour are not in the order of their last nodes. */
+static int colored_links_reach(const plii_link_colors* colors) {
+    int reach = 0;
+    for (int c = 0; c < colors->color_count; ++c) {
+        const plii_link_color* color = &colors->colors[c];
+        int last[2] = {-1, -1};
+        for (int r = color[0].first_run; r < color[1].first_run; ++r) {
+            for (int g = 0; g < colors->runs[r].group_count; ++g) {
+                const colored_links_extent extent = colored_links_run_extent(&colors->runs[r], g);
+                if (extent.high < last[0]) { return INT_MAX; }
+                last[0] = extent.high;
+                reach = extent.high - extent.low > reach ? extent.high - extent.low : reach;
+            }
+        }
+        for (int b = color[0].first_block; b < color[1].first_block; ++b) {
+            const colored_links_extent extent = colored_links_block_extent(colors, b);
+            if (extent.high < last[1]) { return INT_MAX; }
+            last[1] = extent.high;
+            reach = extent.high - extent.low > reach ? extent.high - extent.low : reach;
+        }
+    }
+    return reach + 1;
+}
+
+/* Of one colour, in all bands. */
+static void colored_links_cut_color(colored_links_state* state, int color, int reach) {
+    const plii_link_colors* colors = state->colors;
+    const plii_link_color* own = &colors->colors[color];
+    colored_links_cut cut = {0, 0};
+    int run = own->first_run, group = 0, block = own->first_block;
+    for (int b = 0; b < state->band_count; ++b) {
+        const int end = COLORED_LINKS_BAND * (b + 1) - color * reach;
+        while (run < own[1].first_run && colored_links_run_extent(&colors->runs[run], group).high < end) {
+            cut.run_groups += 1;
+            if (++group == colors->runs[run].group_count) {
+                ++run;
+                group = 0;
+            }
+        }
+        while (block < own[1].first_block && colored_links_block_extent(colors, block).high < end) {
+            ++block;
+            cut.blocks += 1;
+        }
+        state->cuts[(ptrdiff_t)b * colors->color_count + color] = cut;
+    }
+}
+
+/* Leaves a body without bands that is small, whose groups are too wide, or for which there is no memory. */
+static void colored_links_make_bands(const pli_body* body, colored_links_state* state) {
+    const plii_link_colors* colors = state->colors;
+    if (body->node_count < 2 * COLORED_LINKS_BAND) { return; }
+    const int reach = colored_links_reach(colors);
+    if ((int64_t)reach * colors->color_count > COLORED_LINKS_WIDEST_SKEW) { return; }
+    const int band_count = (body->node_count + reach * colors->color_count) / COLORED_LINKS_BAND + 1;
+    state->cuts_size = (size_t)band_count * (size_t)colors->color_count * sizeof *state->cuts;
+    state->cuts = plii_allocate(body->context, state->cuts_size);
+    if (state->cuts == NULL) { return; }
+    state->band_count = band_count;
+    for (int c = 0; c < colors->color_count; ++c) {
+        colored_links_cut_color(state, c, reach);
+    }
+}
+
+static void colored_links_release_bands(const pli_body* body, colored_links_state* state) {
+    plii_release(body->context, state->cuts, state->cuts_size);
+    state->cuts = NULL;
+    state->band_count = 0;
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -100,12 +230,14 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
         plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
         return PLI_ERROR_OUT_OF_MEMORY;
     }
+    colored_links_make_bands(body, state);
     colored_links_choose_sweep(body, state);
     return PLI_OK;
 }
 
 static void colored_links_disable(pli_body* body, void* data) {
     colored_links_state* state = data;
+    colored_links_release_bands(body, state);
     plii_link_slots_release(body, &state->rest_squared);
     plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
     body->sweep_links = plii_links_sweep;
@@ -113,7 +245,9 @@ static void colored_links_disable(pli_body* body, void* data) {
 }
 
 static size_t colored_links_bytes(const pli_body* body, const void* data) {
-    return ((const colored_links_state*)data)->rest_squared.size + colored_links_stiffness_size(body);
+    const colored_links_state* state = data;
+    const size_t cuts_size = state->cuts != NULL ? state->cuts_size : 0;
+    return state->rest_squared.size + colored_links_stiffness_size(body) + cuts_size;
 }
 
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
@@ -127,6 +261,7 @@ static void colored_links_topology_commit(pli_body* body, void* data, const plii
                                           void** blocks) {
     colored_links_state* state = data;
     plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
+    colored_links_release_bands(body, state); /* the colours are others now */
     colored_links_choose_sweep(body, state);
 }
 

@@ -79,8 +79,10 @@ static void solvers_have_equal_bits(void**) {
 // Large enough that threads get parts.
 static void large_bodies_have_equal_bits(void**) {
     const auto sheet = demos::Description::build(series_scene("sheet", "sheet 128"), {});
+    const auto large_sheet = demos::Description::build(series_scene("sheet", "sheet 256"), {});
     const auto ball = demos::Description::build(series_scene("sphere", "sphere 20000"), {});
     expect_equal_bits(*sheet, {}, 3);
+    expect_equal_bits(*large_sheet, {}, 2); // in bands on one thread
     expect_equal_bits(*ball, {}, 2);
     EngineOptions xpbd;
     xpbd.solver.kind = SolverKind::xpbd;
