@@ -74,31 +74,32 @@ size_t plii_near_boxes_bytes(const plii_near_boxes* boxes) {
 }
 
 typedef struct near_search {
-    plii_float4 point[3];
+    plii_float4 x, y, z; /* of the point, in all lanes */
     plii_float4 squared_radius;
 } near_search;
 
+/* Squares of how far a coordinate lies outside of four intervals. */
+PLII_SIMD_INLINE plii_float4 near_boxes_outside(plii_float4 value, const float* low, const float* high) {
+    const plii_float4 below = plii_float4_sub(plii_float4_load(low), value);
+    const plii_float4 above = plii_float4_sub(value, plii_float4_load(high));
+    const plii_float4 outside = plii_lanes_max(plii_lanes_max(below, above), plii_float4_all(0.0f));
+    return plii_float4_mul(outside, outside);
+}
+
 /* Bit k where box k is near. */
 PLII_SIMD_INLINE int near_boxes_test(const near_search* search, const plii_box4* group) {
-    const plii_float4 zero = plii_float4_all(0.0f);
-    plii_float4 squares[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const plii_float4 below = plii_float4_sub(plii_float4_load(group->low[axis]), search->point[axis]);
-        const plii_float4 above = plii_float4_sub(search->point[axis], plii_float4_load(group->high[axis]));
-        const plii_float4 outside = plii_lanes_max(plii_lanes_max(below, above), zero);
-        squares[axis] = plii_float4_mul(outside, outside);
-    }
-    const plii_float4 squared = plii_float4_add(plii_float4_add(squares[0], squares[1]), squares[2]);
+    const plii_float4 x = near_boxes_outside(search->x, group->low[0], group->high[0]);
+    const plii_float4 y = near_boxes_outside(search->y, group->low[1], group->high[1]);
+    const plii_float4 z = near_boxes_outside(search->z, group->low[2], group->high[2]);
+    const plii_float4 squared = plii_float4_add(plii_float4_add(x, y), z);
     return plii_lanes_bits(plii_lanes_at_most(squared, search->squared_radius));
 }
 
 /* The lowest bit that is set, of four. */
-static int near_boxes_first(int bits) {
-    return (bits & 1) != 0 ? 0 : (bits & 2) != 0 ? 1 : (bits & 4) != 0 ? 2 : 3;
-}
+static const uint8_t near_boxes_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 
 int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items) {
-    const near_search search = {{plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z)},
+    const near_search search = {plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z),
                                 plii_float4_all(radius * radius)};
     /* Depth first: of the groups on the way down, what is left to be looked at. */
     int bits[PLII_NEAR_BOXES_MAX_LEVELS], group[PLII_NEAR_BOXES_MAX_LEVELS];
@@ -112,7 +113,7 @@ int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float rad
             ++level;
             continue;
         }
-        const int box = 4 * group[level] + near_boxes_first(bits[level]);
+        const int box = 4 * group[level] + near_boxes_first[bits[level]];
         bits[level] &= bits[level] - 1;
         if (level == 0) {
             items[count++] = box;
