@@ -1,9 +1,10 @@
 /* Pose matching: nodes are pulled towards the rest shape in its best-fitting place (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
-#include "pliant/pose.h"
+#include "lanes.h"
 
 #include "body_impl.h"
+#include "pliant/pose.h"
 #include "polar.h"
 
 #include <string.h>
@@ -17,37 +18,61 @@ typedef struct pose_state {
 } pose_state;
 
 static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
-    pli_vec3 centre = pli_vec3_make(0, 0, 0);
+    plii_float4 sum = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
-        centre = pli_vec3_add(centre, pli_vec3_scale(plii_xyz(body->positions[i]), pose->weights[i]));
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(pose->weights[i])));
     }
+    pli_vec3 centre;
+    plii_lanes_to_vec3(&centre, sum);
     return centre;
+}
+
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
+    /* Starting from a small diagonal keeps a mesh in a coordinate plane from being singular. */
+    const pli_mat3 start = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
+    plii_float4 x_row = plii_lanes_from_vec3(&start.rows[0]), y_row = plii_lanes_from_vec3(&start.rows[1]);
+    plii_float4 z_row = plii_lanes_from_vec3(&start.rows[2]);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 now = pli_vec3_scale(pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre), pose->weights[i]);
+        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
+        x_row = plii_float4_add(x_row, plii_float4_mul(rest, plii_float4_all(now.x)));
+        y_row = plii_float4_add(y_row, plii_float4_mul(rest, plii_float4_all(now.y)));
+        z_row = plii_float4_add(z_row, plii_float4_mul(rest, plii_float4_all(now.z)));
+    }
+    pli_mat3 covariance;
+    plii_lanes_to_vec3(&covariance.rows[0], x_row);
+    plii_lanes_to_vec3(&covariance.rows[1], y_row);
+    plii_lanes_to_vec3(&covariance.rows[2], z_row);
+    return covariance;
+}
+
+/* Pinned nodes stay, and so does every w. */
+static void pose_match(pli_body* body, const pose_state* pose) {
+    const pli_mat3 turned = pli_mat3_transpose(pose->rotation);
+    const plii_float4 x_axis = plii_lanes_from_vec3(&turned.rows[0]), y_axis = plii_lanes_from_vec3(&turned.rows[1]);
+    const plii_float4 z_axis = plii_lanes_from_vec3(&turned.rows[2]), centre = plii_lanes_from_vec3(&pose->centre);
+    const plii_float4 matching = plii_float4_all(pose->matching);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const pli_vec3 rest = pose->rest[i];
+        const plii_float4 turned_x = plii_float4_mul(x_axis, plii_float4_all(rest.x));
+        const plii_float4 turned_y = plii_float4_mul(y_axis, plii_float4_all(rest.y));
+        const plii_float4 turned_z = plii_float4_mul(z_axis, plii_float4_all(rest.z));
+        const plii_float4 goal =
+            plii_float4_add(plii_float4_add(plii_float4_add(turned_x, turned_y), turned_z), centre);
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        const plii_float4 way = plii_lanes_xyz(plii_float4_mul(plii_float4_sub(goal, x), matching));
+        plii_float4_to(&body->positions[i], plii_float4_add(x, way));
+    }
 }
 
 static void pose_run(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     pose_state* pose = state;
-    const pli_vec3 centre = pose_centre(body, pose);
-    pose->centre = centre;
-
-    /* Starting from a small diagonal keeps a mesh in a coordinate plane from being singular. */
-    pli_mat3 covariance = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 now = pli_vec3_scale(pli_vec3_sub(plii_xyz(body->positions[i]), centre), pose->weights[i]);
-        const pli_vec3 rest = pose->rest[i];
-        covariance.rows[0] = pli_vec3_add(covariance.rows[0], pli_vec3_scale(rest, now.x));
-        covariance.rows[1] = pli_vec3_add(covariance.rows[1], pli_vec3_scale(rest, now.y));
-        covariance.rows[2] = pli_vec3_add(covariance.rows[2], pli_vec3_scale(rest, now.z));
-    }
-    pose->rotation = plii_polar_factor(covariance, pose->rotation);
-
-    if (!(pose->matching > 0.0f)) { return; }
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) {
-            const pli_vec3 goal = pli_vec3_add(pli_mat3_mul_vec3(pose->rotation, pose->rest[i]), centre);
-            plii_set_xyz(&body->positions[i], pli_vec3_lerp(plii_xyz(body->positions[i]), goal, pose->matching));
-        }
-    }
+    pose->centre = pose_centre(body, pose);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose), pose->rotation);
+    if (pose->matching > 0.0f) { pose_match(body, pose); }
 }
 
 static void pose_disable(pli_body* body, void* state) {
