@@ -1,6 +1,7 @@
 #!/bin/sh
 # Shows Pliant at work: installs what is missing (Debian, with apt), builds, runs the demo scenes on Pliant and on
-# Bullet, and ends with the path of the pictures. Needs no display. A second run only does what is left.
+# Bullet, measures, and ends with the path of a page with pictures, tables and plots. Needs no display. A second run
+# only does what is left.
 #
 #   usage: sh demos/run.sh
 set -eu
@@ -12,3 +13,5 @@ build_preset release pliant_program
 say "running the demo"
 mkdir -p out
 build/release/demos/app/pliant demo --out out/demo
+say "measuring: agreement, speed, error against run time, stability"
+build/release/demos/app/pliant report --quick --out out/report

@@ -89,7 +89,13 @@ struct WorkprecOptions {
     bool json = false;
 };
 
+struct ReportOptions {
+    std::string folder = "pliant-report";
+    bool is_quick = false;
+};
+
 int run_list(const ListOptions& options);
+int run_report(const ReportOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
 int run_bench(const BenchOptions& options);

@@ -19,6 +19,7 @@ using app::BenchOptions;
 using app::CompareOptions;
 using app::DemoOptions;
 using app::ListOptions;
+using app::ReportOptions;
 using app::RunOptions;
 using app::StabilityOptions;
 using app::ViewOptions;
@@ -211,6 +212,14 @@ static void add_workprec(CLI::App& program, WorkprecOptions& options, std::funct
     command->callback([&] { chosen = [&] { return app::run_workprec(options); }; });
 }
 
+static void add_report(CLI::App& program, ReportOptions& options, std::function<int()>& chosen) {
+    CLI::App* command = program.add_subcommand("report", "Make one page of pictures and of all measurements");
+    command->add_option("--out", options.folder, "Folder for the page and its data (default: pliant-report)")
+        ->type_name("DIR");
+    command->add_flag("--quick", options.is_quick, "Four scenes, and a part of the other measurements");
+    command->callback([&] { chosen = [&] { return app::run_report(options); }; });
+}
+
 static int fail(const std::string& reason, int status) {
     std::cout.flush();
     const std::string line = reason.substr(0, reason.find('\n'));
@@ -237,6 +246,7 @@ static int run_program(int argument_count, char** arguments) {
     ViewOptions view;
     StabilityOptions stability;
     WorkprecOptions workprec;
+    ReportOptions report;
     std::function<int()> chosen;
     CLI::App program("Soft bodies of Pliant beside those of Bullet, on the same scenes.", "pliant");
     program.set_version_flag("--version", "pliant " APP_VERSION);
@@ -249,6 +259,7 @@ static int run_program(int argument_count, char** arguments) {
     add_view(program, view, chosen);
     add_stability(program, stability, chosen);
     add_workprec(program, workprec, chosen);
+    add_report(program, report, chosen);
     try {
         program.parse(argument_count, arguments);
     } catch (const CLI::Success& request) { // --help, --version
