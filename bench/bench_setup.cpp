@@ -57,8 +57,7 @@ void setup(benchmark::State& state, Part part) {
         state.PauseTiming();
         const pli_body_view view = pli_body_get_view(made);
         state.counters["links"] = view.link_count;
-        state.counters["bytes/node"] =
-            static_cast<double>(pli_body_bytes(made)) / static_cast<double>(view.node_count);
+        state.counters["bytes/node"] = static_cast<double>(pli_body_bytes(made)) / static_cast<double>(view.node_count);
         pli_mesh_destroy(mesh);
         pli_world_destroy(world);
         pli_context_destroy(context);

@@ -151,6 +151,7 @@ void stiff_sheet(benchmark::State& state, int substeps) {
 BENCHMARK_CAPTURE(tetra_cube, volumes, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(tetra_cube, volumes and links, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 10 substeps, 10)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(stiff_sheet, 14 substeps, 14)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 20 substeps, 20)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 40 substeps, 40)->Unit(benchmark::kMillisecond);
 BENCHMARK_MAIN();
