@@ -201,6 +201,10 @@ static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* st
     }
 }
 
+static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_step* step) {
+    if (!((const rigid_contacts_state*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
+}
+
 static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity, plii_hold* holds) {
     const rigid_contacts_state* state = data;
     (void)body;
@@ -256,13 +260,27 @@ static const plii_feature_class rigid_contacts_class = {
     .name = "rigid_contacts",
     .state_size = sizeof(rigid_contacts_state),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, PLII_ORDER_CLEAR_CONTACTS},
-               [PLII_STAGE_POSITION] = {rigid_contacts_solve, PLII_ORDER_RIGID_CONTACTS}},
+               [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, PLII_ORDER_RIGID_CONTACTS}},
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_holds = rigid_contacts_list_holds,
     .forget_rigid = rigid_contacts_forget_rigid,
     .bytes = rigid_contacts_bytes,
     .topology_commit = rigid_contacts_topology_commit,
+};
+
+static void rigid_contacts_solve_last(pli_body* body, void* data, const plii_step* step) {
+    (void)data;
+    rigid_contacts_solve(body, plii_feature_state(body, &rigid_contacts_class), step);
+}
+
+static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_contacts_class, NULL};
+
+/* Their solve at another place of the iteration. */
+static const plii_feature_class rigid_contacts_last_class = {
+    .name = "rigid_contacts_last",
+    .needs = rigid_contacts_last_needs,
+    .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, PLII_ORDER_RIGID_CONTACTS_LAST}},
 };
 
 static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,
@@ -294,6 +312,11 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
     PLII_TRY(plii_check_body(body, __func__));
     PLII_TRY(rigid_contacts_check_def(body->context, def, __func__));
+    if (def->after_links) {
+        PLII_TRY(plii_feature_enable(body, &rigid_contacts_last_class, NULL));
+    } else {
+        plii_feature_disable(body, &rigid_contacts_last_class);
+    }
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
     ((rigid_contacts_state*)state)->def = *def;
@@ -301,7 +324,9 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
 }
 
 void pli_body_disable_rigid_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &rigid_contacts_class); }
+    if (plii_check_body(body, __func__) != PLI_OK) { return; }
+    plii_feature_disable(body, &rigid_contacts_last_class);
+    plii_feature_disable(body, &rigid_contacts_class);
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

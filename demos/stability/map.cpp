@@ -272,7 +272,7 @@ bool from_text(const std::string& text, Cell& cell) {
 
 Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions& options) {
     const Stopwatch watch;
-    const double limit = options.time_limit + (which.group == "rest" ? 0.002 * options.rest_steps : 0.0);
+    const double limit = options.time_limit + (which.group == "rest" ? 0.01 * options.rest_steps : 0.0);
     const ChildAnswer answer = run_in_child([&] { return to_text(run_here(which, column)); }, limit);
     Cell cell;
     if (answer.end == ChildEnd::timed_out) {

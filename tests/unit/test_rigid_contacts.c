@@ -173,6 +173,49 @@ static void test_rigid_contacts_rest_on_a_plane(void** state) {
     check_near(pli_context_allocation_count(f->context), allocations, 0);
 }
 
+/* Two nodes on a rough plane, the link between them too short by a tenth: it pulls after the contacts, or before them.
+ */
+static float pulled_distance(fixture* f, pli_body* body, pli_rigid_contacts_def contacts, uint64_t* hash) {
+    const pli_vec3 places[2] = {pli_vec3_make(0, 0.25f, 0), pli_vec3_make(1, 0.25f, 0)};
+    assert_int_equal(pli_body_set_state(body, places, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_rigid_contacts(body, &contacts), PLI_OK);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    }
+    *hash = pli_body_state_hash(body);
+    return pli_vec3_length(pli_vec3_sub(position_of(body, 1), position_of(body, 0)));
+}
+
+static void test_rigid_contacts_after_links(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(f->context, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(0, 0.25f, 0), 1, NULL), PLI_OK);
+    assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make(1, 0.25f, 0), 1, NULL), PLI_OK);
+    assert_int_equal(pli_mesh_append_link(mesh, 0, 1, 0, NULL), PLI_OK);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(f->world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_set_rest_length(body, 0, 0.9f), PLI_OK);
+    make_rigid(f, f->plane, 0, pli_vec3_make(0, 0, 0));
+    pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    contacts.friction = 1;
+    uint64_t before = 0, after = 0, again = 0;
+    check_near(pulled_distance(f, body, contacts, &before), 0.9, 1e-3);
+    contacts.after_links = true;
+    check_near(pulled_distance(f, body, contacts, &after), 1.0, 1e-3);
+    contacts.after_links = false;
+    check_near(pulled_distance(f, body, contacts, &again), 0.9, 1e-3);
+    assert_true(before == again && before != after);
+    pli_body_disable_rigid_contacts(body);
+    const size_t bytes = pli_body_bytes(body);
+    contacts.after_links = true;
+    assert_int_equal(pli_body_enable_rigid_contacts(body, &contacts), PLI_OK);
+    pli_body_disable_rigid_contacts(body);
+    check_near(pli_body_bytes(body), bytes, 0);
+}
+
 static void test_rigid_contacts_shape_poses_and_kinematic_drag(void** state) {
     fixture* f = *state;
     const pli_vec3 positions[2] = {{3, 1.1f, 0}, {-3, 0, 1.1f}};
@@ -324,6 +367,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_pinned_node_stops_a_rigid_body, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_friction_regimes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_rest_on_a_plane, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rigid_contacts_after_links, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_shape_poses_and_kinematic_drag, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_behind_an_open_floor, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_survive_a_broken_shape, setup, teardown),

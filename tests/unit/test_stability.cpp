@@ -121,6 +121,18 @@ static void solvers_survive(void**) {
     }
 }
 
+static void bodies_come_to_rest(void**) {
+    StabilityOptions options;
+    options.rest_steps = 2400;
+    for (const StabilityCase& which : demos::stability_cases(options)) {
+        if (which.group != "rest") { continue; }
+        const Cell cell = demos::run_cell(which, Column::bullet, options);
+        if (cell.verdict != Verdict::survives) { fail_msg("%s: %s", which.name.c_str(), cell.note.c_str()); }
+        check_at_most(cell.figure, 0.5); // mm
+        assert_true(demos::run_cell(which, Column::bt_soft_body, options).verdict == Verdict::never_rests);
+    }
+}
+
 static void cases_have_names_of_their_own(void**) {
     const std::vector<StabilityCase> cases = demos::stability_cases({});
     assert_true(cases.size() >= 50);
@@ -136,6 +148,7 @@ int main(void) {
         cmocka_unit_test(children_answer_or_are_ended),
         cmocka_unit_test(cells_are_judged),
         cmocka_unit_test(solvers_survive),
+        cmocka_unit_test(bodies_come_to_rest),
         cmocka_unit_test(cases_have_names_of_their_own),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);

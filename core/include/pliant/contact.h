@@ -19,6 +19,10 @@ typedef struct pli_rigid_contacts_def {
     float friction;
     float dynamic_hardness; ///< [0, 1], default 1: share of the penetration removed per iteration. Bullet name: kCHR
     float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies. Bullet name: kKHR
+    /// Default false, as in Bullet: links come after contacts in each iteration, and what they make nodes slide stays,
+    /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
+    /// solver only; the others have no such order.
+    bool after_links;
     uint32_t cookie;
 } pli_rigid_contacts_def;
 
