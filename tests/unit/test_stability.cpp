@@ -123,13 +123,12 @@ static void solvers_survive(void**) {
 
 static void bodies_come_to_rest(void**) {
     StabilityOptions options;
-    options.rest_steps = 2400;
+    options.rest_steps = 1800;
     for (const StabilityCase& which : demos::stability_cases(options)) {
         if (which.group != "rest") { continue; }
         const Cell cell = demos::run_cell(which, Column::bullet, options);
         if (cell.verdict != Verdict::survives) { fail_msg("%s: %s", which.name.c_str(), cell.note.c_str()); }
         check_at_most(cell.figure, 0.5); // mm
-        assert_true(demos::run_cell(which, Column::bt_soft_body, options).verdict == Verdict::never_rests);
     }
 }
 
