@@ -10,9 +10,10 @@ namespace demos {
 
 namespace {
 
-constexpr int settling_steps = 1200;  // 20 s
-constexpr double most_creep = 0.001;  // m
-constexpr double least_speed = 0.001; // m/s, below which motion does not count as growing
+constexpr int settling_steps = 1200; // 20 s
+constexpr double most_creep = 0.001; // m
+// m/s, a tenth of what gravity gives in a step: below it motion does not count as growing.
+constexpr double least_speed = 0.017;
 
 // The way of the centre of mass, and the largest speed in the first and in the last quarter after settling.
 class RestWatcher final : public Watcher {
