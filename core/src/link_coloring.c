@@ -7,6 +7,7 @@
 
 #include "simd.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -246,6 +247,22 @@ static void link_colors_take_sides(link_colors_work* work, int d) {
     }
 }
 
+static int link_colors_compare_runs(const void* a, const void* b) {
+    const int node_a = ((const plii_link_run*)a)->node, node_b = ((const plii_link_run*)b)->node;
+    return (node_a > node_b) - (node_a < node_b);
+}
+
+/* Of the last colour, by node: parts of it are parts of the body. */
+static void link_colors_sort_runs(plii_link_colors* made, int color) {
+    const int first = made->colors[color].first_run;
+    int group = made->colors[color].first_group;
+    qsort(&made->runs[first], (size_t)(made->run_count - first), sizeof *made->runs, link_colors_compare_runs);
+    for (int r = first; r < made->run_count; ++r) {
+        made->runs[r].first_group = group;
+        group += made->runs[r].group_count;
+    }
+}
+
 /* One of the two colours of a class, if it has links, in an order of nodes that makes strides constant: near nodes
    2 d apart, others one after the other. */
 static void link_colors_make_runs(link_colors_work* work, int d, uint8_t side, bool with_link_stride) {
@@ -263,6 +280,7 @@ static void link_colors_make_runs(link_colors_work* work, int d, uint8_t side, b
     }
     if (row.count == 0) { return; }
     link_colors_end_row(work, &row, d, with_link_stride, color);
+    link_colors_sort_runs(&work->made, color);
     work->color_count += 1;
 }
 

@@ -77,6 +77,19 @@ static inline plii_link_part plii_link_block_part(const plii_link_color* color, 
                             color->first_block + (end > in_runs ? end - in_runs : 0)};
 }
 
+/* Share [begin, end) of the groups of a colour: as much of its runs as of its blocks, so that a thread meets the nodes
+   of one part of the body. Both as groups of the colour. */
+static inline plii_link_part plii_link_run_share(const plii_link_color* color, int begin, int end) {
+    const int64_t in_runs = color[1].first_group - color[0].first_group;
+    const int64_t count = in_runs + color[1].first_block - color[0].first_block;
+    return (plii_link_part){(int)(begin * in_runs / count), (int)(end * in_runs / count)};
+}
+static inline plii_link_part plii_link_block_share(const plii_link_color* color, int begin, int end) {
+    const int64_t in_runs = color[1].first_group - color[0].first_group;
+    const int64_t in_blocks = color[1].first_block - color[0].first_block, count = in_runs + in_blocks;
+    return (plii_link_part){(int)(in_runs + begin * in_blocks / count), (int)(in_runs + end * in_blocks / count)};
+}
+
 /* Of each slot the value of its link: values[stride * link], or `filler` for lanes without a link. */
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);

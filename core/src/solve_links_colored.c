@@ -68,7 +68,11 @@ typedef struct colored_links_part {
 
 static void colored_links_range(int begin, int end, void* data) {
     const colored_links_part* part = data;
-    part->state->kernel->color(&part->task, begin, end);
+    const plii_link_color* color = &part->state->colors->colors[part->task.color];
+    const plii_link_part runs = plii_link_run_share(color, begin, end);
+    const plii_link_part blocks = plii_link_block_share(color, begin, end);
+    if (runs.begin < runs.end) { part->state->kernel->color(&part->task, runs.begin, runs.end); }
+    if (blocks.begin < blocks.end) { part->state->kernel->color(&part->task, blocks.begin, blocks.end); }
 }
 
 static void colored_links_sweep_in_bands(colored_links_part* part) {
@@ -81,10 +85,10 @@ static void colored_links_sweep_in_bands(colored_links_part* part) {
             const int in_runs = colors->colors[c + 1].first_group - colors->colors[c].first_group;
             part->task.color = c;
             if (before->run_groups < cuts[c].run_groups) {
-                colored_links_range(before->run_groups, cuts[c].run_groups, part);
+                state->kernel->color(&part->task, before->run_groups, cuts[c].run_groups);
             }
             if (before->blocks < cuts[c].blocks) {
-                colored_links_range(in_runs + before->blocks, in_runs + cuts[c].blocks, part);
+                state->kernel->color(&part->task, in_runs + before->blocks, in_runs + cuts[c].blocks);
             }
         }
     }

@@ -73,7 +73,11 @@ typedef struct xpbd_links_part {
 
 static void xpbd_links_range(int begin, int end, void* data) {
     const xpbd_links_part* part = data;
-    part->kernel->color(&part->task, begin, end);
+    const plii_link_color* color = &part->task.colors->colors[part->task.color];
+    const plii_link_part runs = plii_link_run_share(color, begin, end);
+    const plii_link_part blocks = plii_link_block_share(color, begin, end);
+    if (runs.begin < runs.end) { part->kernel->color(&part->task, runs.begin, runs.end); }
+    if (blocks.begin < blocks.end) { part->kernel->color(&part->task, blocks.begin, blocks.end); }
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
