@@ -159,16 +159,38 @@ void plii_feature_disable_all(pli_body* body) {
     *pipeline = (plii_pipeline){0};
 }
 
+static size_t feature_held_bytes(const pli_body* body, const plii_feature* feature) {
+    const plii_feature_class* klass = feature->klass;
+    return klass->state_size + (klass->bytes != NULL ? klass->bytes(body, feature->state) : 0);
+}
+
 size_t plii_feature_bytes(const pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     size_t bytes = (size_t)pipeline->feature_capacity * sizeof *pipeline->features +
                    (size_t)pipeline->entry_capacity * sizeof *pipeline->entries;
     for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        bytes += feature->klass->state_size;
-        if (feature->klass->bytes != NULL) { bytes += feature->klass->bytes(body, feature->state); }
+        bytes += feature_held_bytes(body, &pipeline->features[i]);
     }
     return bytes;
+}
+
+static bool feature_has_passes(const plii_feature_class* klass) {
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        if (klass->stages[stage].run != NULL) { return true; }
+    }
+    return klass->collide_rigid != NULL || klass->collide_body != NULL || klass->substepped != NULL;
+}
+
+int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        features[i] = (pli_feature_cost){.name = feature->klass->name,
+                                         .bytes = feature_held_bytes(body, feature),
+                                         .is_needed = !feature->by_user,
+                                         .has_passes = feature_has_passes(feature->klass)};
+    }
+    return pipeline->feature_count;
 }
 
 // ------------------------------------------------------------------------------------------------------- run

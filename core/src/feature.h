@@ -162,6 +162,8 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
+/* At most `capacity` of those that are enabled; returns how many there are. */
+int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features);
 
 void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
 

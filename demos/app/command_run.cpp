@@ -8,6 +8,8 @@
 #include "statistics.h"
 #include "table.h"
 
+#include "../engines/costs.h"
+
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -25,6 +27,7 @@ struct RunResult {
     demos::Measures measures;
     scene_self_collision self_collision = SCENE_SELF_NONE;
     std::optional<int> crossings; // of scenes with self-collision to choose, on Pliant
+    std::optional<demos::SceneCosts> costs;
     std::string csv;
 };
 
@@ -86,10 +89,52 @@ static int default_frames(const scene& which, float step_seconds) {
     return std::max(1, static_cast<int>(std::lround(static_cast<float>(frames) * demos::frame_seconds / step_seconds)));
 }
 
+static nlohmann::ordered_json to_json(const demos::SceneCosts& costs) {
+    nlohmann::ordered_json features = nlohmann::ordered_json::array(), passes = nlohmann::ordered_json::array();
+    for (const demos::FeatureCost& feature : costs.features) {
+        features.push_back({{"feature", feature.name},
+                            {"is_needed", feature.is_needed},
+                            {"has_passes", feature.has_passes},
+                            {"bodies", feature.bodies},
+                            {"bytes", feature.bytes},
+                            {"microseconds", feature.microseconds}});
+    }
+    for (const demos::StageCost& pass : costs.passes) {
+        passes.push_back(
+            {{"stage", pass.stage},
+             {"feature", pass.feature.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(pass.feature)},
+             {"microseconds", pass.microseconds}});
+    }
+    return {{"bytes", costs.bytes},
+            {"bytes_per_node", costs.bytes_per_node()},
+            {"microseconds", costs.microseconds},
+            {"features", features},
+            {"passes", passes},
+            {"left_out", costs.left_out}};
+}
+
+static std::string costs_text(const demos::SceneCosts& costs) {
+    Table features({"feature", "bytes", "us per step", ""});
+    for (const demos::FeatureCost& feature : costs.features) {
+        features.add({feature.name, std::to_string(feature.bytes),
+                      feature.has_passes ? fixed(feature.microseconds, 2) : "-", feature.is_needed ? "needed" : ""});
+    }
+    features.add({"all, bodies included", std::to_string(costs.bytes), fixed(costs.microseconds, 2), ""});
+    Table passes({"pass", "us per step"});
+    for (const demos::StageCost& pass : costs.passes) {
+        passes.add({pass.stage + (pass.feature.empty() ? "" : ": " + pass.feature), fixed(pass.microseconds, 2)});
+    }
+    std::string text = "\n" + features.text() + "\n" + passes.text() + "\nleft out: ";
+    for (size_t i = 0; i < costs.left_out.size(); ++i) {
+        text += (i == 0 ? "" : ", ") + costs.left_out[i];
+    }
+    return text + "\n";
+}
+
 static void print_json(const RunOptions& options, const scene& which, const demos::SolverRun& solver,
                        const RunResult& result) {
     const demos::Measures& measures = result.measures;
-    const nlohmann::ordered_json document = {
+    nlohmann::ordered_json document = {
         {"scene", which.name},
         {"engine", options.engine},
         {"solver", solver_name(solver.kind)},
@@ -112,6 +157,7 @@ static void print_json(const RunOptions& options, const scene& which, const demo
         {"kinetic_energy", measures.kinetic_energy},
         {"state_hash", hash_text(measures.state_hash)},
     };
+    if (result.costs.has_value()) { document["costs"] = to_json(*result.costs); }
     std::cout << document.dump(2) << '\n';
 }
 
@@ -136,6 +182,7 @@ static void print_text(const RunOptions& options, const scene& which, const demo
         line("speed", fixed(measures.rms_speed, 4) + " m/s (root mean square)");
     }
     line("state hash", hash_text(measures.state_hash));
+    if (result.costs.has_value()) { std::cout << costs_text(*result.costs); }
 }
 
 int run_scene(const RunOptions& options) {
@@ -143,6 +190,9 @@ int run_scene(const RunOptions& options) {
     const bool is_bullet = options.engine == "bullet";
     if (options.reference && is_bullet) {
         throw demos::Error("--reference is a mode of Pliant and does not go with --engine bullet");
+    }
+    if (options.has_costs && is_bullet) {
+        throw demos::Error("--costs are those of Pliant and do not go with --engine bullet");
     }
     const OutputFile png(options.png_file), csv(options.csv_file);
     if (png.is_wanted() && png.path() == csv.path()) {
@@ -167,6 +217,11 @@ int run_scene(const RunOptions& options) {
     Progress progress(options.json);
     progress.start(std::string(which.name) + " on " + engine->name());
     RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), progress);
+    if (options.has_costs && result.measures.finite) {
+        progress.start(std::string(which.name) + ", costs");
+        result.costs = demos::measure_costs(*description, engine_settings, result.frames,
+                                            [&](int frame, int all) { progress.show(frame, all); });
+    }
     progress.clear();
     if (description->has_self_collision) {
         result.self_collision = engine->self_collision();

@@ -38,6 +38,7 @@ struct RunOptions {
     StepOptions step;
     SceneChanges changes;
     std::string mesh_file, tetra_base, png_file, csv_file;
+    bool has_costs = false;
     bool json = false;
 };
 
@@ -90,6 +91,7 @@ struct WorkprecOptions {
 };
 
 struct ReportOptions {
+    std::vector<std::string> parts; // none: all
     std::string folder = "pliant-report";
     bool is_quick = false;
 };

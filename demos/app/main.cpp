@@ -122,6 +122,7 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
     add_scene_changes(command, options.changes);
     command->add_option("--png", options.png_file, "Write a picture of the last frame")->type_name("FILE");
     command->add_option("--csv", options.csv_file, "Write one line of measures per frame")->type_name("FILE");
+    command->add_flag("--costs", options.has_costs, "Tell what time and memory each feature takes");
     add_json(command, options.json);
     command->callback([&] { chosen = [&] { return app::run_scene(options); }; });
 }
@@ -214,6 +215,11 @@ static void add_workprec(CLI::App& program, WorkprecOptions& options, std::funct
 
 static void add_report(CLI::App& program, ReportOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("report", "Make one page of pictures and of all measurements");
+    command
+        ->add_option("parts", options.parts,
+                     "Parts of it: pictures, comparison, speed, precision, stability, costs (default: all)")
+        ->check(CLI::IsMember({"pictures", "comparison", "speed", "precision", "stability", "costs"}).description(""))
+        ->type_name("PART");
     command->add_option("--out", options.folder, "Folder for the page and its data (default: pliant-report)")
         ->type_name("DIR");
     command->add_flag("--quick", options.is_quick, "Four scenes, and a part of the other measurements");

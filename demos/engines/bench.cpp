@@ -3,6 +3,7 @@
 #include "bench.h"
 
 #include "pliant_engine.h"
+#include "stage_clock.h"
 #include "stopwatch.h"
 
 #include <algorithm>
@@ -103,33 +104,6 @@ private:
 };
 
 // -------------------------------------------------------------------------------------------- stages of Pliant
-
-// Own times of the parts that Pliant reports, by a stack of those that have begun.
-class StageClock {
-public:
-    static void on_part(const char* stage, const char* feature, bool begins, void* user) {
-        static_cast<StageClock*>(user)->turn(stage, feature, begins);
-    }
-
-    using Part = std::pair<const char*, const char*>; // stage and feature, which are literals of the core
-    // Of the last frame, ms; starts anew.
-    std::map<Part, double> take() { return std::exchange(times_, {}); }
-
-private:
-    void turn(const char* stage, const char* feature, bool begins) {
-        if (!open_.empty()) { times_[open_.back()] += watch_.milliseconds(); }
-        if (begins) {
-            open_.emplace_back(stage, feature);
-        } else {
-            open_.pop_back();
-        }
-        watch_ = Stopwatch();
-    }
-
-    std::vector<Part> open_;
-    std::map<Part, double> times_;
-    Stopwatch watch_;
-};
 
 EngineOptions pliant_options(const BenchOptions& options) {
     EngineOptions result;

@@ -218,8 +218,38 @@ static void test_cli_compare_prints_measures(void**) {
     assert_true(text.output.find("Bending") != std::string::npos && text.output.find("bit-equal") != std::string::npos);
 }
 
+static void test_costs_tell_what_is_on(void**) {
+    const json plain = cli::run_json("run Torus --frames 20 --json");
+    assert_false(plain.contains("costs"));
+    const json document = cli::run_json("run Torus --frames 20 --costs --json");
+    assert_true(document.at("state_hash") == plain.at("state_hash"));
+    const json& costs = document.at("costs");
+    assert_int_equal(costs.at("features").size(), 4);
+    size_t bytes = 0;
+    double microseconds = 0.0, of_passes = 0.0;
+    for (const json& feature : costs.at("features")) {
+        bytes += feature.at("bytes").get<size_t>();
+        microseconds += feature.at("microseconds").get<double>();
+        assert_true(feature.at("is_needed") == (feature.at("feature") == "link colors"));
+    }
+    for (const json& pass : costs.at("passes")) {
+        of_passes += pass.at("microseconds").get<double>();
+    }
+    // 300 nodes, 2700 links of two materials, 600 faces; and what a body takes whatever its size
+    const size_t base = 48 * 300 + 14 * 2700 + 12 * 600;
+    assert_in_range(costs.at("bytes").get<size_t>(), base + bytes, base + bytes + 2000);
+    assert_true(microseconds > 0.0 && microseconds < of_passes);
+    check_near(of_passes, costs.at("microseconds").get<double>(), 1e-6 * of_passes);
+    assert_int_equal(costs.at("left_out").size(), 30);
+    const cli::Result bullet = cli::run("run Torus --engine bullet --costs");
+    assert_int_equal(bullet.status, 1);
+    const cli::Result text = cli::run("run Torus --frames 5 --costs");
+    assert_true(text.output.find("left out: velocity links, anchors") != std::string::npos);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_costs_tell_what_is_on),
         cmocka_unit_test(test_cli_help_of_everything),
         cmocka_unit_test(test_cli_list_names_every_scene),
         cmocka_unit_test(test_cli_run_prints_measures),

@@ -125,12 +125,150 @@ static void test_forces_of_air(void** state) {
     check_bytes(c, expected, expected);
 }
 
+// --------------------------------------------------------------------------------------- features on and off again
+
+static void disable_colored_links(pli_body* body) {
+    assert_int_equal(pli_body_use_colored_links(body, false), PLI_OK);
+}
+static void disable_xpbd(pli_body* body) {
+    assert_int_equal(pli_body_disable_xpbd_links(body), PLI_OK);
+    assert_int_equal(pli_body_disable_xpbd(body), PLI_OK);
+}
+static void use_implicit(pli_body* body) {
+    const pli_implicit_def def = pli_implicit_def_default();
+    assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
+}
+static void disable_implicit(pli_body* body) {
+    assert_int_equal(pli_body_disable_implicit(body), PLI_OK);
+}
+static void use_pressure(pli_body* body) {
+    assert_int_equal(pli_body_enable_pressure(body, 10.0f), PLI_OK);
+}
+static void use_volume(pli_body* body) {
+    assert_int_equal(pli_body_enable_volume_conservation(body, 10.0f), PLI_OK);
+}
+static void use_pose(pli_body* body) {
+    assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK);
+}
+static void use_rigid_contacts(pli_body* body) {
+    const pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
+    assert_int_equal(pli_body_enable_rigid_contacts(body, &def), PLI_OK);
+}
+static void use_soft_contacts(pli_body* body) {
+    const pli_soft_contacts_def def = pli_soft_contacts_def_default();
+    assert_int_equal(pli_body_enable_soft_contacts(body, &def), PLI_OK);
+}
+static void use_self_collision(pli_body* body) {
+    const pli_self_collision_def def = pli_self_collision_def_default();
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+}
+static void disable_self_collision(pli_body* body) {
+    assert_int_equal(pli_body_disable_self_collision(body), PLI_OK);
+}
+
+typedef struct feature_switch {
+    enable_fn *enable, *disable;
+} feature_switch;
+
+static const feature_switch switches[] = {
+    {use_colored_links, disable_colored_links},
+    {use_xpbd, disable_xpbd},
+    {use_implicit, disable_implicit},
+    {use_aero, pli_body_disable_aero},
+    {use_pressure, pli_body_disable_pressure},
+    {use_volume, pli_body_disable_volume_conservation},
+    {use_pose, pli_body_disable_pose_matching},
+    {use_rigid_contacts, pli_body_disable_rigid_contacts},
+    {use_soft_contacts, pli_body_disable_soft_contacts},
+    {use_self_collision, disable_self_collision},
+};
+
+static const int switch_count = (int)(sizeof switches / sizeof *switches);
+
+typedef struct ending {
+    uint64_t state_hash;
+    size_t body_bytes, all_bytes; /* at the end */
+} ending;
+
+/* Five steps; each of the features is switched on and off again before each of them. */
+static ending run_with_switches(const feature_switch* list, int count) {
+    pli_context* context = create_context();
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    pli_mesh* mesh = create_patch(context, false);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_set_node_velocity(body, 5, pli_vec3_make(0.3f, 1.0f, 0.1f)), PLI_OK);
+    for (int step = 0; step < 5; ++step) {
+        for (int i = 0; i < count; ++i) {
+            const size_t before = pli_body_bytes(body);
+            list[i].enable(body);
+            assert_true(pli_body_get_features(body, 0, NULL) > 1);
+            assert_true(pli_body_bytes(body) > before);
+            list[i].disable(body);
+            assert_int_equal(pli_body_get_features(body, 0, NULL), 1);
+            if (step > 0) { assert_int_equal(pli_body_bytes(body), before); }
+        }
+        assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    }
+    const ending result = {pli_body_state_hash(body), pli_body_bytes(body), pli_context_allocated_bytes(context)};
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+    return result;
+}
+
+/* The list of features itself grows when it first holds so many, and keeps its size: 176 bytes a feature. */
+static const size_t list_growth = 2112;
+
+static void test_features_on_and_off_leave_nothing(void** state) {
+    (void)state;
+    const ending untouched = run_with_switches(NULL, 0);
+    for (int i = 0; i < switch_count; ++i) {
+        const ending switched = run_with_switches(&switches[i], 1);
+        assert_true(switched.state_hash == untouched.state_hash);
+        assert_in_range(switched.body_bytes, untouched.body_bytes, untouched.body_bytes + list_growth);
+        assert_in_range(switched.all_bytes, untouched.all_bytes, untouched.all_bytes + list_growth);
+    }
+    const ending all = run_with_switches(switches, switch_count);
+    assert_true(all.state_hash == untouched.state_hash);
+    assert_in_range(all.body_bytes, untouched.body_bytes, untouched.body_bytes + list_growth);
+}
+
+static void test_features_are_listed(void** state) {
+    (void)state;
+    pli_context* context = create_context();
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    pli_mesh* mesh = create_patch(context, false);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    use_pressure(body);
+    pli_feature_cost features[8];
+    assert_int_equal(pli_body_get_features(body, 8, features), 5);
+    const char* const names[] = {"links", "forces", "normals", "areas", "pressure"};
+    for (int i = 0; i < 5; ++i) {
+        assert_string_equal(features[i].name, names[i]);
+        assert_true(features[i].is_needed == (i > 0 && i < 4));
+    }
+    assert_true(features[1].bytes >= 12 * NODES && features[1].bytes <= 12 * NODES + 100);
+    assert_true(features[2].bytes >= 28 * NODES && features[2].bytes <= 28 * NODES + 100);
+    features[1].name = NULL;
+    assert_int_equal(pli_body_get_features(body, 1, features), 5);
+    assert_null(features[1].name);
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_nodes_faces_and_links),
         cmocka_unit_test(test_colored_links),
         cmocka_unit_test(test_xpbd),
         cmocka_unit_test(test_forces_of_air),
+        cmocka_unit_test(test_features_on_and_off_leave_nothing),
+        cmocka_unit_test(test_features_are_listed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

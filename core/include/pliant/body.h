@@ -134,6 +134,19 @@ PLI_API float pli_body_volume(const pli_body* body);
 /// Bytes that the body holds, features included.
 PLI_API size_t pli_body_bytes(const pli_body* body);
 
+/// A feature that is on, or one that another of them needs.
+typedef struct pli_feature_cost {
+    const char* name; ///< lives as long as the program; the same that pli_world_set_profile gives
+    size_t bytes;     ///< that it holds now
+    bool is_needed;   ///< is on only because another feature needs it
+    bool has_passes;  ///< runs in some stage of a step
+} pli_feature_cost;
+
+/// What a body pays for, in the order of enabling; what is not on is not there, and takes neither time nor memory.
+/// @param features NULL, or room for `capacity` features
+/// @return the number of features there are
+PLI_API int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features);
+
 #ifdef __cplusplus
 }
 #endif
