@@ -150,6 +150,17 @@ static void measure_stability(const ReportPlan& plan, const fs::path& data, Repo
     content.stability_svg = file_text(data / "stability.svg");
 }
 
+static void measure_costs(const std::vector<const scene*>& scenes, const fs::path& data, ReportContent& content) {
+    for (const scene* which : scenes) {
+        RunOptions options;
+        options.scene = which->name;
+        options.has_costs = options.json = true;
+        content.costs.push_back(document_of([&] { run_scene(options); }));
+    }
+    OutputFile((data / "costs.json").string()).write(json{{"scenes", content.costs}}.dump(2) + "\n");
+    OutputFile((data / "costs.md").string()).write(costs_markdown(content.costs));
+}
+
 int run_report(const ReportOptions& options) {
     const ReportPlan& plan = options.is_quick ? quick_plan : full_plan;
     const std::vector<const scene*> scenes = choose_scenes(plan.scenes);
@@ -161,16 +172,23 @@ int run_report(const ReportOptions& options) {
     ReportContent content;
     content.is_quick = options.is_quick;
     content.facts = machine_facts();
+    const auto is_wanted = [&](const std::string& part) {
+        const std::vector<std::string>& wanted = options.parts;
+        return wanted.empty() || std::find(wanted.begin(), wanted.end(), part) != wanted.end();
+    };
     const std::pair<const char*, std::function<void()>> parts[] = {
         {"pictures", [&] { draw_pictures(scenes, content); }},
         {"comparison", [&] { content.comparison = comparison_of(plan, data); }},
         {"speed", [&] { content.speed = speed_of(plan, data); }},
-        {"error against run time", [&] { measure_precision(plan, data, content); }},
+        {"precision", [&] { measure_precision(plan, data, content); }},
         {"stability", [&] { measure_stability(plan, data, content); }},
+        {"costs", [&] { measure_costs(scenes, data, content); }},
     };
     int number = 0;
     for (const auto& [name, measure] : parts) {
-        std::cerr << "[" << ++number << "/" << std::size(parts) << "] " << name << std::endl;
+        ++number;
+        if (!is_wanted(name)) { continue; }
+        std::cerr << "[" << number << "/" << std::size(parts) << "] " << name << std::endl;
         measure();
     }
     page.write(report_page(content));

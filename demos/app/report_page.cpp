@@ -17,7 +17,7 @@ h2 { font-size: 1.3rem; margin: 2.6rem 0 .4rem; padding-top: .8rem; border-top: 
 h3 { font-size: 1.05rem; margin: 1.6rem 0 .2rem; }
 nav a { margin-right: 1.1rem; }
 table { font-size: .82rem; margin: .6rem 0; }
-th, td { padding: .2rem .55rem; }
+th, td { padding: .2rem .42rem; }
 th { border-bottom: 2px solid #b8c0c8; vertical-align: bottom; white-space: normal; }
 tr:nth-child(even) td { background: #f5f7f9; }
 figure { margin: .6rem 0 1.4rem; }
@@ -28,6 +28,7 @@ svg { width: 100%; height: auto; display: block; }
 .figures strong { display: block; font-size: 1.5rem; }
 details { margin: .3rem 0; }
 summary { cursor: pointer; }
+.costs td:last-child { text-align: left; white-space: normal; }
 .facts td { text-align: left; white-space: normal; }
 )";
 
@@ -140,6 +141,58 @@ static std::string stability_part(const ReportContent& content) {
            "<figure>" + content.stability_svg + "</figure>\n";
 }
 
+// "links 11.4 µs; normals 0.2 µs, 8.4 kB": dearest first.
+static std::string features_cell(const json& costs) {
+    std::vector<json> features = costs.at("features");
+    std::stable_sort(features.begin(), features.end(), [](const json& a, const json& b) {
+        return a.at("microseconds").get<double>() > b.at("microseconds").get<double>();
+    });
+    std::string text;
+    for (const json& feature : features) {
+        text += (text.empty() ? "" : "; ") + feature.at("feature").get<std::string>();
+        std::string separator = " ";
+        if (feature.at("has_passes").get<bool>()) {
+            text += separator + fixed(feature.at("microseconds").get<double>(), 1) + " µs";
+            separator = ", ";
+        }
+        const double bytes = feature.at("bytes").get<double>();
+        if (bytes > 0.0) { text += separator + fixed(bytes / 1000.0, 1) + " kB"; }
+    }
+    return text;
+}
+
+static Table costs_table(const std::vector<json>& documents) {
+    Table table({"scene", "nodes", "B/node", "µs/step", "off", "features that are on: time of a step, memory"});
+    for (const json& each : documents) {
+        const json& costs = each.at("costs");
+        table.add({each.at("scene"), count_cell(each.at("nodes")), fixed_cell(costs.at("bytes_per_node"), 0),
+                   fixed_cell(costs.at("microseconds"), 1), std::to_string(costs.at("left_out").size()),
+                   features_cell(costs)});
+    }
+    return table;
+}
+
+std::string costs_markdown(const std::vector<json>& costs) {
+    const Table table = costs_table(costs);
+    std::string text;
+    for (const auto& row : table.rows()) {
+        text += "|";
+        for (const std::string& cell : row) {
+            text += " " + cell + " |";
+        }
+        text += &row == table.rows().data() ? "\n|---|---|---|---|---|---|\n" : "\n";
+    }
+    return text;
+}
+
+static std::string costs_part(const std::vector<json>& costs) {
+    return heading("costs", "What scenes pay for") + "<div class=\"costs\">" + table_html(costs_table(costs)) +
+           "</div>" +
+           paragraph("Mean over the steps up to the scene's picture, with clocks in it; µs/step holds the step's own "
+                     "work too. off: features that no soft body has; they take neither time nor memory, and no code "
+                     "of theirs is linked by a program that does not name them.");
+}
+
 // --------------------------------------------------------------------------------------------- figures at the top
 
 static std::string figure_item(const std::string& value, const std::string& text) {
@@ -155,6 +208,8 @@ static std::string survivals(const json& document, const char* solver) {
 }
 
 static std::string figures_part(const ReportContent& content) {
+    const bool has_all = !content.comparison.is_null() && !content.speed.is_null() && !content.stability.is_null();
+    if (!has_all) { return ""; }
     int frames = 0, unexplained = 0;
     for (const json& each : content.comparison.at("scenes")) {
         frames += each.at("one_step").at("frames").get<int>();
@@ -179,13 +234,21 @@ std::string report_page(const ReportContent& content) {
     std::string html = page_head("Pliant: report", style);
     html += "<h1>Pliant: report</h1>\n<p>Soft bodies of Pliant beside those of Bullet (btSoftBody), on the same "
             "scenes: looks, agreement, speed, precision, stability and costs, measured on this machine.";
-    html += content.is_quick ? " The quick form: some of the scenes and settings." : "";
-    html += "</p>\n<nav><a href=\"#machine\">Machine</a><a href=\"#scenes\">Scenes</a><a "
-            "href=\"#comparison\">Agreement</a><a href=\"#speed\">Speed</a><a href=\"#precision\">Error against run "
-            "time</a><a href=\"#stability\">Stability</a></nav>\n";
-    return html + figures_part(content) + facts_part(content) + pictures_part(content) +
-           comparison_part(content.comparison) + speed_part(content.speed) + precision_part(content) +
-           stability_part(content) + page_end();
+    html += content.is_quick ? " The quick form: some of the scenes and settings.</p>\n" : "</p>\n";
+    std::string links = "<a href=\"#machine\">Machine</a>", parts = facts_part(content);
+    const auto add = [&](bool is_there, const char* id, const char* name, const auto& part) {
+        if (!is_there) { return; }
+        links += std::string("<a href=\"#") + id + "\">" + name + "</a>";
+        parts += part();
+    };
+    add(!content.pictures.empty() || !content.picture_problem.empty(), "scenes", "Scenes",
+        [&] { return pictures_part(content); });
+    add(!content.comparison.is_null(), "comparison", "Agreement", [&] { return comparison_part(content.comparison); });
+    add(!content.speed.is_null(), "speed", "Speed", [&] { return speed_part(content.speed); });
+    add(!content.precision.is_null(), "precision", "Error against run time", [&] { return precision_part(content); });
+    add(!content.stability.is_null(), "stability", "Stability", [&] { return stability_part(content); });
+    add(!content.costs.empty(), "costs", "Costs", [&] { return costs_part(content.costs); });
+    return html + "<nav>" + links + "</nav>\n" + figures_part(content) + parts + page_end();
 }
 
 } // namespace app

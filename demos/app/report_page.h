@@ -25,13 +25,16 @@ struct ReportContent {
     std::vector<std::pair<std::string, std::string>> facts;
     std::vector<ReportPicture> pictures;
     std::string picture_problem; // why there are no pictures; empty: there are
+    // Of the subcommands; null: not part of the page.
     nlohmann::json comparison, speed, precision, stability;
-    std::vector<nlohmann::json> costs; // documents of `run --costs`
+    std::vector<nlohmann::json> costs; // documents of `run --costs`, by scene; none: not part of the page
     std::vector<ReportPlot> plots;     // in the order of scenes
     std::string stability_svg;
 };
 
 std::string report_page(const ReportContent& content);
+// The table of costs, for documents.
+std::string costs_markdown(const std::vector<nlohmann::json>& costs);
 
 } // namespace app
 #endif

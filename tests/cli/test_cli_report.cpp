@@ -34,12 +34,24 @@ static void test_report_is_one_page_without_network(void**) {
     assert_int_equal(comparison.at("scenes").size(), 4);
     assert_int_equal(comparison.at("scenes").at(0).at("one_step").at("unexplained_frames"), 0);
     for (const char* scene : {"Bunny", "RopeAttach", "TetraBunny", "Cutting1"}) {
-        assert_int_equal(count_of(page, std::string("<td>") + scene + "</td>"), 2);
+        assert_int_equal(count_of(page, std::string("<td>") + scene + "</td>"), 3);
     }
+}
+
+static void test_parts_can_be_chosen(void**) {
+    const std::string folder = cli::scratch("costs");
+    assert_int_equal(cli::run("report costs --quick --out " + folder).status, 0);
+    const std::string page = cli::read_file(folder + "/index.html");
+    assert_int_equal(count_of(page, "<h2"), 2); // machine and costs
+    assert_int_equal(count_of(cli::read_file(folder + "/data/costs.md"), "\n"), 2 + 4);
+    const json costs = json::parse(cli::read_file(folder + "/data/costs.json"));
+    assert_true(costs.at("scenes").at(3).at("scene") == "Cutting1");
+    assert_int_equal(cli::run("report cost --out " + folder).status, 2);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_parts_can_be_chosen),
         cmocka_unit_test(test_report_is_one_page_without_network),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
