@@ -28,7 +28,7 @@ svg { width: 100%; height: auto; display: block; }
 .figures strong { display: block; font-size: 1.5rem; }
 details { margin: .3rem 0; }
 summary { cursor: pointer; }
-.costs td:last-child { text-align: left; white-space: normal; }
+.costs th:last-child, .costs td:last-child { text-align: left; white-space: normal; }
 .facts td { text-align: left; white-space: normal; }
 )";
 
