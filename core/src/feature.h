@@ -61,7 +61,7 @@ enum {
     PLII_ORDER_SOFT_CONTACTS = 30,
     PLII_ORDER_LINKS = 40,
     PLII_ORDER_RIGID_CONTACTS_LAST = 45, /* not in Bullet */
-    PLII_ORDER_SELF_COLLISION = 50, /* not in Bullet */
+    PLII_ORDER_SELF_COLLISION = 50,      /* not in Bullet */
     PLII_ORDER_SELF_FACES_LAST = 60
 };
 

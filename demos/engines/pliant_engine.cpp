@@ -88,7 +88,8 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     bodies_.push_back(body);
     enable_features(body, definition_for_solver(record, run_));
     enable_solver(body, record, run_);
-    const bool in_bullet_order = options_.reference || options_.solver.in_mesh_order || run_.kind != SolverKind::bullet || record.def.velocity_links;
+    const bool in_bullet_order = options_.reference || options_.solver.in_mesh_order ||
+                                 run_.kind != SolverKind::bullet || record.def.velocity_links;
     if (!in_bullet_order) { check(pli_body_use_colored_links(body, true)); }
     if (!options_.reference) { enable_self_collision(body, record.def, run_); }
     check(pli_body_add_velocity(body, record.velocity));
