@@ -25,6 +25,9 @@
 /* Faces whose doubled area is below this share of the longest edge squared have no normal. */
 #define SOFT_CONTACTS_MIN_SHAPE 1e-6f
 
+/* Contacts of a node that lies on a face act along that face when the cosine of their normals is below this. */
+#define SOFT_CONTACTS_MIN_ACROSS 0.1f
+
 typedef struct soft_contact {
     pli_body* face_body;
     int node, face;
@@ -136,6 +139,7 @@ typedef struct soft_contacts_pass {
     soft_contacts_state* search;
     float margin; /* sum of both */
     bool use_boxes;
+    bool is_second; /* the nodes are those of the second body */
 } soft_contacts_pass;
 
 /* How far a node looks for faces. */
@@ -145,7 +149,9 @@ static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
     return pass->margin + pli_vec3_length(motion) * 2.0f;
 }
 
-/* The normal for a node that lies on its face: that of the face, to the side where the node was before. */
+/* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
+   the face then, too, nodes of the first body go one way and those of the second the other, so that bodies in the same
+   place part. */
 static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
     const pli_vec3 a = soft_contacts_position(pass->face_body, face[0]);
     const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(soft_contacts_position(pass->face_body, face[1]), a),
@@ -156,7 +162,10 @@ static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int no
                                                      pli_vec3_scale(plii_xyz(previous[face[1]]), weights.y)),
                                         pli_vec3_scale(plii_xyz(previous[face[2]]), weights.z));
     const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
-    return pli_vec3_dot(before, normal) < 0.0f ? pli_vec3_neg(normal) : normal;
+    const float side = pli_vec3_dot(before, normal);
+    const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);
+    const bool is_opposite = fabsf(side) > noise || pass->use_boxes ? side < 0.0f : pass->is_second;
+    return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
 /* The nearest point of a face, relative to the node, unless it is certainly farther than `reach`. */
@@ -178,7 +187,9 @@ static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pl
     return true;
 }
 
-static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, float margin, int face_index) {
+/* *on_face becomes the contact when the node lies on the face. */
+static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, float margin, int face_index,
+                                     int* on_face) {
     const pli_body* face_body = pass->face_body;
     const int* face = face_body->topology->faces[face_index];
     const pli_vec3 origin = soft_contacts_position(pass->node_body, node);
@@ -214,6 +225,7 @@ static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, f
     if (!PLII_RESERVE(context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
+    if (!(distance > noise)) { *on_face = state->count; }
     soft_contact* contact = &state->contacts[state->count++];
     contact->face_body = pass->face_body;
     contact->node = node;
@@ -364,6 +376,16 @@ static void soft_contacts_find(const soft_contacts_pass* pass, soft_contacts_nod
     soft_contacts_sort(search->hits, search->hit_count);
 }
 
+/* The faces around the one that a node lies on would push it along that one, out of the whole surface. */
+static void soft_contacts_drop_along(soft_contacts_state* state, int first, pli_vec3 normal) {
+    int kept = first;
+    for (int i = first; i < state->count; ++i) {
+        const float across = pli_vec3_dot(state->contacts[i].normal, normal);
+        if (fabsf(across) > SOFT_CONTACTS_MIN_ACROSS) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
 static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
     soft_contacts_state* search = pass->search;
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
@@ -372,9 +394,14 @@ static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
     }
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const soft_contacts_node near = search->nodes[i];
+        const int first = pass->node_state->count;
+        int on_face = PLI_NULL_INDEX;
         soft_contacts_find(pass, near);
         for (int k = 0; k < search->hit_count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k]));
+            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k], &on_face));
+        }
+        if (on_face != PLI_NULL_INDEX && !pass->use_boxes) {
+            soft_contacts_drop_along(pass->node_state, first, pass->node_state->contacts[on_face].normal);
         }
     }
     return PLI_OK;
@@ -389,13 +416,15 @@ static pli_status soft_contacts_collide(pli_body* body, void* data, pli_body* ot
                                other_state,
                                state,
                                body->collision_margin + other->collision_margin,
-                               state->node_boxes != NULL && other_state->node_boxes != NULL};
+                               state->node_boxes != NULL && other_state->node_boxes != NULL,
+                               false};
     pli_status status = soft_contacts_run_pass(&pass);
     if (status == PLI_OK) {
         pass.node_body = other;
         pass.node_state = other_state;
         pass.face_body = body;
         pass.face_state = state;
+        pass.is_second = true;
         status = soft_contacts_run_pass(&pass);
     }
     if (status != PLI_OK) {
@@ -417,13 +446,59 @@ static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
 }
 
-/* m/s, at which an overlap from before the step goes at most where springs hold nodes: put right at once it would give
-   them its depth per step as a speed, and springs that pull it back would wind that up. */
+/* m/s, where springs hold nodes and the definition names no other. */
 #define SOFT_CONTACTS_RECOVERY_SPEED 1.0f
+
+/* 0: overlaps go at once, as in Bullet. */
+static float soft_contacts_recovery_speed(const pli_body* body, const soft_contacts_state* state) {
+    if (state->def.recovery_speed > 0.0f) { return state->def.recovery_speed; }
+    return body->solver_class->holds_nodes ? SOFT_CONTACTS_RECOVERY_SPEED : 0.0f;
+}
+
+/* As if the node had been there at the start of the step, so that no velocity comes of it. */
+static void soft_contacts_shift(pli_body* body, int node, pli_vec3 by) {
+    plii_set_xyz(&body->positions[node], pli_vec3_add(plii_xyz(body->positions[node]), by));
+    plii_set_xyz(&body->previous[node], pli_vec3_add(plii_xyz(body->previous[node]), by));
+}
+
+/* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
+   step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
+static void soft_contacts_recover(pli_body* body, void* data, const plii_step* step) {
+    const soft_contacts_state* state = data;
+    const float most = soft_contacts_recovery_speed(body, state) * step->dt;
+    if (!(most > 0.0f)) { return; }
+    for (int i = 0; i < state->count; ++i) {
+        const soft_contact* contact = &state->contacts[i];
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
+                                            soft_contacts_blend(other->previous, face, contact->weights));
+        const float distance = pli_vec3_dot(contact->normal, apart);
+        const float depth = body->collision_margin + other->collision_margin - distance;
+        if (!(depth > 0.0f) || distance < 0.0f) { continue; }
+        const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
+        soft_contacts_shift(body, contact->node, pli_vec3_scale(shift, contact->node_share));
+        for (int k = 0; k < 3; ++k) {
+            soft_contacts_shift(other, face[k], pli_vec3_scale(shift, -contact->face_share * weights[k]));
+        }
+    }
+}
+
+/* A body that was solved before takes its velocities from positions no more. */
+static void soft_contacts_push_solved(pli_body* other, const int* face, pli_vec3 weights, pli_vec3 correction) {
+    const float w[3] = {weights.x, weights.y, weights.z};
+    for (int k = 0; k < 3; ++k) {
+        pli_vec4* velocity = &other->velocities[face[k]];
+        const pli_vec3 change = pli_vec3_scale(correction, w[k] * other->step.inverse_dt);
+        plii_set_xyz(velocity, pli_vec3_sub(plii_xyz(*velocity), change));
+    }
+}
 
 static void soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const soft_contacts_state* state = data;
-    const float recovery = body->solver_class->holds_nodes ? SOFT_CONTACTS_RECOVERY_SPEED * step->dt : FLT_MAX;
+    const bool shifts = soft_contacts_recovery_speed(body, state) > 0.0f; /* what overlapped before */
+    (void)step;
     for (int i = 0; i < state->count; ++i) {
         const soft_contact* contact = &state->contacts[i];
         pli_body* other = contact->face_body;
@@ -438,7 +513,7 @@ static void soft_contacts_solve(pli_body* body, void* data, const plii_step* ste
         pli_vec3 correction = pli_vec3_make(0, 0, 0);
         if (along_normal < 0.0f) {
             float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
-            depth = plii_min(depth, recovery - along_normal);
+            if (shifts) { depth = plii_min(depth, -along_normal); }
             correction = pli_vec3_add(correction, pli_vec3_scale(n, depth));
         }
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
@@ -447,6 +522,9 @@ static void soft_contacts_solve(pli_body* body, void* data, const plii_step* ste
         soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
         soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
         soft_contacts_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
+        if (shifts && other->world_index < body->world_index) {
+            soft_contacts_push_solved(other, face, weights, pli_vec3_scale(correction, contact->face_share));
+        }
     }
 }
 
@@ -525,6 +603,7 @@ static const plii_feature_class soft_contacts_class = {
     .name = "soft_contacts",
     .state_size = sizeof(soft_contacts_state),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, PLII_ORDER_BOXES},
+               [PLII_STAGE_PREPARE] = {soft_contacts_recover, PLII_ORDER_SOFT_CONTACTS},
                [PLII_STAGE_POSITION] = {soft_contacts_solve, PLII_ORDER_SOFT_CONTACTS}},
     .disable = soft_contacts_disable,
     .collide_body = soft_contacts_collide,
@@ -541,8 +620,12 @@ static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_c
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_soft_contacts_def_default()");
     }
-    if (!plii_is_finite(def->friction) || !plii_is_finite(def->hardness)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction or hardness is not finite");
+    if (!plii_is_finite(def->friction) || !plii_is_finite(def->hardness) || !plii_is_finite(def->recovery_speed)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction, hardness or recovery_speed is not finite");
+    }
+    if (!(def->recovery_speed >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "recovery_speed %g is negative",
+                         (double)def->recovery_speed);
     }
     if (!(def->friction >= 0.0f)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative", (double)def->friction);

@@ -10,6 +10,7 @@ namespace demos {
 namespace {
 
 constexpr float box_half_width = 3, box_half_height = 0.05f;
+constexpr float recovery_speed = 1; // m/s, of overlaps of soft bodies
 
 // J: two sheets of 1 kg each, whose nodes overlap by twice the margin of 2 cm at the start and by what they move in a
 // step later, are put apart in a step.
@@ -81,6 +82,7 @@ void add_crossings(std::vector<StabilityCase>& cases) {
                 pli_mesh* mesh = make_sheet(builder, sheet);
                 scene_soft_def def = case_def("sheet");
                 def.has_soft_contacts = true;
+                def.soft_contacts.recovery_speed = recovery_speed;
                 set_stiffness(builder, mesh, def, 1000);
                 const int soft = scene_add_soft(builder, mesh, &def);
                 if (is_upright) { scene_set_velocity(builder, soft, pli_vec3_make(0, -speed, 0)); }
@@ -106,6 +108,7 @@ void add_nodes_on_faces(std::vector<StabilityCase>& cases) {
             pli_mesh* mesh = make_sheet(builder, sheet);
             scene_soft_def def = case_def("sheet");
             def.has_soft_contacts = true;
+            def.soft_contacts.recovery_speed = recovery_speed;
             set_stiffness(builder, mesh, def, 1000);
             scene_add_soft(builder, mesh, &def);
         }

@@ -57,7 +57,7 @@ namespace {
 
 // ------------------------------------------------------------------------------------------------ making a case
 
-constexpr int most_gradients = 200;
+constexpr int most_gradients = 1000; // a few per node; as a rule the tolerance ends them before
 
 EngineOptions options_of(Column column) {
     EngineOptions options;

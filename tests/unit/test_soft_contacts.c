@@ -5,6 +5,8 @@
 #include "sample_mesh.h"
 
 #include "pliant/contact.h"
+#include "pliant/generate.h"
+#include "pliant/implicit.h"
 #include "pliant/world.h"
 
 #include <stdbool.h>
@@ -310,6 +312,11 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     def = pli_soft_contacts_def_default();
     def.hardness = 2;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "hardness 2");
+    def.hardness = 1;
+    def.recovery_speed = -1;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "recovery_speed -1");
+    def.recovery_speed = NAN;
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_NOT_FINITE, "recovery_speed");
     def.cookie = 7;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_soft_contacts(NULL, 1, NULL), 0);
@@ -338,6 +345,120 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     check_refused(f, pli_body_reorder_soft_contacts(node, order, 1), PLI_ERROR_WRONG_STATE, "not enabled");
 }
 
+/* A level sheet of 1 m, held at its corners, whose free nodes have 10 g each. */
+static pli_body* make_sheet(const fixture* f, int columns) {
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
+    def.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
+    def.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
+    def.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
+    def.columns = def.rows = columns;
+    def.pins = PLI_PATCH_PIN_CORNERS;
+    def.diagonals = true;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(f->context, &def, &mesh), PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass(mesh, 0.01f * (float)(columns * columns - 4)), PLI_OK);
+    return make_body(f, mesh, 0.02f, false);
+}
+
+static double kinetic_energy(const pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    double energy = 0;
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec3 v = xyz(view.velocities[i]);
+        if (view.positions[i].w > 0) { energy += 0.5 * (double)(pli_vec3_dot(v, v) / view.positions[i].w); }
+    }
+    return energy;
+}
+
+static void set_iterations(pli_body* const bodies[2], int count) {
+    for (int k = 0; k < 2; ++k) {
+        pli_solver_settings settings = pli_body_get_solver_settings(bodies[k]);
+        settings.position_iterations = count;
+        assert_int_equal(pli_body_set_solver_settings(bodies[k], &settings), PLI_OK);
+    }
+}
+
+/* Sheets whose nodes lie on the faces of each other. What they gain in 10 s must stay what gravity gives. */
+static void check_same_place(const fixture* f, pli_body* const sheets[2], double most_energy) {
+    double most = 0;
+    for (int step = 0; step < 600; ++step) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        most = fmax(most, kinetic_energy(sheets[0]) + kinetic_energy(sheets[1]));
+    }
+    check_at_most(most, most_energy);
+}
+
+static void test_soft_contacts_in_the_same_place(void** state) {
+    const fixture* f = *state;
+    pli_body* const sheets[2] = {make_sheet(f, 6), make_sheet(f, 7)};
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    set_iterations(sheets, 10);
+    pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+    contacts.friction = 0.5f;
+    contacts.recovery_speed = 1;
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(pli_body_enable_soft_contacts(sheets[k], &contacts), PLI_OK);
+    }
+    check_same_place(f, sheets, 0.3);
+}
+
+/* They part, one to each side, and no node is pushed along them. */
+static void check_same_place_with_springs(const fixture* f, pli_implicit_method method, int sweeps) {
+    pli_body* const sheets[2] = {make_sheet(f, 6), make_sheet(f, 7)};
+    pli_implicit_def def = pli_implicit_def_default();
+    def.method = method;
+    def.sweeps = sweeps;
+    for (int k = 0; k < 2; ++k) {
+        assert_int_equal(pli_body_enable_implicit(sheets[k], &def), PLI_OK);
+    }
+    set_iterations(sheets, 10);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    const pli_body_view a = pli_body_get_view(sheets[0]), b = pli_body_get_view(sheets[1]);
+    assert_true(fabsf(a.positions[7].y) > 0.01f);
+    assert_true(fabsf(b.positions[8].y) > 0.01f);
+    assert_true(a.positions[7].y * b.positions[8].y < 0);
+    for (int i = 0; i < a.node_count; ++i) {
+        assert_true(hypotf(a.velocities[i].x, a.velocities[i].z) < 1e-3f);
+    }
+    check_same_place(f, sheets, 0.1);
+}
+
+static void test_soft_contacts_in_the_same_place_with_sweeps(void** state) {
+    check_same_place_with_springs(*state, PLI_IMPLICIT_JACOBI, 5);
+}
+static void test_soft_contacts_in_the_same_place_with_gradients(void** state) {
+    check_same_place_with_springs(*state, PLI_IMPLICIT_CONJUGATE_GRADIENT, 200);
+}
+
+/* An impact changes the velocities of both bodies, whichever is solved first. */
+static void test_soft_contacts_with_springs_keep_momentum(void** state) {
+    const fixture* f = *state;
+    for (int order = 0; order < 2; ++order) {
+        pli_body* bodies[2];
+        for (int k = 0; k < 2; ++k) {
+            const float margin = 0.05f;
+            bodies[k] = k == order ? make_triangle(f, 0.5f, 2, margin, false)
+                                   : make_node(f, pli_vec3_make(0, 0.11f, 0), 1, margin, false);
+            const pli_implicit_def def = pli_implicit_def_default();
+            assert_int_equal(pli_body_enable_implicit(bodies[k], &def), PLI_OK);
+        }
+        pli_body *triangle = bodies[order], *node = bodies[1 - order];
+        assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -3, 0)), PLI_OK);
+        for (int step = 0; step < 10; ++step) {
+            assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        }
+        double momentum = (double)pli_body_get_view(node).velocities[0].y;
+        for (int i = 0; i < 3; ++i) {
+            momentum += 2 * (double)pli_body_get_view(triangle).velocities[i].y;
+        }
+        check_near(momentum, -3.0, 1e-5);
+        check_near((double)pli_body_get_view(node).velocities[0].y, -3.0 / 7.0, 0.1);
+        pli_body_destroy(triangle);
+        pli_body_destroy(node);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown),
@@ -348,6 +469,10 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_sweeps, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_gradients, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_with_springs_keep_momentum, setup, teardown),
         cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -90,6 +90,10 @@ PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity,
 typedef struct pli_soft_contacts_def {
     float friction; ///< >= 0, default 0.2; the larger of the two bodies counts. Bullet name: kDF
     float hardness; ///< [0, 1], default 1. Bullet name: kSHR
+    /// m/s, >= 0. An overlap from before the step goes at this speed at most and leaves none. 0 (default): it goes at
+    /// once and leaves its depth per step as a speed, as in btSoftBody; with the implicit solver 1 m/s. Bodies that
+    /// overlap or cross need it, lest they gain energy. XPBD has its own: pli_xpbd_contacts_def.
+    float recovery_speed;
     /// Keep Bullet's fat boxes from step to step and search with them, so that the same pairs are found as by
     /// btSoftBody; default false: search with boxes that cover the whole reach of a contact.
     bool bullet_boxes;
