@@ -117,11 +117,17 @@ void Bridge::Impl::drop(PairAlgorithm& pair) {
     // The object may be about to be deleted, and another one to come to its address. Inside a step the core cannot let
     // go of it; then the end of the step does.
     const bool is_unused = pair.proxy->pair_count == 0 && !pair.proxy->is_pinned;
-    if (is_unused && !is_stepping()) { proxies_.erase(pair.proxy->object()); }
+    if (!is_unused) { return; }
+    if (is_stepping()) {
+        has_unused_proxies_ = true;
+    } else {
+        proxies_.erase(pair.proxy->object());
+    }
 }
 
 void Bridge::Impl::collect(PairAlgorithm& pair) {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_lock<std::mutex> lock(mutex_, std::defer_lock);
+    if (dispatches_in_parallel_) { lock.lock(); }
     // Bullet's collision detection may be asked for outside of a step; contacts have no use then.
     if (!is_stepping() || pair.collected_index >= 0) { return; }
     pair.collected_index = static_cast<int>(pairs_.size());
@@ -196,6 +202,11 @@ void Bridge::Impl::forget_removed_objects() {
     const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
     for (auto place = proxies_.begin(); place != proxies_.end();) {
         RigidProxy& proxy = *place->second;
+        if (!proxy.is_pinned) {
+            proxy.was_in_world = false;
+            ++place;
+            continue;
+        }
         auto* object = const_cast<btCollisionObject*>(proxy.object()); // only to compare
         const int index = proxy.world_array_index;
         const bool is_where_it_was = index >= 0 && index < array.size() && array[index] == object;
@@ -205,11 +216,13 @@ void Bridge::Impl::forget_removed_objects() {
         }
         const bool has_left = proxy.was_in_world && proxy.world_array_index < 0;
         proxy.was_in_world = proxy.world_array_index >= 0;
-        place = proxy.is_pinned && has_left && proxy.pair_count == 0 ? proxies_.erase(place) : std::next(place);
+        place = has_left && proxy.pair_count == 0 ? proxies_.erase(place) : std::next(place);
     }
 }
 
 void Bridge::Impl::sweep_proxies() {
+    if (!has_unused_proxies_) { return; }
+    has_unused_proxies_ = false;
     for (auto place = proxies_.begin(); place != proxies_.end();) {
         const RigidProxy& proxy = *place->second;
         place = proxy.pair_count == 0 && !proxy.is_pinned ? proxies_.erase(place) : std::next(place);

@@ -75,6 +75,7 @@ private:
     btDiscreteDynamicsWorld* bullet_world_;
     bool owns_context_ = false;
     bool dispatches_in_parallel_ = false;
+    bool has_unused_proxies_ = false; ///< their last pair went away inside a step
     unsigned step_ = 0;
     std::vector<std::unique_ptr<SoftObject>> objects_;
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;

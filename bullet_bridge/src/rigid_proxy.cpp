@@ -57,6 +57,7 @@ pli_rigid_state RigidProxy::read_state() const {
 
 void RigidProxy::capture(unsigned step) {
     captured_step_ = step;
+    holds_captured_ = false;
     captured_ = read_state();
     captured_pose_ = object_->getWorldTransform();
 }
@@ -67,18 +68,21 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     const pli_vec3 linear_factor = body_ != nullptr ? to_pli(body_->getLinearFactor()) : one;
     const pli_vec3 angular_factor = body_ != nullptr ? to_pli(body_->getAngularFactor()) : one;
     const float friction = to_float(object_->getFriction());
-    const pli_rigid_state state = read_state();
+    holds_captured_ = false;
     pli_status status = PLI_OK;
     if (rigid_ == nullptr) {
         pli_rigid_def def = pli_rigid_def_default();
         def.kind = present_kind;
-        def.state = state;
+        def.state = read_state();
         def.friction = friction;
         def.linear_factor = linear_factor;
         def.angular_factor = angular_factor;
         status = pli_rigid_create(world, &def, &rigid_);
     } else {
-        if (pli_rigid_get_kind(rigid_) != present_kind) { status = pli_rigid_set_kind(rigid_, present_kind, &state); }
+        if (pli_rigid_get_kind(rigid_) != present_kind) {
+            const pli_rigid_state state = read_state();
+            status = pli_rigid_set_kind(rigid_, present_kind, &state);
+        }
         if (status == PLI_OK) { status = pli_rigid_set_factors(rigid_, linear_factor, angular_factor); }
         if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, friction); }
     }
@@ -110,8 +114,9 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
 }
 
 pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs) {
-    pli_status status = pli_rigid_set_state(rigid_, &captured_);
+    pli_status status = holds_captured_ ? PLI_OK : pli_rigid_set_state(rigid_, &captured_);
     if (status != PLI_OK) { return status; }
+    holds_captured_ = true;
     if (has_slabs_) {
         shapes_.clear();
         poses_.clear();
@@ -139,6 +144,7 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
 }
 
 pli_status RigidProxy::set_present_state() {
+    holds_captured_ = false;
     const pli_status status = pli_rigid_set_state(rigid_, &(present_ = read_state()));
     // An object without finite numbers is left where it was.
     if (status != PLI_OK) { present_ = pli_rigid_get_state(rigid_); }

@@ -64,6 +64,7 @@ private:
     const btRigidBody* body_; ///< null for plain collision objects
     pli_rigid* rigid_ = nullptr;
     unsigned captured_step_ = 0;
+    bool holds_captured_ = false; ///< the core's body has the captured state
     pli_rigid_state captured_{};
     btTransform captured_pose_;
     pli_rigid_state present_{};

@@ -27,8 +27,13 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
     bridge_.predict_inside_step();
     const pli_bounds bounds = pli_body_get_bounds(body_);
-    // Compounds ask for the bounds in their own frame. Corner by corner, so that the identity changes nothing.
     const btVector3 ends[2] = {to_bullet(bounds.min), to_bullet(bounds.max)};
+    if (transform == btTransform::getIdentity()) {
+        aabb_min = ends[0];
+        aabb_max = ends[1];
+        return;
+    }
+    // Compounds ask for the bounds in their own frame.
     aabb_min = aabb_max = transform * ends[0];
     for (int corner = 1; corner < 8; ++corner) {
         const btVector3 p =

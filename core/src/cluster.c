@@ -110,40 +110,83 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
 }
 
 /* As Bullet does: one cluster after the other, so that the matching of one is seen by the next. */
-static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool matches) {
+static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
         const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
         cluster->frame.rotation = plii_polar_factor(covariance, cluster->frame.rotation);
         cluster_update_from_frame(body, clusters, cluster);
-        if (matches && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
+        cluster->has_frame = true;
+        if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
         if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
     }
 }
 
-/* Frames of all clusters first, a batch at a time; then matching. */
-static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first, bool matches) {
-    for (int begin = first; begin < clusters->count; begin += PLII_ROTATION_LANES) {
-        const int end = begin + PLII_ROTATION_LANES < clusters->count ? begin + PLII_ROTATION_LANES : clusters->count;
-        pli_mat3 covariances[PLII_ROTATION_LANES];
-        pli_quat turns[PLII_ROTATION_LANES];
-        for (int i = begin; i < end; ++i) {
-            plii_cluster* cluster = &clusters->items[i];
-            cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-            covariances[i - begin] = cluster->is_point
-                                         ? plii_mat3_diagonal(0, 0, 0)
-                                         : cluster_covariance(body, clusters, cluster, cluster->frame.origin);
-            turns[i - begin] = cluster->turn;
-        }
-        plii_rotation_batch(end - begin, covariances, turns, covariances);
-        for (int i = begin; i < end; ++i) {
-            clusters->items[i].turn = turns[i - begin];
-            clusters->items[i].frame.rotation = covariances[i - begin];
-            cluster_update_from_frame(body, clusters, &clusters->items[i]);
+static void clusters_take_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
+                                int count) {
+    pli_mat3 covariances[PLII_ROTATION_LANES] = {{.rows = {{0}}}};
+    pli_quat turns[PLII_ROTATION_LANES] = {{0}};
+    for (int i = 0; i < count; ++i) {
+        plii_cluster* cluster = items[i];
+        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
+        covariances[i] = cluster->is_point ? plii_mat3_diagonal(0, 0, 0)
+                                           : cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+        turns[i] = cluster->turn;
+    }
+    plii_rotation_batch(count, covariances, turns, covariances);
+    for (int i = 0; i < count; ++i) {
+        items[i]->turn = turns[i];
+        items[i]->frame.rotation = covariances[i];
+        cluster_update_from_frame(body, clusters, items[i]);
+        items[i]->has_frame = true;
+    }
+}
+
+typedef struct cluster_batch {
+    const pli_body* body;
+    const plii_clusters* clusters;
+    plii_cluster* items[PLII_ROTATION_LANES];
+    int count;
+} cluster_batch;
+
+static void cluster_batch_end(cluster_batch* batch) {
+    if (batch->count > 0) { clusters_take_batch(batch->body, batch->clusters, batch->items, batch->count); }
+    batch->count = 0;
+}
+static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
+    batch->items[batch->count++] = cluster;
+    if (batch->count == PLII_ROTATION_LANES) { cluster_batch_end(batch); }
+}
+
+void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    if (!cluster->has_frame) { clusters_take_batch(body, clusters, &cluster, 1); }
+}
+
+void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
+    cluster_batch batch = {.body = body, .clusters = clusters};
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->has_frame && cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
+            cluster_batch_add(&batch, cluster);
         }
     }
-    for (int i = first; matches && i < clusters->count; ++i) {
+    cluster_batch_end(&batch);
+}
+
+/* Frames that are needed for sure first, a batch at a time; then matching. */
+static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    cluster_batch batch = {.body = body, .clusters = clusters};
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        cluster->has_frame = false;
+        cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
+        if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
+            cluster_batch_add(&batch, cluster);
+        }
+    }
+    cluster_batch_end(&batch);
+    for (int i = first; in_step && i < clusters->count; ++i) {
         if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
     }
     for (int i = first; i < clusters->count; ++i) {
@@ -151,11 +194,11 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
     }
 }
 
-static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool matches) {
+static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
     if (clusters->def.as_bullet) {
-        clusters_update_in_order(body, clusters, first, matches);
+        clusters_update_in_order(body, clusters, first, in_step);
     } else {
-        clusters_update_in_batches(body, clusters, first, matches);
+        clusters_update_in_batches(body, clusters, first, in_step);
     }
 }
 

@@ -33,12 +33,10 @@ static pli_status cluster_contacts_add(pli_body* body, plii_cluster_contacts* st
     return PLI_OK;
 }
 
-/* Clusters of one body deform against each other too much for their contacts to be followed, and what a small cluster
-   stands on changes with every turn. */
+/* Clusters of one body deform against each other too much for their contacts to be followed. */
 static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
     const plii_clusters* clusters = plii_body_clusters(body);
-    return !clusters->def.as_bullet && !state->def.measure_always && key.other != body &&
-           clusters->items[key.first].member_count >= CLUSTER_CONTACTS_MIN_NODES;
+    return !clusters->def.as_bullet && !state->def.measure_always && key.other != body;
 }
 
 /* What is known of a pair; both NULL when nothing is to be kept, or when out of memory. */
@@ -252,15 +250,17 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     return PLI_OK;
 }
 
-/* Clusters share nodes, so all nodes near a shape are measured first, each once. */
+/* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
+   within the margin. */
 static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
-                                                 int shape_index, pli_bounds near) {
+                                                 int shape_index, pli_bounds* near) {
     if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, "cluster contacts", "no memory to measure nodes");
     }
     const pli_shape* shape = rigid->shapes[shape_index];
     const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
     const float margin = body->collision_margin;
+    pli_bounds found = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     int node = 0;
     while (node < body->node_count) {
         int nodes[CLUSTER_CONTACTS_BATCH], count = 0;
@@ -269,7 +269,7 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
         for (; node < body->node_count && count < CLUSTER_CONTACTS_BATCH; ++node) {
             const pli_vec3 x = plii_xyz(body->positions[node]);
             state->surface[node].distance = INFINITY;
-            if (!plii_bounds_overlap(near, (pli_bounds){x, x})) { continue; }
+            if (!plii_bounds_overlap(*near, (pli_bounds){x, x})) { continue; }
             nodes[count] = node;
             points[count++] = pli_transform_inverse_point(pose, x);
         }
@@ -279,8 +279,11 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
             if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
             const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
             state->surface[nodes[i]] = (plii_near_surface){distances[i], normal};
+            const pli_vec3 x = plii_xyz(body->positions[nodes[i]]);
+            found = (pli_bounds){plii_vec3_min(found.min, x), plii_vec3_max(found.max, x)};
         }
     }
+    *near = found;
     return PLI_OK;
 }
 
@@ -302,14 +305,16 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
 static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
                                               int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    const plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
     const float margin = body->collision_margin;
-    const pli_bounds near = plii_bounds_grow(
+    pli_bounds near = plii_bounds_grow(
         plii_bounds_transform(shape->def.bounds(shape->def.user), plii_rigid_shape_transform(rigid, shape_index)),
         margin);
     if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
-    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, near)); }
+    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
+    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    plii_clusters_take_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }
@@ -351,8 +356,8 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
     }
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
-        const pli_bounds centre = {cluster->frame.origin, cluster->frame.origin};
-        state->boxes[i] = cluster->settings.collides ? cluster->bounds : centre;
+        const pli_bounds nothing = {body->bounds.min, body->bounds.min};
+        state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
     state->has_tree = plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
@@ -461,7 +466,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
         !cluster_contacts_update_tree(other, other_state)) {
         return cluster_contacts_fail_memory(body);
     }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = plii_body_clusters(body);
     const plii_contact_terms terms = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
@@ -471,6 +476,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
     const float reach = clusters->def.as_bullet ? 0.0f : terms.margin;
     const int before = state->count;
+    plii_clusters_take_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
+    plii_clusters_take_frames(other, plii_body_clusters(other), plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
         cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
@@ -530,7 +537,8 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
         (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
         return cluster_contacts_fail_memory(body);
     }
-    const plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters_take_frames(body, clusters, body->bounds);
     const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
                                       state->def.soft_hardness, state->def.soft_split};
     for (int i = 0; i < clusters->count; ++i) {

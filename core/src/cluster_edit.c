@@ -186,7 +186,10 @@ pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_v
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (view == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "view is null"); }
     const plii_clusters* clusters = plii_body_clusters(body);
-    const plii_cluster* item = &clusters->items[cluster];
+    /* Asking must not change the next step. */
+    plii_cluster copy = clusters->items[cluster];
+    plii_cluster_take_frame(body, clusters, &copy);
+    const plii_cluster* item = &copy;
     *view = (pli_cluster_view){
         .node_count = item->member_count,
         .nodes = &clusters->members[item->first_member].node,

@@ -23,7 +23,7 @@ typedef struct plii_cluster {
     /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster
        counts from that first centre. */
     pli_vec3 rest_centre;
-    pli_transform frame; /* this and what follows is of the step in progress */
+    pli_transform frame; /* this and what follows is of the step in progress; current only when `has_frame` */
     pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not with as_bullet */
     pli_mat3 inverse_inertia;
     pli_vec3 linear_velocity, angular_velocity;
@@ -33,6 +33,7 @@ typedef struct plii_cluster {
     int velocity_impulse_count, drift_impulse_count;
     pli_bounds bounds; /* of the nodes; with as_bullet the box that is kept from step to step */
     bool has_bounds;
+    bool has_frame; /* see plii_clusters_take_frames */
 } plii_cluster;
 
 typedef struct plii_clusters {
@@ -63,6 +64,11 @@ void plii_cluster_take_masses(const pli_body* body, const plii_clusters* cluster
 void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
+
+/* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
+   clusters that collide and whose bounds overlap `near`, and of one. */
+void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
+void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 
 static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
                                          const plii_cluster* cluster, int member) {

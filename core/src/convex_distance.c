@@ -5,13 +5,14 @@
 
 #include "convex_distance.h"
 
-#define CONVEX_GAP 0.05          /* of the depth: how far beyond it the cores are moved */
-#define CONVEX_SMALLEST_GAP 1e-4 /* of the size */
-#define CONVEX_PROGRESS 1e-5     /* of the depth */
-#define CONVEX_TURN 1e-6f        /* radians: the same direction */
-#define CONVEX_MAX_STEPS 8       /* of a descent */
-#define CONVEX_MAX_DESCENTS 3    /* from the best directions of the start */
-#define CONVEX_HOPELESS 2        /* times the best depth: starts deeper than this are left out */
+#define CONVEX_GAP 0.05               /* of the depth: how far beyond it the cores are moved */
+#define CONVEX_SMALLEST_GAP 1e-4      /* of the size */
+#define CONVEX_PROGRESS 1e-5          /* of the depth */
+#define CONVEX_FOLLOWED_PROGRESS 1e-2 /* where a way is followed from query to query */
+#define CONVEX_TURN 1e-6f             /* radians: the same direction */
+#define CONVEX_MAX_STEPS 8            /* of a descent */
+#define CONVEX_MAX_DESCENTS 3         /* from the best directions of the start */
+#define CONVEX_HOPELESS 2             /* times the best depth: starts deeper than this are left out */
 #define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known way deeper than this is given up */
 #define CONVEX_STEP_CALLS 24 /* a step is begun with this many calls left, except the first */
 #define CONVEX_MAX_STARTS 13
@@ -23,7 +24,8 @@ typedef struct convex_way {
 } convex_way;
 
 typedef struct convex_search {
-    double gap; /* of the queries that follow */
+    double gap;      /* of the queries that follow */
+    double progress; /* of the depth: a descent ends with a smaller one */
     const plii_convex* a;
     const plii_convex* b;
     convex_way starts[CONVEX_MAX_STARTS];
@@ -142,7 +144,7 @@ static void convex_descend(convex_search* search, convex_way way) {
             search->point_b = plii_dvec3_to_float(gjk.point_b);
             search->has_points = true;
         }
-        if (!(next.depth < way.depth * (1.0 - CONVEX_PROGRESS))) { break; }
+        if (!(next.depth < way.depth * (1.0 - search->progress))) { break; }
         way = next;
     }
 }
@@ -255,6 +257,7 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
                                 .support_calls = gjk.support_calls,
                                 .max_support_calls = max_support_calls,
                                 .gap = options->gap,
+                                .progress = options->follows_way ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
                                 .is_finite = true};
         convex_overlap(&search, &gjk, options, cache, result);
         return;

@@ -216,12 +216,17 @@ static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
 
 /* Drops the vertices that the nearest point does not need. */
 static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
+    bool is_in_place = true;
+    for (int i = 0; i < nearest->count; ++i) {
+        is_in_place = is_in_place && nearest->index[i] == i;
+    }
+    state->count = nearest->count;
+    if (is_in_place) { return; }
     gjk_vertex kept[4];
     for (int i = 0; i < nearest->count; ++i) {
         kept[i] = state->simplex[nearest->index[i]];
         nearest->index[i] = i;
     }
-    state->count = nearest->count;
     for (int i = 0; i < state->count; ++i) {
         state->simplex[i] = kept[i];
     }
@@ -262,14 +267,10 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
         }
         const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest.point, 1.0 / distance)));
         if (distance - state.lower_bound <= gap * distance || gjk_is_in_simplex(&state, &v)) { break; }
-        gjk_vertex extended[4];
-        for (int i = 0; i < state.count; ++i) {
-            extended[i] = state.simplex[i];
-        }
-        extended[state.count] = v;
-        const gjk_nearest next = gjk_find_nearest(extended, state.count + 1);
+        state.simplex[state.count] = v; /* beyond what counts until it proves good */
+        const gjk_nearest next = gjk_find_nearest(state.simplex, state.count + 1);
         if (!(next.squared < nearest.squared * (1.0 - GJK_PROGRESS))) { break; }
-        state.simplex[state.count++] = v;
+        state.count += 1;
         nearest = next;
         gjk_reduce(&state, &nearest);
     }

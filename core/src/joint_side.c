@@ -7,7 +7,9 @@ static plii_joint_side joint_side_fixed(pli_transform frame) {
 }
 
 plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
-    plii_cluster* item = &plii_body_clusters(body)->items[cluster];
+    plii_clusters* clusters = plii_body_clusters(body);
+    plii_cluster* item = &clusters->items[cluster];
+    plii_cluster_take_frame(body, clusters, item);
     plii_joint_side side = joint_side_fixed(item->frame);
     side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */

@@ -7,7 +7,7 @@
 #include "links_kernel.h"
 #include "simd.h"
 
-enum { LINKS_BATCH = 8 }; /* groups */
+enum { LINKS_BATCH = 8, LINKS_FEW = 2 }; /* groups; so few need not wait for each other in any case */
 
 typedef struct links_group {
     plii_packed8 delta;         /* from the first nodes to the others */
@@ -109,6 +109,17 @@ static void links_blocks(const plii_links_task* task, int begin, int end) {
         const int count = end - first < LINKS_BATCH ? end - first : LINKS_BATCH;
         const uint32_t(*places)[2][PLII_LINK_GROUP] =
             (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
+        if (count <= LINKS_FEW) {
+            for (int i = 0; i < count; ++i) {
+                links_group group;
+                links_measure_block(&group, task, places[i][0], places[i][1],
+                                    plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i),
+                                    colors->block_tags[first + i]);
+                links_divide(&group);
+                links_move_block(&group, task->body->positions, places[i][0], places[i][1]);
+            }
+            return;
+        }
         for (int i = 0; i < count; ++i) {
             links_measure_block(&groups[i], task, places[i][0], places[i][1],
                                 plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), colors->block_tags[first + i]);
@@ -154,4 +165,15 @@ static void links_serial(const plii_links_task* task) {
         links_divide(&group);
         links_move_block(&group, body->positions, places[0], places[1]);
     }
+}
+
+static void links_sweep(const plii_links_task* task) {
+    const plii_link_colors* colors = task->colors;
+    for (const plii_link_color* color = colors->colors; color < colors->colors + colors->color_count; ++color) {
+        for (int r = color[0].first_run; r < color[1].first_run; ++r) {
+            links_run_any(task, &colors->runs[r], 0, colors->runs[r].group_count);
+        }
+        links_blocks(task, color[0].first_block, color[1].first_block);
+    }
+    if (colors->serial_count > 0) { links_serial(task); }
 }

@@ -165,6 +165,9 @@ void pli_rigid_destroy(pli_rigid* rigid) {
 pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
     PLII_TRY(rigid_check(rigid));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
+    const bool is_as_before =
+        rigid->kind == PLI_RIGID_STATIC && memcmp(&rigid->state.pose, &state->pose, sizeof state->pose) == 0;
+    if (is_as_before) { return PLI_OK; }
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, state, __func__));
     rigid_store_state(rigid, state);
     return PLI_OK;

@@ -100,6 +100,9 @@ static void colored_links_sweep(pli_body* body, void* data) {
     colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, 0}};
     if (state->band_count > 0 && !plii_has_threads(body->context)) {
         colored_links_sweep_in_bands(&part);
+    } else if (!plii_has_threads(body->context) || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_GROUP) {
+        state->kernel->sweep(&part.task);
+        return;
     } else {
         for (int i = 0; i < colors->color_count; ++i) {
             part.task.color = i;

@@ -60,8 +60,10 @@ typedef struct pli_cluster_view {
     int node_count;
     const int* nodes; ///< node i at nodes[i * node_stride], valid until the clusters of the body change
     int node_stride;
-    pli_transform frame; ///< origin = centre of mass
-    float inverse_mass;  ///< 1/kg
+    /// Of the step in progress, or of the last one, where the cluster has contacts or joints; else of the nodes as they
+    /// are now. Origin = centre of mass.
+    pli_transform frame;
+    float inverse_mass; ///< 1/kg
     pli_mat3 inverse_inertia_world;
     pli_vec3 linear_velocity;  ///< m/s
     pli_vec3 angular_velocity; ///< rad/s
@@ -106,7 +108,7 @@ typedef struct pli_cluster_contacts_def {
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
     /// Contacts with rigid bodies and other bodies are measured anew in each step. Default false: those whose sides
-    /// hardly move against each other are followed for a few steps, in which they are right to a few percent of the
+    /// hardly move against each other are followed for a few steps, in which they are right to some percent of the
     /// margin. Always so with clusters as_bullet and with `distance`.
     bool measure_always;
     /// Replaces the distance query, for comparisons with that of another library; NULL: the one of the core.
