@@ -13,7 +13,8 @@ namespace demos {
 
 struct BenchOptions {
     int frames = 300;
-    int rounds = 3; // runs from the start; of the times of a frame the shortest counts
+    int settled_frames = 900; // the first run goes on to here, untimed, for the stretch
+    int rounds = 3;           // runs from the start; of the times of a frame the shortest counts
     bool with_reference = true, with_bullet = true;
     int threads = 1; // of Pliant
 };
@@ -22,10 +23,11 @@ struct BenchOptions {
 struct EngineCost {
     bool is_measured = false;
     double median = 0, minimum = 0, mean = 0;
-    double parts[soft_part_count] = {};      // medians of predict, collide, solve
-    double whole_step = 0;                   // median, rigid bodies included
-    double setup = 0;                        // making the engine
-    double rms_stretch = 0, max_stretch = 0; // at the end
+    double parts[soft_part_count] = {}; // medians of predict, collide, solve
+    double whole_step = 0;              // median, rigid bodies included
+    double setup = 0;                   // making the engine
+    // Of the links, over the last second of a run on to `settled_frames`; and how fast the nodes still are then, m/s.
+    double rms_stretch = 0, max_stretch = 0, rms_speed = 0;
     bool finite = true;
     size_t bytes = 0;                // at the end
     double allocations_per_step = 0; // over the second half of the frames

@@ -107,6 +107,7 @@ BenchOptions series_options(const Description& description, bool is_quick) {
     constexpr int most_bullet_nodes = 300000;
     BenchOptions options;
     options.frames = std::clamp((is_quick ? 200000 : 2000000) / std::max(nodes, 1), 4, 60);
+    options.settled_frames = 0;
     options.rounds = is_quick || nodes > 100000 ? 1 : 2;
     options.with_reference = false;
     options.with_bullet = nodes <= most_bullet_nodes;
