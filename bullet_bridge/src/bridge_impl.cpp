@@ -15,7 +15,8 @@
 namespace pliant {
 
 Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
-    : mode(def.mode), surface_thickness(def.surface_thickness), context(def.context), bullet_world_(&bullet_world) {
+    : mode(def.mode), surface_thickness(def.surface_thickness), context(def.context), bullet_world_(&bullet_world),
+      prepares_ahead_(def.prepares_rigids_ahead) {
     if (context == nullptr) {
         status = pli_context_create(nullptr, &context);
         owns_context_ = status == PLI_OK;
@@ -116,13 +117,14 @@ void Bridge::Impl::drop(PairAlgorithm& pair) {
     pair.proxy->pair_count -= 1;
     // The object may be about to be deleted, and another one to come to its address. Inside a step the core cannot let
     // go of it; then the end of the step does.
-    const bool is_unused = pair.proxy->pair_count == 0 && !pair.proxy->is_pinned;
-    if (!is_unused) { return; }
     if (is_stepping()) {
-        has_unused_proxies_ = true;
-    } else {
-        proxies_.erase(pair.proxy->object());
+        has_unused_proxies_ = has_unused_proxies_ || !pair.proxy->is_needed();
+        return;
     }
+    // Outside of a step pairs end with an object that leaves the world.
+    pair.proxy->is_followed = false;
+    followed_.clear();
+    if (!pair.proxy->is_needed()) { proxies_.erase(pair.proxy->object()); }
 }
 
 void Bridge::Impl::collect(PairAlgorithm& pair) {
@@ -147,7 +149,7 @@ pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
     std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
     if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
     if (proxy->prepare({context, mode, surface_thickness, nullptr}, world) != PLI_OK && proxy->rigid() == nullptr) {
-        if (proxy->pair_count == 0) { proxies_.erase(&object); }
+        if (!proxy->is_needed()) { proxies_.erase(&object); }
         return nullptr;
     }
     proxy->is_pinned = true;
@@ -159,7 +161,9 @@ void Bridge::Impl::forget(const btCollisionObject& object) {
     const auto place = proxies_.find(&object);
     if (place == proxies_.end() || is_stepping()) { return; }
     place->second->is_pinned = false;
-    if (place->second->pair_count == 0) {
+    place->second->is_followed = false; // the object may be about to be deleted
+    followed_.clear();
+    if (!place->second->is_needed()) {
         proxies_.erase(place);
     } else {
         place->second->drop_rigid();
@@ -224,9 +228,73 @@ void Bridge::Impl::sweep_proxies() {
     if (!has_unused_proxies_) { return; }
     has_unused_proxies_ = false;
     for (auto place = proxies_.begin(); place != proxies_.end();) {
-        const RigidProxy& proxy = *place->second;
-        place = proxy.pair_count == 0 && !proxy.is_pinned ? proxies_.erase(place) : std::next(place);
+        place = place->second->is_needed() ? std::next(place) : proxies_.erase(place);
     }
+}
+
+// ------------------------------------------------------------------------------------------- proxies made ahead
+
+FollowedObject::FollowedObject(const btCollisionObject& of)
+    : object(&of), type(of.getInternalType()), id(-1), group(0), mask(0) {
+    if (const btBroadphaseProxy* handle = of.getBroadphaseHandle()) {
+        id = handle->getUid();
+        group = handle->m_collisionFilterGroup;
+        mask = handle->m_collisionFilterMask;
+    }
+}
+
+// Looks whether the Bullet world holds what it held in the last step, and when it does not brings the proxies up to
+// date.
+void Bridge::Impl::follow_world() {
+    if (!prepares_ahead_) { return; }
+    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
+    const auto size = static_cast<std::size_t>(array.size());
+    const auto is_known = [&](std::size_t i) { return followed_[i] == FollowedObject(*array[static_cast<int>(i)]); };
+    std::size_t known = 0;
+    while (known < size && known < followed_.size() && is_known(known)) {
+        ++known;
+    }
+    if (known == size && size == followed_.size()) { return; }
+
+    followed_.erase(followed_.begin() + static_cast<std::ptrdiff_t>(known), followed_.end());
+    for (std::size_t i = known; i < size; ++i) {
+        followed_.emplace_back(*array[static_cast<int>(i)]);
+    }
+    for (const auto& entry : proxies_) {
+        entry.second->is_followed = false;
+    }
+    for (const FollowedObject& followed : followed_) {
+        const bool meets = std::any_of(objects_.begin(), objects_.end(), [&](const auto& soft) {
+            const FollowedObject own(*soft);
+            return (followed.group & own.mask) != 0 && (own.group & followed.mask) != 0;
+        });
+        if (meets) { follow(*followed.object); }
+    }
+    has_unused_proxies_ = true;
+    sweep_proxies();
+    make_room();
+}
+
+void Bridge::Impl::follow(const btCollisionObject& object) {
+    const int type = object.getInternalType();
+    const bool is_soft = type == btCollisionObject::CO_SOFT_BODY || SoftObject::from(&object) != nullptr;
+    if (is_soft || !object.hasContactResponse() || object.getCollisionShape() == nullptr) { return; }
+    const int id = FollowedObject(object).id;
+    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
+    const bool is_of_another = proxy && proxy->followed_id != id && !proxy->is_needed();
+    if (!proxy || is_of_another) { proxy = std::make_unique<RigidProxy>(object); }
+    proxy->is_followed = true;
+    proxy->followed_id = id;
+    // What is wrong with it is told when it is met.
+    if (proxy->rigid() == nullptr) { (void)proxy->prepare({context, mode, surface_thickness, nullptr}, world); }
+}
+
+// For the lists of a step: few objects meet many others at a time.
+void Bridge::Impl::make_room() {
+    constexpr std::size_t pairs_per_object = 8;
+    const std::size_t softs = objects_.size(), all = softs + proxies_.size();
+    pairs_.reserve(std::min(softs * all, pairs_per_object * all));
+    touched_.reserve(proxies_.size());
 }
 
 // --------------------------------------------------------------------------------------------------------- step
@@ -243,6 +311,7 @@ void Bridge::Impl::predict_inside_step() {
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
     forget_removed_objects();
+    follow_world();
     for (const auto& object : objects_) {
         const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
         if (should_rest != object->frozen_by_bridge && should_rest != pli_body_is_frozen(object->body())) {

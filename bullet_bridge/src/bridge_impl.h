@@ -18,6 +18,17 @@ class PairAlgorithm;
 class RigidProxy;
 class SoftObject;
 
+/// An object as the Bullet world has it. Another one at the same address mostly differs in something.
+struct FollowedObject {
+    const btCollisionObject* object;
+    int type, id, group, mask;
+
+    explicit FollowedObject(const btCollisionObject& of);
+    bool operator==(const FollowedObject& o) const {
+        return object == o.object && type == o.type && id == o.id && group == o.group && mask == o.mask;
+    }
+};
+
 class Bridge::Impl final : public btActionInterface {
 public:
     Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def);
@@ -67,6 +78,9 @@ private:
     void take_part(RigidProxy& proxy);
     void finish_step(btScalar dt);
     void forget_removed_objects();
+    void follow_world();
+    void follow(const btCollisionObject& object);
+    void make_room();
     void sweep_proxies();
     void note(pli_status result) {
         if (step_status == PLI_OK) { step_status = result; }
@@ -76,12 +90,14 @@ private:
     bool owns_context_ = false;
     bool dispatches_in_parallel_ = false;
     bool has_unused_proxies_ = false; ///< their last pair went away inside a step
+    bool prepares_ahead_ = true;
     unsigned step_ = 0;
     std::vector<std::unique_ptr<SoftObject>> objects_;
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
-    std::vector<PairAlgorithm*> pairs_; ///< of this step, in dispatch order; null: the pair went away
-    std::vector<RigidProxy*> touched_;  ///< proxies that take part in this step's solve
-    std::mutex mutex_;                  ///< guards proxies_ and pairs_ during Bullet's dispatch
+    std::vector<FollowedObject> followed_; ///< what the Bullet world held when proxies were made ahead
+    std::vector<PairAlgorithm*> pairs_;    ///< of this step, in dispatch order; null: the pair went away
+    std::vector<RigidProxy*> touched_;     ///< proxies that take part in this step's solve
+    std::mutex mutex_;                     ///< guards proxies_ and pairs_ during Bullet's dispatch
 };
 
 } // namespace pliant

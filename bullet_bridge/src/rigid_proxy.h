@@ -1,7 +1,8 @@
 #ifndef PLIANT_BULLET_RIGID_PROXY_H
 #define PLIANT_BULLET_RIGID_PROXY_H
 
-// The core's picture of one collision object of Bullet. It lives while a pair or the user (anchors) needs it.
+// The core's picture of one collision object of Bullet. It lives while the object is in the world and can meet soft
+// bodies (when made ahead), or while a pair or the user (anchors) needs it.
 
 #include "bridge_impl.h"
 #include "shapes.h"
@@ -50,8 +51,12 @@ public:
     }
     const std::optional<pli_sampled_mesh_def>& sampled_mesh() const { return sampled_mesh_; }
 
+    bool is_needed() const { return pair_count > 0 || is_pinned || is_followed; }
+
     int pair_count = 0;        ///< algorithms that use it
     bool is_pinned = false;    ///< the user has it
+    bool is_followed = false;  ///< kept as long as its object is in the world
+    int followed_id = -1;      ///< of the object in the broad phase
     bool was_in_world = false; ///< pinned ones are forgotten when their object leaves the world
     int world_array_index = -1;
     unsigned present_step = 0; ///< the last step that it took part in

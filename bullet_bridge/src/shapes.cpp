@@ -167,6 +167,12 @@ void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     add_to_hash(hash, shape.getShapeType());
     add_to_hash(hash, shape.getMargin());
     add_to_hash(hash, shape.getLocalScaling());
+    if (shape.isConvex()) {
+        btVector3 low, high;
+        shape.getAabb(btTransform::getIdentity(), low, high);
+        add_to_hash(hash, low);
+        add_to_hash(hash, high);
+    }
     if (!shape.isCompound()) { return; }
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {

@@ -51,25 +51,35 @@ static void box_tree_sort(plii_box_tree* tree, int count) {
     /* After an even number of passes the result is back where it began. */
 }
 
+/* Fills `begin`, where each level begins, and after the last one the number of all boxes; returns how many levels. */
+static int box_tree_lay_out(int count, int* begin) {
+    int box_count = 0;
+    int level_count = 0;
+    for (int width = count;; width = (width + PLII_BOX_TREE_FAN - 1) / PLII_BOX_TREE_FAN) {
+        begin[level_count++] = box_count;
+        box_count += width;
+        if (width == 1) { break; }
+    }
+    begin[level_count] = box_count;
+    return level_count;
+}
+
+bool plii_box_tree_reserve(pli_context* context, plii_box_tree* tree, int count) {
+    if (count <= 0) { return true; }
+    int begin[PLII_BOX_TREE_MAX_LEVELS + 1];
+    const int level_count = box_tree_lay_out(count, begin);
+    return PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) &&
+           PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) &&
+           PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count) &&
+           PLII_RESERVE(context, &tree->boxes, &tree->box_capacity, begin[level_count]);
+}
+
 bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, const pli_bounds* boxes) {
     tree->count = 0;
     tree->level_count = 0;
     if (count <= 0) { return true; }
-
-    int box_count = 0;
-    int level_count = 0;
-    for (int width = count;; width = (width + PLII_BOX_TREE_FAN - 1) / PLII_BOX_TREE_FAN) {
-        tree->begin[level_count++] = box_count;
-        box_count += width;
-        if (width == 1) { break; }
-    }
-    tree->begin[level_count] = box_count;
-    if (!PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) ||
-        !PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) ||
-        !PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count) ||
-        !PLII_RESERVE(context, &tree->boxes, &tree->box_capacity, box_count)) {
-        return false;
-    }
+    if (!plii_box_tree_reserve(context, tree, count)) { return false; }
+    const int level_count = box_tree_lay_out(count, tree->begin);
 
     pli_bounds all = boxes[0];
     for (int i = 1; i < count; ++i) {

@@ -27,6 +27,8 @@ typedef struct plii_box_tree {
 /* Replaces what the tree held; the boxes must be finite. Memory is kept from build to build.
    False when out of memory: the tree is then empty. */
 bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, const pli_bounds* boxes);
+/* Room for that many; false when out of memory. */
+bool plii_box_tree_reserve(pli_context* context, plii_box_tree* tree, int count);
 void plii_box_tree_free(pli_context* context, plii_box_tree* tree);
 size_t plii_box_tree_bytes(const plii_box_tree* tree);
 

@@ -16,42 +16,47 @@ static bool cluster_contact_is_usable(const pli_cluster_contact* info) {
 }
 
 static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
-    return pli_vec3_sub(plii_joint_side_velocity_at(&contact->sides[0], contact->arms[0]),
-                        plii_joint_side_velocity_at(&contact->sides[1], contact->arms[1]));
+    return pli_vec3_sub(plii_joint_velocity_at(&contact->targets[0], contact->arms[0]),
+                        plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
 /* kg that an impulse along a unit vector meets; 0 when nothing can move. */
-static float cluster_contact_mass(const plii_cluster_contact* contact, pli_vec3 direction) {
-    const float response = plii_joint_side_response(&contact->sides[0], contact->arms[0], direction) +
-                           plii_joint_side_response(&contact->sides[1], contact->arms[1], direction);
+static float cluster_contact_mass(const plii_cluster_contact* contact, const plii_joint_side sides[2],
+                                  pli_vec3 direction) {
+    const float response = plii_joint_side_response(&sides[0], contact->arms[0], direction) +
+                           plii_joint_side_response(&sides[1], contact->arms[1], direction);
     return response > FLT_MIN && plii_is_finite(response) ? 1.0f / response : 0.0f;
 }
 
-static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const plii_contact_terms* terms) {
+static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const plii_joint_side sides[2],
+                                           const plii_contact_terms* terms) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
     const pli_vec3 sliding = pli_vec3_sub(velocity, pli_vec3_scale(contact->normal, approach));
     const float cone = approach * terms->friction * approach * terms->friction;
     contact->friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction;
-    contact->drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
-    contact->impulse_matrix =
-        plii_joint_impulse_matrix(&contact->sides[0], contact->arms[0], &contact->sides[1], contact->arms[1]);
+    contact->as.bullet.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
+    contact->as.bullet.impulse_matrix =
+        plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
 }
 
-static void cluster_contact_make_own(plii_cluster_contact* contact, const plii_contact_terms* terms) {
+static void cluster_contact_make_own(plii_cluster_contact* contact, const plii_joint_side sides[2],
+                                     const plii_contact_terms* terms) {
+    plii_cluster_contact_own* own = &contact->as.own;
+    *own = (plii_cluster_contact_own){0};
     const pli_vec3 n = contact->normal;
     contact->friction = terms->friction;
-    contact->depth = terms->margin - contact->info.distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
+    own->depth = terms->margin - contact->info.distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
     /* Rigid bodies have not moved yet. */
-    pli_vec3 included = plii_joint_side_velocity_at(&contact->sides[0], contact->arms[0]);
-    if (contact->sides[1].cluster != NULL) { included = cluster_contact_velocity(contact); }
-    contact->included_speed = pli_vec3_dot(included, n);
+    pli_vec3 included = plii_joint_velocity_at(&contact->targets[0], contact->arms[0]);
+    if (contact->targets[1].cluster != NULL) { included = cluster_contact_velocity(contact); }
+    own->included_speed = pli_vec3_dot(included, n);
     const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
-    contact->tangents[0] = plii_vec3_safe_normalize(pli_vec3_cross(n, across));
-    contact->tangents[1] = pli_vec3_cross(n, contact->tangents[0]);
-    contact->normal_mass = cluster_contact_mass(contact, n);
+    own->tangents[0] = plii_vec3_safe_normalize(pli_vec3_cross(n, across));
+    own->tangents[1] = pli_vec3_cross(n, own->tangents[0]);
+    own->normal_mass = cluster_contact_mass(contact, sides, n);
     for (int i = 0; i < 2; ++i) {
-        contact->tangent_masses[i] = cluster_contact_mass(contact, contact->tangents[i]);
+        own->tangent_masses[i] = cluster_contact_mass(contact, sides, own->tangents[i]);
     }
 }
 
@@ -67,39 +72,41 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, plii_joint_side 
     }
     *contact = (plii_cluster_contact){
         .info = *info,
-        .sides = {a, b},
+        .targets = {a.target, b.target},
         .arms = {pli_vec3_sub(point_a, a.frame.origin), pli_vec3_sub(point_b, b.frame.origin)},
         .normal = normal,
         .erp = terms->hardness,
         .split = terms->split,
         .as_bullet = as_bullet,
     };
-    (as_bullet ? cluster_contact_make_as_bullet : cluster_contact_make_own)(contact, terms);
+    const plii_joint_side sides[2] = {a, b};
+    (as_bullet ? cluster_contact_make_as_bullet : cluster_contact_make_own)(contact, sides, terms);
     return true;
 }
 
 // ------------------------------------------------------------------------------------------------------------ prepare
 
 static void cluster_contact_prepare_as_bullet(plii_cluster_contact* contact, const plii_step* step, int iterations) {
-    contact->drift = plii_vec3_divide(pli_vec3_scale(contact->drift, contact->erp), step->dt);
+    plii_cluster_contact_as_bullet* own = &contact->as.bullet;
+    own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, contact->erp), step->dt);
     if (contact->split > 0.0f) {
-        contact->split_drift =
-            pli_mat3_mul_vec3(contact->impulse_matrix, pli_vec3_scale(contact->drift, contact->split));
-        contact->drift = pli_vec3_scale(contact->drift, 1.0f - contact->split);
+        contact->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, contact->split));
+        own->drift = pli_vec3_scale(own->drift, 1.0f - contact->split);
     }
-    contact->drift = plii_vec3_divide(contact->drift, (float)iterations);
+    own->drift = plii_vec3_divide(own->drift, (float)iterations);
 }
 
 /* `depth` was measured after this step's motion, which the impulses will change. */
 static void cluster_contact_prepare_own(plii_cluster_contact* contact, const plii_step* step) {
-    const float speed_out = contact->depth * step->inverse_dt + plii_min(contact->included_speed, 0.0f);
+    plii_cluster_contact_own* own = &contact->as.own;
+    const float speed_out = own->depth * step->inverse_dt + plii_min(own->included_speed, 0.0f);
     if (speed_out <= 0.0f) {
-        contact->wanted_speed = speed_out; /* not there yet: slow enough not to get deeper */
+        own->wanted_speed = speed_out; /* not there yet: slow enough not to get deeper */
         return;
     }
     const float corrected = speed_out * contact->erp;
-    contact->wanted_speed = corrected * (1.0f - contact->split);
-    contact->split_drift = pli_vec3_scale(contact->normal, -corrected * contact->split * contact->normal_mass);
+    own->wanted_speed = corrected * (1.0f - contact->split);
+    contact->split_drift = pli_vec3_scale(contact->normal, -corrected * contact->split * own->normal_mass);
 }
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
@@ -113,52 +120,52 @@ void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step
 // -------------------------------------------------------------------------------------------------------------- solve
 
 static void cluster_contact_apply(plii_cluster_contact* contact, pli_vec3 impulse) {
-    plii_joint_side_apply_impulse(&contact->sides[0], pli_vec3_neg(impulse), contact->arms[0]);
-    plii_joint_side_apply_impulse(&contact->sides[1], impulse, contact->arms[1]);
+    plii_joint_apply_impulse(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0]);
+    plii_joint_apply_impulse(&contact->targets[1], impulse, contact->arms[1]);
 }
 
 static void cluster_contact_solve_as_bullet(plii_cluster_contact* contact) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
-    pli_vec3 change = contact->drift;
+    pli_vec3 change = contact->as.bullet.drift;
     if (approach < 0.0f) {
         const pli_vec3 closing = pli_vec3_scale(contact->normal, approach);
         const pli_vec3 sliding = pli_vec3_sub(velocity, closing);
         change = pli_vec3_add(change, pli_vec3_add(closing, pli_vec3_scale(sliding, contact->friction)));
     }
-    cluster_contact_apply(contact, pli_mat3_mul_vec3(contact->impulse_matrix, change));
+    cluster_contact_apply(contact, pli_mat3_mul_vec3(contact->as.bullet.impulse_matrix, change));
 }
 
 /* Impulses between clusters of one body: limited and scaled as the first cluster says. */
 static float cluster_contact_self_factor(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->sides[0].cluster->settings.self_impulse_factor : 1.0f;
+    return contact->is_self ? contact->targets[0].cluster->settings.self_impulse_factor : 1.0f;
 }
 static float cluster_contact_self_limit(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->sides[0].cluster->settings.max_self_impulse : INFINITY;
+    return contact->is_self ? contact->targets[0].cluster->settings.max_self_impulse : INFINITY;
 }
 
 static void cluster_contact_solve_own(plii_cluster_contact* contact) {
+    plii_cluster_contact_own* own = &contact->as.own;
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float factor = cluster_contact_self_factor(contact);
-    const float missing = contact->wanted_speed - pli_vec3_dot(velocity, contact->normal);
-    const float old_normal = contact->normal_impulse;
-    contact->normal_impulse =
-        plii_clamp(old_normal + factor * missing * contact->normal_mass, 0.0f, cluster_contact_self_limit(contact));
-    pli_vec3 push = pli_vec3_scale(contact->normal, contact->normal_impulse - old_normal);
+    const float missing = own->wanted_speed - pli_vec3_dot(velocity, contact->normal);
+    const float old_normal = own->normal_impulse;
+    own->normal_impulse =
+        plii_clamp(old_normal + factor * missing * own->normal_mass, 0.0f, cluster_contact_self_limit(contact));
+    pli_vec3 push = pli_vec3_scale(contact->normal, own->normal_impulse - old_normal);
 
     float wanted[2];
     float length_squared = 0.0f;
     for (int i = 0; i < 2; ++i) {
-        const float sliding = pli_vec3_dot(velocity, contact->tangents[i]);
-        wanted[i] = contact->tangent_impulses[i] - factor * sliding * contact->tangent_masses[i];
+        const float sliding = pli_vec3_dot(velocity, own->tangents[i]);
+        wanted[i] = own->tangent_impulses[i] - factor * sliding * own->tangent_masses[i];
         length_squared += wanted[i] * wanted[i];
     }
-    const float bound = contact->friction * contact->normal_impulse;
+    const float bound = contact->friction * own->normal_impulse;
     const float scale = length_squared > bound * bound ? bound / sqrtf(length_squared) : 1.0f;
     for (int i = 0; i < 2; ++i) {
-        push =
-            pli_vec3_add(push, pli_vec3_scale(contact->tangents[i], wanted[i] * scale - contact->tangent_impulses[i]));
-        contact->tangent_impulses[i] = wanted[i] * scale;
+        push = pli_vec3_add(push, pli_vec3_scale(own->tangents[i], wanted[i] * scale - own->tangent_impulses[i]));
+        own->tangent_impulses[i] = wanted[i] * scale;
     }
     /* The motions of clusters that share nodes are averaged over those that were pushed. */
     if (pli_vec3_length_squared(push) > 0.0f) { cluster_contact_apply(contact, pli_vec3_neg(push)); }
@@ -177,9 +184,9 @@ void plii_cluster_contact_finish(plii_cluster_contact* contact) {
     }
     /* Displacements are averaged by their number: none must not count. */
     if (!contact->as_bullet && pli_vec3_length_squared(drift) == 0.0f) { return; }
-    plii_joint_side_apply_drift(&contact->sides[0], pli_vec3_neg(drift), contact->arms[0]);
+    plii_joint_apply_drift(&contact->targets[0], pli_vec3_neg(drift), contact->arms[0]);
     /* A rigid body is not displaced; Bullet gives it a velocity instead, and momentum from nothing. */
-    if (contact->as_bullet || contact->sides[1].rigid == NULL) {
-        plii_joint_side_apply_drift(&contact->sides[1], drift, contact->arms[1]);
+    if (contact->as_bullet || contact->targets[1].rigid == NULL) {
+        plii_joint_apply_drift(&contact->targets[1], drift, contact->arms[1]);
     }
 }

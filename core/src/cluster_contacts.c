@@ -43,19 +43,12 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     }
     /* What the first contacts would need; when memory runs out they ask again. */
     (void)plii_cluster_contacts_update_groups(body, state);
-    /* Without memory pairs start anew; the contacts are the same up to rounding. */
-    plii_pair_memory_turn(body->context, &state->memory);
-    plii_manifold* manifolds = state->manifolds;
-    state->manifolds = state->manifolds_before;
-    state->manifolds_before = manifolds;
-    const int capacity = state->manifold_capacity;
-    state->manifold_capacity = state->manifold_before_capacity;
-    state->manifold_before_capacity = capacity;
+    plii_cluster_contacts_turn(body, state);
 }
 
 static void cluster_contacts_forget(plii_cluster_contacts* state) {
     state->count = 0;
-    plii_pair_memory_forget(&state->memory);
+    plii_cluster_contacts_forget(state);
 }
 
 static void cluster_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
@@ -97,7 +90,6 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
     plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
-    plii_release(context, state->manifolds_before, (size_t)state->manifold_before_capacity * sizeof(plii_manifold));
     plii_pair_memory_release(context, &state->memory);
     plii_box_tree_free(context, &state->tree);
 }
@@ -110,8 +102,7 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +
                    (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
-                   (size_t)(state->manifold_capacity + state->manifold_before_capacity) * sizeof(plii_manifold) +
-                   plii_box_tree_bytes(&state->tree);
+                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < state->group_count; ++i) {
         bytes += plii_support_groups_bytes(&state->groups[i]);
     }
@@ -121,7 +112,7 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
 
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
-static const plii_feature_class cluster_contacts_class = {
+const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
     .needs = cluster_contacts_needs,
@@ -137,6 +128,7 @@ static const plii_feature_class cluster_contacts_class = {
     .forget_clusters = cluster_contacts_forget_clusters,
     .forget_topology = cluster_contacts_forget_body,
     .bytes = cluster_contacts_bytes,
+    .make_room = plii_cluster_contacts_make_room,
     .topology_commit = cluster_contacts_topology_commit,
 };
 
@@ -189,7 +181,7 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     void* data = NULL;
-    const pli_status status = plii_feature_enable(body, &cluster_contacts_class, &data);
+    const pli_status status = plii_feature_enable(body, &plii_cluster_contacts_class, &data);
     if (status == PLI_OK) {
         ((plii_cluster_contacts*)data)->def = *def;
     } else if (!had_clusters) {
@@ -199,12 +191,12 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
 }
 
 void pli_body_disable_cluster_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &cluster_contacts_class); }
+    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &plii_cluster_contacts_class); }
 }
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_cluster_contacts* state = plii_feature_state(body, &cluster_contacts_class);
+    const plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
         contacts[i] = state->contacts[i].info;
@@ -214,7 +206,7 @@ int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluste
 
 pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
     PLII_TRY(plii_check_body(body, __func__));
-    plii_cluster_contacts* state = plii_feature_state(body, &cluster_contacts_class);
+    plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }

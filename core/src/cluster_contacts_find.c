@@ -45,21 +45,51 @@ typedef struct known_pair {
     plii_manifold* manifold;
 } known_pair;
 
+/* A slot for a pair that is new; 0 when out of memory. */
+static int cluster_contacts_take_manifold(pli_body* body, plii_cluster_contacts* state) {
+    int slot = state->free_manifold1;
+    if (slot > 0) {
+        state->free_manifold1 = state->manifolds[slot - 1].age;
+    } else {
+        if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
+            return 0;
+        }
+        slot = ++state->manifold_count;
+    }
+    state->manifolds[slot - 1].count = 0;
+    return slot;
+}
+
 static known_pair cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
     if (state->def.distance != NULL) { return (known_pair){NULL, NULL}; }
     known_pair pair = {.cache = plii_pair_memory_get(body->context, &state->memory, key)};
-    const int count = state->memory.present_count;
-    if (pair.cache == NULL || !cluster_contacts_are_followed(body, state, key) ||
-        !PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, count)) {
-        return pair;
-    }
-    pair.manifold = &state->manifolds[count - 1];
-    pair.manifold->count = 0;
+    if (pair.cache == NULL || !cluster_contacts_are_followed(body, state, key)) { return pair; }
+    int* slot = &state->memory.present[state->memory.present_count - 1].slot;
     const int place = plii_pair_memory_place(&state->memory, key);
-    if (place != PLI_NULL_INDEX && place < state->manifold_before_capacity) {
-        *pair.manifold = state->manifolds_before[place];
+    if (place != PLI_NULL_INDEX && state->memory.before[place].slot > 0) {
+        *slot = state->memory.before[place].slot;
+        state->memory.before[place].slot = 0;
+    } else {
+        *slot = cluster_contacts_take_manifold(body, state);
     }
+    if (*slot > 0) { pair.manifold = &state->manifolds[*slot - 1]; }
     return pair;
+}
+
+void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state) {
+    for (int i = 0; i < state->memory.before_count; ++i) {
+        const int slot = state->memory.before[i].slot;
+        if (slot == 0) { continue; }
+        state->manifolds[slot - 1].age = state->free_manifold1;
+        state->free_manifold1 = slot;
+    }
+    /* Without memory pairs start anew; the contacts are the same up to rounding. */
+    if (!plii_pair_memory_turn(body->context, &state->memory)) { plii_cluster_contacts_forget(state); }
+}
+
+void plii_cluster_contacts_forget(plii_cluster_contacts* state) {
+    plii_pair_memory_forget(&state->memory);
+    state->manifold_count = state->free_manifold1 = 0;
 }
 
 // ----------------------------------------------------------------------------------------------------- several points
@@ -347,13 +377,17 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
 
 // ------------------------------------------------------------------------------------------- clusters against clusters
 
+static bool cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
+    const int count = plii_body_clusters(body)->count;
+    return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
+           PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
+           plii_box_tree_reserve(body->context, &state->tree, count);
+}
+
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
     if (state->has_tree) { return true; }
     const plii_clusters* clusters = plii_body_clusters(body);
-    if (!PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, clusters->count) ||
-        !PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, clusters->count)) {
-        return false;
-    }
+    if (!cluster_contacts_reserve_search(body, state)) { return false; }
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         const pli_bounds nothing = {body->bounds.min, body->bounds.min};
@@ -555,4 +589,55 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
         }
     }
     return PLI_OK;
+}
+
+// --------------------------------------------------------------------------------------------------------------- room
+
+static bool cluster_contacts_has_large(const plii_clusters* clusters) {
+    for (int i = 0; i < clusters->count; ++i) {
+        if (clusters->items[i].member_count >= CLUSTER_CONTACTS_MIN_NODES) { return true; }
+    }
+    return false;
+}
+
+/* Of large bodies most clusters are far from others. */
+#define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
+/* Clusters of a pile of tori, the most that was measured, meet 10 others, with 12 contacts. */
+#define CLUSTER_CONTACTS_PER_CLUSTER 10
+
+static int cluster_contacts_least(int a, int b) {
+    return a < b ? a : b;
+}
+
+static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* state, int contacts, int pairs) {
+    pli_context* context = body->context;
+    const plii_clusters* clusters = plii_body_clusters(body);
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
+    if (state->def.distance != NULL || pairs == 0) { return; }
+    (void)plii_pair_memory_reserve(context, &state->memory, pairs);
+    if (clusters->def.as_bullet || state->def.measure_always || !cluster_contacts_has_large(clusters)) { return; }
+    (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
+}
+
+void plii_cluster_contacts_make_room(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
+    const pli_world* world = body->world;
+    const int clusters = plii_body_clusters(body)->count;
+    const int nodes = cluster_contacts_least(body->node_count, CLUSTER_CONTACTS_MAX_ROOM);
+    int contacts = 0, pairs = 0;
+    if (state->def.with_rigids && world->rigid_count > 0) {
+        contacts += cluster_contacts_least(CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 4);
+        if (world->has_convex_shapes) { pairs += cluster_contacts_least(clusters, CLUSTER_CONTACTS_MAX_ROOM); }
+        if (world->has_other_shapes) {
+            (void)PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count);
+        }
+    }
+    if (state->def.with_self ||
+        (state->def.with_bodies && plii_feature_is_shared(body, &plii_cluster_contacts_class))) {
+        const int met = cluster_contacts_least(CLUSTER_CONTACTS_PER_CLUSTER * clusters, nodes);
+        contacts += met;
+        pairs += met;
+        (void)cluster_contacts_reserve_search(body, state);
+    }
+    cluster_contacts_reserve(body, state, contacts, pairs);
 }

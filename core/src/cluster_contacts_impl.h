@@ -10,22 +10,32 @@
 #include "pair_memory.h"
 #include "support_groups.h"
 
-typedef struct plii_cluster_contact {
-    pli_cluster_contact info;
-    plii_joint_side sides[2];
-    pli_vec3 arms[2]; /* from each side's centre to where impulses act */
-    pli_vec3 normal;
-    float friction;   /* as_bullet the share of the sliding velocity removed, 1 when it sticks; else of Coulomb's law */
-    float erp, split; /* Bullet: m_erp, m_split */
-    bool is_self, as_bullet;
-    pli_vec3 drift, split_drift;
-    pli_mat3 impulse_matrix; /* as_bullet */
-    /* Not as_bullet. */
+typedef struct plii_cluster_contact_as_bullet {
+    pli_vec3 drift;
+    pli_mat3 impulse_matrix;
+} plii_cluster_contact_as_bullet;
+
+typedef struct plii_cluster_contact_own {
     float depth, included_speed; /* m; and the part of the speed along the normal that `depth` includes, m/s */
     float wanted_speed;          /* along the normal, m/s */
     pli_vec3 tangents[2];
     float normal_mass, tangent_masses[2];      /* kg */
     float normal_impulse, tangent_impulses[2]; /* N s, of this step so far */
+} plii_cluster_contact_own;
+
+typedef struct plii_cluster_contact {
+    pli_cluster_contact info;
+    plii_joint_target targets[2];
+    pli_vec3 arms[2]; /* from each side's centre to where impulses act */
+    pli_vec3 normal;
+    float friction;   /* as_bullet the share of the sliding velocity removed, 1 when it sticks; else of Coulomb's law */
+    float erp, split; /* Bullet: m_erp, m_split */
+    bool is_self, as_bullet;
+    pli_vec3 split_drift;
+    union {
+        plii_cluster_contact_as_bullet bullet;
+        plii_cluster_contact_own own;
+    } as;
 } plii_cluster_contact;
 
 typedef struct plii_contact_terms {
@@ -62,9 +72,9 @@ typedef struct plii_cluster_contacts {
     plii_cluster_contact* contacts;
     int count, capacity;
     plii_pair_memory memory;
-    plii_manifold* manifolds; /* of the pairs in `memory`, in their places: of this step */
-    plii_manifold* manifolds_before;
-    int manifold_capacity, manifold_before_capacity;
+    plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
+    int manifold_count, manifold_capacity; /* those that have been in use */
+    int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
     bool has_groups;
     plii_support_groups* groups; /* [group_count] per cluster */
     int group_count;
@@ -78,6 +88,8 @@ typedef struct plii_cluster_contacts {
     bool has_neighbours;
     plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
+
+extern const plii_feature_class plii_cluster_contacts_class;
 
 // ------------------------------------------------------------------------------------------------------- one contact
 
@@ -131,6 +143,10 @@ int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact
 
 // -------------------------------------------------------------------------------------------------------------- pairs
 
+void plii_cluster_contacts_make_room(pli_body* body, void* state);
+/* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
+void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_forget(plii_cluster_contacts* state);
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);

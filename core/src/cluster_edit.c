@@ -81,6 +81,7 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         clusters->node_sums = plii_allocate(context, (size_t)body->node_count * sizeof *clusters->node_sums);
         if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     }
+    body->world->wants_room = true;
     clusters->items[clusters->count++] = (plii_cluster){
         .settings = cluster_default_settings(), .first_member = clusters->member_count, .member_count = node_count};
     for (int i = 0; i < node_count; ++i) {

@@ -73,6 +73,8 @@ pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return def;
 }
 
+static const plii_feature_class soft_contacts_class;
+
 static pli_vec3 soft_contacts_position(const pli_body* body, int node) {
     return plii_xyz(body->positions[node]);
 }
@@ -300,23 +302,56 @@ static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
 }
 
 /* Along the curve that the tree sorts by; good for as long as the body has these faces, however it bends. */
-static bool soft_contacts_order_faces(const soft_contacts_pass* pass) {
-    pli_context* context = pass->node_body->context;
-    soft_contacts_state *state = pass->face_state, *search = pass->search;
-    const int face_count = pass->face_body->topology->face_count;
+static bool soft_contacts_order_faces(const pli_body* body, soft_contacts_state* state) {
+    pli_context* context = body->context;
+    const int face_count = body->topology->face_count;
     if (state->order_count == face_count) { return true; }
     plii_box_tree tree = {0};
-    for (int i = 0; i < face_count; ++i) {
-        search->boxes[i] = soft_contacts_face_bounds(pass->face_body->positions, pass->face_body->topology->faces[i]);
+    const size_t size = (size_t)face_count * sizeof(pli_bounds);
+    pli_bounds* boxes = plii_allocate(context, size);
+    for (int i = 0; boxes != NULL && i < face_count; ++i) {
+        boxes[i] = soft_contacts_face_bounds(body->positions, body->topology->faces[i]);
     }
-    const bool is_ordered = PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
-                            plii_box_tree_build(context, &tree, face_count, search->boxes);
+    const bool is_ordered = boxes != NULL &&
+                            PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
+                            plii_box_tree_build(context, &tree, face_count, boxes);
     if (is_ordered) {
         memcpy(state->face_order, tree.items, (size_t)face_count * sizeof *state->face_order);
         state->order_count = face_count;
     }
     plii_box_tree_free(context, &tree);
+    plii_release(context, boxes, size);
     return is_ordered;
+}
+
+/* For a search in which a body takes part. */
+static bool soft_contacts_reserve_search(pli_context* context, soft_contacts_state* search, int nodes, int faces) {
+    const bool has_boxes = search->node_boxes != NULL;
+    return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
+           PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
+           PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
+           PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
+           (has_boxes ? plii_box_tree_reserve(context, &search->tree, faces)
+                      : plii_near_boxes_reserve(context, &search->near, faces));
+}
+
+/* Of large bodies most nodes are far from others. */
+#define SOFT_CONTACTS_MAX_ROOM 1024
+/* A node beside a corner of a triangle mesh is near six faces; most are beside a face or an edge. */
+#define SOFT_CONTACTS_PER_NODE 5
+
+static void soft_contacts_make_room(pli_body* body, void* data) {
+    soft_contacts_state* state = data;
+    const pli_world* world = body->world;
+    pli_context* context = body->context;
+    if (!plii_feature_is_shared(body, &soft_contacts_class)) { return; }
+    const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
+    if (state->node_boxes == NULL && body->topology->face_count > 0) { (void)soft_contacts_order_faces(body, state); }
+    /* The first body of a pair searches for both. */
+    if (body->world_index + 1 < world->body_count) {
+        (void)soft_contacts_reserve_search(context, state, world->most_nodes, world->most_faces);
+    }
 }
 
 /* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
@@ -325,17 +360,12 @@ static bool soft_contacts_collect(const soft_contacts_pass* pass) {
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
     search->node_count = search->face_count = 0;
-    if (!PLII_RESERVE(context, &search->nodes, &search->node_capacity, pass->node_body->node_count) ||
-        !PLII_RESERVE(context, &search->faces, &search->face_capacity, face_count) ||
-        !PLII_RESERVE(context, &search->boxes, &search->box_capacity, face_count) ||
-        !PLII_RESERVE(context, &search->hits, &search->hit_capacity, face_count)) {
-        return false;
-    }
+    if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
     if (pass->use_boxes) {
         soft_contacts_collect_boxes(pass);
         return plii_box_tree_build(context, &search->tree, search->face_count, search->boxes);
     }
-    if (!soft_contacts_order_faces(pass)) { return false; }
+    if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
     soft_contacts_collect_near(pass);
     return plii_near_boxes_build(context, &search->near, search->face_count, search->boxes);
 }
@@ -610,6 +640,7 @@ static const plii_feature_class soft_contacts_class = {
     .forget_body = soft_contacts_forget_body,
     .forget_topology = soft_contacts_forget_body,
     .bytes = soft_contacts_bytes,
+    .make_room = soft_contacts_make_room,
     .topology_blocks = soft_contacts_topology_blocks,
     .topology_commit = soft_contacts_topology_commit,
 };

@@ -237,6 +237,16 @@ static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_ri
     state->count = kept;
 }
 
+/* Of large bodies most nodes are far from everything. */
+#define RIGID_CONTACTS_MAX_ROOM 1024
+
+static void rigid_contacts_make_room(pli_body* body, void* data) {
+    rigid_contacts_state* state = data;
+    if (body->world->rigid_count == 0) { return; }
+    const int room = body->node_count < RIGID_CONTACTS_MAX_ROOM ? body->node_count : RIGID_CONTACTS_MAX_ROOM;
+    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
+}
+
 static void rigid_contacts_disable(pli_body* body, void* data) {
     rigid_contacts_state* state = data;
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
@@ -266,6 +276,7 @@ static const plii_feature_class rigid_contacts_class = {
     .list_holds = rigid_contacts_list_holds,
     .forget_rigid = rigid_contacts_forget_rigid,
     .bytes = rigid_contacts_bytes,
+    .make_room = rigid_contacts_make_room,
     .topology_commit = rigid_contacts_topology_commit,
 };
 

@@ -16,6 +16,14 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
     return feature_find(body, klass) != PLI_NULL_INDEX;
 }
 
+bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass) {
+    const pli_world* world = body->world;
+    for (int i = 0; i < world->body_count; ++i) {
+        if (world->bodies[i] != body && plii_feature_is_enabled(world->bodies[i], klass)) { return true; }
+    }
+    return false;
+}
+
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) {
     const int index = feature_find(body, klass);
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
@@ -136,6 +144,7 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
         body->pipeline.features[index].by_user = true;
     }
     if (state != NULL) { *state = body->pipeline.features[index].state; }
+    body->world->wants_room = true;
     return PLI_OK;
 }
 

@@ -122,6 +122,9 @@ typedef struct plii_feature_class {
     void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
     void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
     size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
+    /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
+       into lists, as far as that follows from what there is now. Without memory the steps ask again. */
+    void (*make_room)(pli_body* body, void* state);
 
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
        enabling, needs first. First each asks for the blocks of memory that it will want: it writes their sizes (0: NULL
@@ -158,6 +161,8 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
+/* Another body of the world has it. */
+bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
 void plii_feature_disable_all(pli_body* body);

@@ -67,9 +67,9 @@ void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular) {
     for (int i = 0; i < count; ++i) {
         const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
         if (is_angular) {
-            plii_joint_side_apply_torque_drift(&joint->sides[i], impulse);
+            plii_joint_apply_torque_drift(&joint->sides[i].target, impulse);
         } else {
-            plii_joint_side_apply_drift(&joint->sides[i], impulse, joint->world[i]);
+            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
         }
     }
 }

@@ -40,8 +40,8 @@ static void angular_joint_prepare(plii_joint* joint, const plii_step* step, int 
 }
 
 static void angular_joint_solve(plii_joint* joint) {
-    const pli_vec3 velocity = pli_vec3_sub(plii_joint_side_angular_velocity(&joint->sides[0]),
-                                           plii_joint_side_angular_velocity(&joint->sides[1]));
+    const pli_vec3 velocity = pli_vec3_sub(plii_joint_angular_velocity(&joint->sides[0].target),
+                                           plii_joint_angular_velocity(&joint->sides[1].target));
     const float present = pli_vec3_dot(velocity, joint->world[0]);
     float wanted = present;
     if (joint->controller.speed != NULL) {
@@ -51,8 +51,8 @@ static void angular_joint_solve(plii_joint* joint) {
     const pli_vec3 excess = pli_vec3_sub(velocity, pli_vec3_scale(joint->world[0], wanted));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(excess, joint->softness.velocity_factor));
     const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
-    plii_joint_side_apply_torque_impulse(&joint->sides[0], pli_vec3_neg(impulse));
-    plii_joint_side_apply_torque_impulse(&joint->sides[1], impulse);
+    plii_joint_apply_torque_impulse(&joint->sides[0].target, pli_vec3_neg(impulse));
+    plii_joint_apply_torque_impulse(&joint->sides[1].target, impulse);
 }
 
 static void angular_joint_finish(plii_joint* joint) {

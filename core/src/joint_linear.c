@@ -31,12 +31,12 @@ static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int i
 }
 
 static void linear_joint_solve(plii_joint* joint) {
-    const pli_vec3 velocity = pli_vec3_sub(plii_joint_side_velocity_at(&joint->sides[0], joint->world[0]),
-                                           plii_joint_side_velocity_at(&joint->sides[1], joint->world[1]));
+    const pli_vec3 velocity = pli_vec3_sub(plii_joint_velocity_at(&joint->sides[0].target, joint->world[0]),
+                                           plii_joint_velocity_at(&joint->sides[1].target, joint->world[1]));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(velocity, joint->softness.velocity_factor));
     const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
-    plii_joint_side_apply_impulse(&joint->sides[0], pli_vec3_neg(impulse), joint->world[0]);
-    plii_joint_side_apply_impulse(&joint->sides[1], impulse, joint->world[1]);
+    plii_joint_apply_impulse(&joint->sides[0].target, pli_vec3_neg(impulse), joint->world[0]);
+    plii_joint_apply_impulse(&joint->sides[1].target, impulse, joint->world[1]);
 }
 
 static void linear_joint_finish(plii_joint* joint) {

@@ -14,14 +14,14 @@ plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
     side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */
     if (body->is_frozen) { return side; }
-    side.cluster = item;
+    side.target.cluster = item;
     side.inverse_mass = item->inverse_mass;
     side.inverse_inertia = item->inverse_inertia;
     return side;
 }
 
 plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid) {
-    return (plii_joint_side){.rigid = rigid,
+    return (plii_joint_side){.target = {.rigid = rigid},
                              .frame = rigid->state.pose,
                              .inverse_mass = rigid->state.inverse_mass,
                              .inverse_inertia = rigid->state.inverse_inertia_world};
@@ -60,14 +60,14 @@ float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli
            pli_vec3_dot(turn, pli_mat3_mul_vec3(side->inverse_inertia, turn));
 }
 
-pli_vec3 plii_joint_side_angular_velocity(const plii_joint_side* side) {
-    if (side->rigid != NULL) { return side->rigid->state.angular_velocity; }
-    return side->cluster != NULL ? side->cluster->angular_velocity : pli_vec3_make(0, 0, 0);
+pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target) {
+    if (target->rigid != NULL) { return target->rigid->state.angular_velocity; }
+    return target->cluster != NULL ? target->cluster->angular_velocity : pli_vec3_make(0, 0, 0);
 }
 
-void plii_joint_side_apply_drift(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset) {
-    if (side->rigid != NULL) { plii_rigid_apply_impulse(side->rigid, impulse, offset); }
-    plii_cluster* cluster = side->cluster;
+void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
+    if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
+    plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
     cluster->drift_impulse = pli_vec3_add(cluster->drift_impulse, pli_vec3_scale(impulse, cluster->inverse_mass));
     cluster->angular_drift_impulse = pli_vec3_add(
@@ -75,9 +75,9 @@ void plii_joint_side_apply_drift(plii_joint_side* side, pli_vec3 impulse, pli_ve
     cluster->drift_impulse_count += 1;
 }
 
-void plii_joint_side_apply_torque_impulse(plii_joint_side* side, pli_vec3 impulse) {
-    if (side->rigid != NULL) { plii_rigid_apply_torque_impulse(side->rigid, impulse); }
-    plii_cluster* cluster = side->cluster;
+void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 impulse) {
+    if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
+    plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
     const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
     cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
@@ -85,9 +85,9 @@ void plii_joint_side_apply_torque_impulse(plii_joint_side* side, pli_vec3 impuls
     cluster->velocity_impulse_count += 1;
 }
 
-void plii_joint_side_apply_torque_drift(plii_joint_side* side, pli_vec3 impulse) {
-    if (side->rigid != NULL) { plii_rigid_apply_torque_impulse(side->rigid, impulse); }
-    plii_cluster* cluster = side->cluster;
+void plii_joint_apply_torque_drift(const plii_joint_target* target, pli_vec3 impulse) {
+    if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
+    plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
     cluster->angular_drift_impulse =
         pli_vec3_add(cluster->angular_drift_impulse, pli_mat3_mul_vec3(cluster->inverse_inertia, impulse));

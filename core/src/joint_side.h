@@ -7,11 +7,16 @@
 #include "cluster_impl.h"
 #include "rigid_impl.h"
 
-typedef struct plii_joint_side {
+/* What impulses act on. */
+typedef struct plii_joint_target {
     plii_cluster* cluster; /* or NULL */
     pli_rigid* rigid;      /* or NULL */
-    pli_transform frame;   /* at the time of plii_joint_side_of_ */
-    pli_vec3 rest_centre;  /* of the cluster; zero else */
+} plii_joint_target;
+
+typedef struct plii_joint_side {
+    plii_joint_target target;
+    pli_transform frame;  /* at the time of plii_joint_side_of_ */
+    pli_vec3 rest_centre; /* of the cluster; zero else */
     float inverse_mass;
     pli_mat3 inverse_inertia;
 } plii_joint_side;
@@ -29,18 +34,18 @@ pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_
 /* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
 float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction);
 
-static inline pli_vec3 plii_joint_side_velocity_at(const plii_joint_side* side, pli_vec3 offset) {
-    if (side->rigid != NULL) { return plii_rigid_velocity_at(side->rigid, offset); }
-    if (side->cluster == NULL) { return pli_vec3_make(0, 0, 0); }
-    return pli_vec3_add(side->cluster->linear_velocity, pli_vec3_cross(side->cluster->angular_velocity, offset));
+static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, pli_vec3 offset) {
+    if (target->rigid != NULL) { return plii_rigid_velocity_at(target->rigid, offset); }
+    if (target->cluster == NULL) { return pli_vec3_make(0, 0, 0); }
+    return pli_vec3_add(target->cluster->linear_velocity, pli_vec3_cross(target->cluster->angular_velocity, offset));
 }
-pli_vec3 plii_joint_side_angular_velocity(const plii_joint_side* side);
+pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
 
 /* Velocity impulses change the velocity at once; drift impulses move the nodes of a cluster at the end of the step,
    and are velocity impulses for a rigid body. */
-static inline void plii_joint_side_apply_impulse(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset) {
-    if (side->rigid != NULL) { plii_rigid_apply_impulse(side->rigid, impulse, offset); }
-    plii_cluster* cluster = side->cluster;
+static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
+    if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
+    plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
     const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
     const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
@@ -50,8 +55,8 @@ static inline void plii_joint_side_apply_impulse(plii_joint_side* side, pli_vec3
     cluster->angular_velocity = pli_vec3_add(cluster->angular_velocity, turn);
     cluster->velocity_impulse_count += 1;
 }
-void plii_joint_side_apply_drift(plii_joint_side* side, pli_vec3 impulse, pli_vec3 offset);
-void plii_joint_side_apply_torque_impulse(plii_joint_side* side, pli_vec3 impulse);
-void plii_joint_side_apply_torque_drift(plii_joint_side* side, pli_vec3 impulse);
+void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);
+void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 impulse);
+void plii_joint_apply_torque_drift(const plii_joint_target* target, pli_vec3 impulse);
 
 #endif

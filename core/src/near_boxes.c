@@ -34,18 +34,30 @@ static void near_boxes_pad(plii_box4* groups, int count) {
     }
 }
 
-bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds) {
-    boxes->level_count = 0;
-    if (count <= 0) { return true; }
+/* Fills `begin`, where each level begins, and after the last one the number of all groups; returns how many levels. */
+static int near_boxes_lay_out(int count, int* begin) {
     int level_count = 0, total = 0;
     for (int width = (count + 3) / 4;; width = (width + 3) / 4) {
-        boxes->begin[level_count++] = total;
+        begin[level_count++] = total;
         total += width;
         if (width == 1) { break; }
     }
-    boxes->begin[level_count] = total;
-    if (!PLII_RESERVE(context, &boxes->groups, &boxes->capacity, total)) { return false; }
+    begin[level_count] = total;
+    return level_count;
+}
 
+bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int count) {
+    if (count <= 0) { return true; }
+    int begin[PLII_NEAR_BOXES_MAX_LEVELS + 1];
+    const int level_count = near_boxes_lay_out(count, begin);
+    return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
+}
+
+bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds) {
+    boxes->level_count = 0;
+    if (count <= 0) { return true; }
+    if (!plii_near_boxes_reserve(context, boxes, count)) { return false; }
+    const int level_count = near_boxes_lay_out(count, boxes->begin);
     for (int i = 0; i < count; ++i) {
         near_boxes_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
     }

@@ -23,6 +23,8 @@ typedef struct plii_near_boxes {
 
 /* Replaces what was held. Memory is kept from build to build. False when out of memory: there are no boxes then. */
 bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds);
+/* Room for that many; false when out of memory. */
+bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int count);
 void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes);
 size_t plii_near_boxes_bytes(const plii_near_boxes* boxes);
 

@@ -15,6 +15,21 @@ static bool pair_keys_equal(plii_pair_key a, plii_pair_key b) {
     return a.first == b.first && a.second == b.second && a.other == b.other && a.part == b.part;
 }
 
+/* Half of the table stays free. */
+static int pair_table_size(int count) {
+    int size = 16;
+    while (size / 2 < count) {
+        size *= 2;
+    }
+    return size;
+}
+
+bool plii_pair_memory_reserve(pli_context* context, plii_pair_memory* memory, int count) {
+    return PLII_RESERVE(context, &memory->present, &memory->present_capacity, count) &&
+           PLII_RESERVE(context, &memory->before, &memory->before_capacity, count) &&
+           PLII_RESERVE(context, &memory->table, &memory->table_capacity, pair_table_size(count));
+}
+
 bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     plii_pair_record* records = memory->before;
     const int capacity = memory->before_capacity;
@@ -25,12 +40,14 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     memory->present_capacity = capacity;
     memory->present_count = 0;
 
-    /* Both grow together, so that a step like the last one needs nothing. */
-    (void)PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->before_capacity);
-    int size = 16;
-    while (size / 2 < memory->before_count) {
-        size *= 2;
+    /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
+       other. */
+    if (memory->present_capacity < memory->before_capacity) {
+        plii_release(context, memory->present, (size_t)memory->present_capacity * sizeof *memory->present);
+        memory->present = plii_allocate(context, (size_t)memory->before_capacity * sizeof *memory->present);
+        memory->present_capacity = memory->present != NULL ? memory->before_capacity : 0;
     }
+    const int size = pair_table_size(memory->before_count);
     if (!PLII_RESERVE(context, &memory->table, &memory->table_capacity, size)) {
         memory->before_count = memory->table_size = 0;
         return false;

@@ -16,6 +16,7 @@ typedef struct plii_pair_key {
 typedef struct plii_pair_record {
     plii_pair_key key;
     plii_convex_cache cache;
+    int slot; /* of whoever asks; 0 in a new record, not carried over */
 } plii_pair_record;
 
 typedef struct plii_pair_memory {
@@ -27,6 +28,8 @@ typedef struct plii_pair_memory {
     int table_size, table_capacity;
 } plii_pair_memory;
 
+/* Room for that many pairs in a step; false when out of memory. */
+bool plii_pair_memory_reserve(pli_context* context, plii_pair_memory* memory, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
 bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
 /* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. */

@@ -477,6 +477,7 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     }
 
     edit_replace(edit, &product);
+    body->world->wants_room = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->topology_commit != NULL) {

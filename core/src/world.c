@@ -2,6 +2,8 @@
 
 #include "world_impl.h"
 
+#include "shape_impl.h"
+
 #include <string.h>
 
 pli_status plii_check_world(const pli_world* world, const char* function) {
@@ -16,6 +18,7 @@ pli_world_def pli_world_def_default(void) {
         .gravity = {0, -10, 0},
         .air_density = 1.2f,
         .max_force_displacement = 1000.0f,
+        .makes_room = true,
         .cookie = PLII_DEF_COOKIE,
     };
 }
@@ -98,6 +101,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
         !PLII_RESERVE(world->context, &world->events, &world->event_capacity, count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
+    world->wants_room = true;
     body->world_index = world->body_count;
     world->sweep[world->body_count] = body;
     world->bodies[world->body_count++] = body;
@@ -153,6 +157,7 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
     if (!PLII_RESERVE(world->context, &world->rigids, &world->rigid_capacity, world->rigid_count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
+    world->wants_room = true;
     rigid->world_index = world->rigid_count;
     world->rigids[world->rigid_count++] = rigid;
     return PLI_OK;
@@ -190,6 +195,32 @@ bool pli_world_is_stepping(const pli_world* world) {
 
 // ----------------------------------------------------------------------------------------------------- step
 
+/* Growth belongs here, where something was added, and not into the steps that meet it. */
+static void world_make_room(pli_world* world) {
+    world->wants_room = false;
+    world->most_nodes = world->most_faces = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (body->node_count > world->most_nodes) { world->most_nodes = body->node_count; }
+        if (body->topology->face_count > world->most_faces) { world->most_faces = body->topology->face_count; }
+    }
+    world->has_convex_shapes = world->has_other_shapes = false;
+    for (int i = 0; i < world->rigid_count; ++i) {
+        const pli_rigid* rigid = world->rigids[i];
+        for (int k = 0; k < rigid->shape_count; ++k) {
+            const bool is_convex = rigid->shapes[k]->def.support != NULL;
+            *(is_convex ? &world->has_convex_shapes : &world->has_other_shapes) = true;
+        }
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->make_room != NULL) { feature->klass->make_room(body, feature->state); }
+        }
+    }
+}
+
 pli_status pli_world_predict(pli_world* world, float dt) {
     PLII_TRY(plii_check_world(world, __func__));
     if (world->is_stepping) {
@@ -198,6 +229,7 @@ pli_status pli_world_predict(pli_world* world, float dt) {
     if (!(dt > 0.0f) || !plii_is_finite(dt)) {
         return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "dt = %g is not positive and finite", (double)dt);
     }
+    if (world->wants_room && world->def.makes_room) { world_make_room(world); }
     world->is_stepping = true;
     world->event_count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {

@@ -11,6 +11,10 @@ struct pli_world {
     pli_context* context;
     pli_world_def def;
     bool is_stepping;
+    bool wants_room; /* what features make room for has changed since the last step */
+    /* As of when room was made. */
+    int most_nodes, most_faces; /* of a body */
+    bool has_convex_shapes, has_other_shapes;
     int joint_iterations; /* of the joint solve in progress */
     pli_body** bodies;
     int body_count, body_capacity;

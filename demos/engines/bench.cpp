@@ -41,6 +41,7 @@ public:
     }
 
     void start(const Description& description) {
+        description_ = &description;
         const Stopwatch watch;
         engine_ = make_engine(kind_, description, options_);
         const double setup = watch.milliseconds();
@@ -53,7 +54,10 @@ public:
             engine_->step();
             const uint64_t made = engine_->soft_allocations() - before;
             if (round_ == 0 && made > 0) { cost_.last_allocating_frame = frame + 1; }
-            if (round_ == 0 && static_cast<size_t>(frame) >= sums_.size() / 2) { steady_allocations_ += made; }
+            if (round_ == 0 && is_steady(*description_, frame)) {
+                steady_allocations_ += made;
+                ++steady_steps_;
+            }
             const StepTimes& times = engine_->step_times();
             keep(sums_, frame, times.sum());
             keep(wholes_, frame, engine_->step_milliseconds());
@@ -83,8 +87,8 @@ public:
         for (size_t part = 0; part < parts_.size(); ++part) {
             cost_.parts[part] = median(parts_[part]);
         }
-        const size_t steady = sums_.size() - sums_.size() / 2;
-        cost_.allocations_per_step = static_cast<double>(steady_allocations_) / static_cast<double>(steady);
+        const auto steady = static_cast<double>(std::max<uint64_t>(steady_steps_, 1));
+        cost_.allocations_per_step = static_cast<double>(steady_allocations_) / steady;
     }
 
 private:
@@ -120,9 +124,10 @@ private:
     EngineOptions options_;
     int settled_frames_;
     EngineCost& cost_;
+    const Description* description_ = nullptr;
     std::unique_ptr<Engine> engine_;
     int round_ = 0;
-    uint64_t steady_allocations_ = 0;
+    uint64_t steady_allocations_ = 0, steady_steps_ = 0;
     std::vector<double> sums_, wholes_;
     std::array<std::vector<double>, soft_part_count> parts_;
 };
@@ -217,6 +222,11 @@ void profile_stages(const Description& description, const BenchOptions& options,
 }
 
 } // namespace
+
+bool is_steady(const Description& description, int step) {
+    return step > 0 && std::none_of(description.cuts.begin(), description.cuts.end(),
+                                    [&](const CutRecord& cut) { return cut.frame == step; });
+}
 
 BenchResult bench_scene(const Description& description, const BenchOptions& options, const Progress& progress) {
     BenchResult result;

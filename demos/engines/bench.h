@@ -30,7 +30,7 @@ struct EngineCost {
     double rms_stretch = 0, max_stretch = 0, rms_speed = 0;
     bool finite = true;
     size_t bytes = 0;                // at the end
-    double allocations_per_step = 0; // over the second half of the frames
+    double allocations_per_step = 0; // of steady steps
     int last_allocating_frame = 0;   // 0: none
 };
 
@@ -54,6 +54,10 @@ struct BenchResult {
     double reference_ratio() const { return bullet.median / reference.median; }
     double whole_ratio() const { return bullet.whole_step / pliant.whole_step; }
 };
+
+// A step, counted from 0, of which no allocation is expected: not the first, which finds everything new, and none that
+// begins with a cut, which makes new nodes, links and faces.
+bool is_steady(const Description& description, int step);
 
 // count_bullet_memory() is to be called first.
 BenchResult bench_scene(const Description& description, const BenchOptions& options, const Progress& progress);

@@ -34,8 +34,9 @@ static pli_transform from_bullet(const btTransform& t) {
 RigidWorld::RigidWorld(std::unique_ptr<btCollisionConfiguration> configuration)
     : configuration_(std::move(configuration)),
       dispatcher_(std::make_unique<TimedDispatcher>(configuration_.get(), clock_)),
+      pairs_(std::make_unique<PausingPairCache>(clock_)),
       broadphase_(std::make_unique<btAxisSweep3>(btVector3(-1000, -1000, -1000), btVector3(1000, 1000, 1000),
-                                                 static_cast<unsigned short>(32766))),
+                                                 static_cast<unsigned short>(32766), pairs_.get())),
       solver_(std::make_unique<btSequentialImpulseConstraintSolver>()) {}
 
 RigidWorld::~RigidWorld() {

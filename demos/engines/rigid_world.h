@@ -62,6 +62,7 @@ private:
     // In the order in which they must be made; Bullet's parts hold plain pointers to each other.
     std::unique_ptr<btCollisionConfiguration> configuration_;
     std::unique_ptr<btCollisionDispatcher> dispatcher_;
+    std::unique_ptr<PausingPairCache> pairs_;
     std::unique_ptr<btBroadphaseInterface> broadphase_;
     std::unique_ptr<btConstraintSolver> solver_;
     std::vector<std::unique_ptr<btStridingMeshInterface>> meshes_;

@@ -37,6 +37,19 @@ private:
     SoftClock& clock_;
 };
 
+// The list of overlapping pairs is the broad phase's, whoever overlaps.
+class PausingPairCache final : public btHashedOverlappingPairCache {
+public:
+    explicit PausingPairCache(SoftClock& clock) : clock_(clock) {}
+    btBroadphasePair* addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) override {
+        const SoftClock::Pause pause(clock_);
+        return btHashedOverlappingPairCache::addOverlappingPair(proxy0, proxy1);
+    }
+
+private:
+    SoftClock& clock_;
+};
+
 template <class World> class TimedWorld final : public World {
 public:
     template <class... Arguments>

@@ -5,6 +5,8 @@
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <optional>
+
 using namespace bridge_test;
 
 namespace {
@@ -179,6 +181,81 @@ static void test_anchors_go_with_their_rigid_body(void**) {
     stock.step(2);
     assert_int_equal(pli_body_anchor_count(rope), 1);
     stock.world->removeRigidBody(&box);
+}
+
+// The ball falls on the sheet in step 40 or so.
+static uint64_t allocations_of_fall(bool prepares_ahead) {
+    StockWorld stock;
+    stock.add_body(new btSphereShape(btScalar(0.3)), btScalar(0.5), btVector3(0, 3, 0));
+    pliant::BridgeDef def;
+    def.prepares_rigids_ahead = prepares_ahead;
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* sheet = add_sheet(bridge, 3, 1, 11, PLI_PATCH_PIN_CORNERS);
+    stock.step(1);
+    const uint64_t before = pli_context_allocation_count(bridge.context());
+    stock.step(20);
+    assert_int_equal(pli_context_allocation_count(bridge.context()), before);
+    stock.step(60);
+    assert_true(lowest(sheet) < 0.9f);
+    return pli_context_allocation_count(bridge.context()) - before;
+}
+
+static void test_rigid_bodies_are_prepared_ahead(void**) {
+    assert_int_equal(allocations_of_fall(true), 0);
+    assert_true(allocations_of_fall(false) > 0);
+}
+
+// Far from everything, and out of the filter.
+static void test_what_is_prepared_goes_with_its_object(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    add_sheet(bridge, 3, 1, 11);
+    stock.add_box(btVector3(1, 1, 1), 0, btVector3(0, -50, 0));
+    stock.step(1);
+    const size_t bytes = pli_context_allocated_bytes(bridge.context());
+    btBoxShape shape(btVector3(1, 1, 1));
+    btCollisionObject post;
+    post.setCollisionShape(&shape);
+    post.getWorldTransform().setOrigin(btVector3(50, 0, 0));
+    stock.world->addCollisionObject(&post, 1, 0);
+    stock.step(1);
+    assert_int_equal(pli_context_allocated_bytes(bridge.context()), bytes);
+    stock.world->removeCollisionObject(&post);
+    stock.world->addCollisionObject(&post);
+    stock.step(1);
+    assert_true(pli_context_allocated_bytes(bridge.context()) > bytes);
+    bridge.forget(post);
+    assert_int_equal(pli_context_allocated_bytes(bridge.context()), bytes);
+    stock.step(1);
+    assert_true(pli_context_allocated_bytes(bridge.context()) > bytes);
+    stock.world->removeCollisionObject(&post);
+    stock.step(1);
+    assert_int_equal(pli_context_allocated_bytes(bridge.context()), bytes);
+}
+
+// Between two steps another object, with another shape, comes to the place of the first in memory.
+static void test_an_object_at_an_old_address_is_seen_as_it_is(void**) {
+    for (const btScalar half_size : {btScalar(0.5), btScalar(2)}) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 1.2f, 5);
+        std::optional<btBoxShape> shape;
+        std::optional<btCollisionObject> object;
+        for (const btScalar size : {btScalar(0.25), half_size}) {
+            object.reset();
+            shape.emplace(btVector3(3, size, 3));
+            object.emplace();
+            object->setCollisionShape(&*shape);
+            object->getWorldTransform().setOrigin(btVector3(0, -size, 0));
+            stock.world->addCollisionObject(&*object);
+            stock.step(1);
+            if (size < half_size) { stock.world->removeCollisionObject(&*object); }
+        }
+        stock.step(120);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        check_near(lowest(sheet), 0.0, 0.3);
+        stock.world->removeCollisionObject(&*object);
+    }
 }
 
 static void test_filters_hold(void**) {
@@ -501,6 +578,9 @@ int main() {
         cmocka_unit_test(test_momentum_is_conserved_with_a_box_on_a_rope),
         cmocka_unit_test(test_a_box_hangs_on_a_rope),
         cmocka_unit_test(test_anchors_go_with_their_rigid_body),
+        cmocka_unit_test(test_rigid_bodies_are_prepared_ahead),
+        cmocka_unit_test(test_what_is_prepared_goes_with_its_object),
+        cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
         cmocka_unit_test(test_filters_hold),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
         cmocka_unit_test(test_an_anchored_sleeping_box_wakes),

@@ -125,6 +125,60 @@ static void test_forces_of_air(void** state) {
     check_bytes(c, expected, expected);
 }
 
+static void use_rigid_contacts(pli_body* body) {
+    const pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
+    assert_int_equal(pli_body_enable_rigid_contacts(body, &def), PLI_OK);
+}
+static void use_soft_contacts(pli_body* body) {
+    const pli_soft_contacts_def def = pli_soft_contacts_def_default();
+    assert_int_equal(pli_body_enable_soft_contacts(body, &def), PLI_OK);
+}
+// ------------------------------------------------------------------------------------------------ room for contacts
+
+/* Bytes that the first step of two patches, with faces and nothing near them, adds. */
+static double measure_room(enable_fn* enable, bool with_rigid, bool makes_room) {
+    pli_context* context = create_context();
+    pli_world_def def = pli_world_def_default();
+    def.makes_room = makes_room;
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, &def, &world), PLI_OK);
+    pli_mesh* mesh = create_patch(context, false);
+    pli_body* bodies[2] = {NULL, NULL};
+    for (int i = 0; i < 2; ++i) {
+        assert_int_equal(pli_body_create(world, mesh, NULL, &bodies[i]), PLI_OK);
+        pli_transform apart = pli_transform_identity();
+        apart.origin.y = (float)i;
+        assert_int_equal(pli_body_transform(bodies[i], apart), PLI_OK);
+        enable(bodies[i]);
+    }
+    pli_mesh_destroy(mesh);
+    if (with_rigid) {
+        pli_rigid_def rigid_def = pli_rigid_def_default();
+        pli_rigid* rigid = NULL;
+        assert_int_equal(pli_rigid_create(world, &rigid_def, &rigid), PLI_OK);
+    }
+    const size_t before = pli_context_allocated_bytes(context);
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    const double room = (double)(pli_context_allocated_bytes(context) - before);
+    const uint64_t count = pli_context_allocation_count(context);
+    assert_int_equal(pli_world_step(world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_context_allocation_count(context), count);
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+    return room;
+}
+
+static void test_room_for_contacts(void** state) {
+    (void)state;
+    const double nodes = 1024, faces = 2.0 * (SIZE - 1) * (SIZE - 1);
+    assert_true(measure_room(use_rigid_contacts, false, true) == 0);
+    assert_true(measure_room(use_rigid_contacts, true, false) == 0);
+    assert_true(measure_room(use_rigid_contacts, true, true) == 2 * 104 * nodes);
+    assert_true(measure_room(use_soft_contacts, true, false) == 0);
+    const double expected = 2 * (280 * nodes + 4 * faces) + 8 * NODES + 64 * faces;
+    check_near(measure_room(use_soft_contacts, false, true) / expected, 1, 0.001);
+}
+
 // --------------------------------------------------------------------------------------- features on and off again
 
 static void disable_colored_links(pli_body* body) {
@@ -149,14 +203,6 @@ static void use_volume(pli_body* body) {
 }
 static void use_pose(pli_body* body) {
     assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK);
-}
-static void use_rigid_contacts(pli_body* body) {
-    const pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
-    assert_int_equal(pli_body_enable_rigid_contacts(body, &def), PLI_OK);
-}
-static void use_soft_contacts(pli_body* body) {
-    const pli_soft_contacts_def def = pli_soft_contacts_def_default();
-    assert_int_equal(pli_body_enable_soft_contacts(body, &def), PLI_OK);
 }
 static void use_self_collision(pli_body* body) {
     const pli_self_collision_def def = pli_self_collision_def_default();
@@ -267,6 +313,7 @@ int main(void) {
         cmocka_unit_test(test_colored_links),
         cmocka_unit_test(test_xpbd),
         cmocka_unit_test(test_forces_of_air),
+        cmocka_unit_test(test_room_for_contacts),
         cmocka_unit_test(test_features_on_and_off_leave_nothing),
         cmocka_unit_test(test_features_are_listed),
     };

@@ -26,6 +26,10 @@ struct BridgeDef {
     /// Depth in m behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
     pli_context* context = nullptr; ///< null: the bridge makes and owns one
+    /// The core's picture of a collision object is made before the first step that finds it in the Bullet world, for
+    /// all that the collision filters let soft bodies meet, so that no later step allocates for it. False: at the first
+    /// overlap of bounds, for worlds with many objects of which few are met.
+    bool prepares_rigids_ahead = true;
 };
 
 /// Owns a pli_world and steps it with a Bullet world: predicts before Bullet's collision detection, takes its pairs,

@@ -15,6 +15,9 @@ typedef struct pli_world_def {
     float air_density;            ///< kg/m^3, default 1.2; read by aerodynamics
     float max_force_displacement; ///< m per step and axis that forces (not gravity) may add, default 1000.
                                   ///< Bullet name: m_maxDisplacement
+    /// Default true: the first step after something was added or changed makes room for the contacts that bodies can be
+    /// expected to have, and later steps allocate nothing (docs/costs.md). False: lists grow when they are full.
+    bool makes_room;
     void* user_data;
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
