@@ -593,17 +593,10 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
 
 // --------------------------------------------------------------------------------------------------------------- room
 
-static bool cluster_contacts_has_large(const plii_clusters* clusters) {
-    for (int i = 0; i < clusters->count; ++i) {
-        if (clusters->items[i].member_count >= CLUSTER_CONTACTS_MIN_NODES) { return true; }
-    }
-    return false;
-}
-
 /* Of large bodies most clusters are far from others. */
 #define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
-/* Clusters of a pile of tori, the most that was measured, meet 10 others, with 12 contacts. */
-#define CLUSTER_CONTACTS_PER_CLUSTER 10
+/* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
+#define CLUSTER_CONTACTS_PER_CLUSTER 12
 
 static int cluster_contacts_least(int a, int b) {
     return a < b ? a : b;
@@ -615,7 +608,7 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_memory_reserve(context, &state->memory, pairs);
-    if (clusters->def.as_bullet || state->def.measure_always || !cluster_contacts_has_large(clusters)) { return; }
+    if (clusters->def.as_bullet || state->def.measure_always) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 
@@ -627,7 +620,9 @@ void plii_cluster_contacts_make_room(pli_body* body, void* data) {
     int contacts = 0, pairs = 0;
     if (state->def.with_rigids && world->rigid_count > 0) {
         contacts += cluster_contacts_least(CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 4);
-        if (world->has_convex_shapes) { pairs += cluster_contacts_least(clusters, CLUSTER_CONTACTS_MAX_ROOM); }
+        if (world->has_convex_shapes) {
+            pairs += cluster_contacts_least(clusters + clusters / 2, CLUSTER_CONTACTS_MAX_ROOM);
+        }
         if (world->has_other_shapes) {
             (void)PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count);
         }
