@@ -110,7 +110,10 @@ static nlohmann::ordered_json to_json(const demos::SceneCosts& costs) {
             {"microseconds", costs.microseconds},
             {"features", features},
             {"passes", passes},
-            {"left_out", costs.left_out}};
+            {"left_out", costs.left_out},
+            {"linked_bytes", costs.linked_bytes},
+            {"core_bytes", costs.core_bytes},
+            {"linked_modules", costs.linked_modules}};
 }
 
 static std::string costs_text(const demos::SceneCosts& costs) {
@@ -127,6 +130,11 @@ static std::string costs_text(const demos::SceneCosts& costs) {
     std::string text = "\n" + features.text() + "\n" + passes.text() + "\nleft out: ";
     for (size_t i = 0; i < costs.left_out.size(); ++i) {
         text += (i == 0 ? "" : ", ") + costs.left_out[i];
+    }
+    text += "\nlinked: " + std::to_string(costs.linked_bytes) + " of the core's " + std::to_string(costs.core_bytes) +
+            " bytes, in " + std::to_string(costs.linked_modules.size()) + " modules: ";
+    for (size_t i = 0; i < costs.linked_modules.size(); ++i) {
+        text += (i == 0 ? "" : ", ") + costs.linked_modules[i];
     }
     return text + "\n";
 }

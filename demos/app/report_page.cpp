@@ -162,12 +162,13 @@ static std::string features_cell(const json& costs) {
 }
 
 static Table costs_table(const std::vector<json>& documents) {
-    Table table({"scene", "nodes", "B/node", "µs/step", "off", "features that are on: time of a step, memory"});
+    Table table(
+        {"scene", "nodes", "B/node", "µs/step", "linked kB", "off", "features that are on: time of a step, memory"});
     for (const json& each : documents) {
         const json& costs = each.at("costs");
         table.add({each.at("scene"), count_cell(each.at("nodes")), fixed_cell(costs.at("bytes_per_node"), 0),
-                   fixed_cell(costs.at("microseconds"), 1), std::to_string(costs.at("left_out").size()),
-                   features_cell(costs)});
+                   fixed_cell(costs.at("microseconds"), 1), fixed(costs.at("linked_bytes").get<double>() / 1000.0, 0),
+                   std::to_string(costs.at("left_out").size()), features_cell(costs)});
     }
     return table;
 }
@@ -180,7 +181,7 @@ std::string costs_markdown(const std::vector<json>& costs) {
         for (const std::string& cell : row) {
             text += " " + cell + " |";
         }
-        text += &row == table.rows().data() ? "\n|---|---|---|---|---|---|\n" : "\n";
+        text += &row == table.rows().data() ? "\n|---|---|---|---|---|---|---|\n" : "\n";
     }
     return text;
 }
@@ -189,7 +190,8 @@ static std::string costs_part(const std::vector<json>& costs) {
     return heading("costs", "What scenes pay for") + "<div class=\"costs\">" + table_html(costs_table(costs)) +
            "</div>" +
            paragraph("Mean over the steps up to the scene's picture, with clocks in it; µs/step holds the step's own "
-                     "work too. off: features that no soft body has; they take neither time nor memory, and no code "
+                     "work too. linked: bytes of the core in a program with these features. off: features that no soft "
+                     "body has; they take neither time nor memory, and no code "
                      "of theirs is linked by a program that does not name them.");
 }
 

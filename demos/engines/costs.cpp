@@ -2,6 +2,7 @@
 
 #include "costs.h"
 
+#include "core_modules.h"
 #include "pliant_engine.h"
 #include "stage_clock.h"
 
@@ -10,42 +11,6 @@
 namespace demos {
 
 namespace {
-
-// All that a body can have, by the names that it is listed with.
-constexpr const char* all_features[] = {"links",
-                                        "colored links",
-                                        "velocity links",
-                                        "anchors",
-                                        "joints",
-                                        "rigid_contacts",
-                                        "rigid_face_contacts",
-                                        "soft_contacts",
-                                        "clusters",
-                                        "cluster contacts",
-                                        "vertex aerodynamics",
-                                        "face aerodynamics",
-                                        "pressure",
-                                        "volume",
-                                        "pose matching",
-                                        "forces",
-                                        "normals",
-                                        "face normals",
-                                        "areas",
-                                        "link graph",
-                                        "link colors",
-                                        "self-collision of nodes",
-                                        "self-collision by two grids",
-                                        "self-collision of faces",
-                                        "cut trace",
-                                        "implicit solver",
-                                        "XPBD solver",
-                                        "XPBD links",
-                                        "XPBD bending",
-                                        "XPBD tetrahedra",
-                                        "XPBD volume",
-                                        "XPBD anchors",
-                                        "XPBD rigid contacts",
-                                        "XPBD soft contacts"};
 
 std::vector<pli_feature_cost> features_of(const pli_body* body) {
     std::vector<pli_feature_cost> features(static_cast<size_t>(pli_body_get_features(body, 0, nullptr)));
@@ -70,6 +35,64 @@ void add_features(const pli_body* body, SceneCosts& costs) {
         sum->bodies += 1;
         sum->bytes += feature.bytes;
     }
+}
+
+// ------------------------------------------------------------------------------------------------------ linked size
+
+// As the bridge makes them in exact mode.
+void add_shape(const Shape& shape, std::vector<std::string>& functions) {
+    switch (shape.kind) {
+    case SCENE_SHAPE_BOX:
+        functions.emplace_back("pli_shape_create_box");
+        break;
+    case SCENE_SHAPE_SPHERE:
+        functions.emplace_back("pli_shape_create_sphere");
+        break;
+    case SCENE_SHAPE_CAPSULE:
+        functions.emplace_back("pli_shape_create_capsule");
+        break;
+    case SCENE_SHAPE_CYLINDER:
+        functions.emplace_back("pli_shape_create_cylinder");
+        break;
+    case SCENE_SHAPE_TRIANGLE_MESH:
+        functions.emplace_back(shape.is_solid ? "pli_shape_create_sampled_mesh" : "pli_shape_create_triangle_mesh");
+        break;
+    case SCENE_SHAPE_COMPOUND:
+        for (const Shape& child : shape.children) {
+            add_shape(child, functions);
+        }
+        break;
+    }
+}
+
+// What a program calls that makes a scene like this from meshes of its own, beside what turns features on.
+std::vector<std::string> calls_of(const Description& description) {
+    std::vector<std::string> functions{"pli_context_create", "pli_world_create", "pli_world_step",
+                                       "pli_mesh_create",    "pli_body_create",  "pli_rigid_create"};
+    for (const RigidRecord& rigid : description.rigids) {
+        add_shape(rigid.shape, functions);
+    }
+    for (const SoftRecord& soft : description.softs) {
+        if (!soft.def.has_clusters) { continue; }
+        functions.emplace_back(soft.def.cluster_count > 0 ? "pli_body_generate_clusters"
+                                                          : "pli_body_generate_clusters_from_elements");
+    }
+    for (const JointRecord& joint : description.joints) {
+        functions.emplace_back(joint.is_angular ? "pli_body_add_angular_joint" : "pli_body_add_linear_joint");
+    }
+    if (!description.cuts.empty()) { functions.emplace_back("pli_body_refine"); }
+    return functions;
+}
+
+void link(const Description& description, SceneCosts& costs) {
+    std::vector<std::string> features;
+    for (const FeatureCost& feature : costs.features) {
+        features.push_back(feature.name);
+    }
+    LinkedCore linked = linked_core(calls_of(description), features);
+    costs.linked_bytes = linked.bytes;
+    costs.core_bytes = core_bytes();
+    costs.linked_modules = std::move(linked.modules);
 }
 
 constexpr const char* stage_order[] = {"forces",      "predict",      "update",  "collide",  "joint prepare",
@@ -108,9 +131,10 @@ SceneCosts measure_costs(const Description& description, const EngineOptions& op
     }
     std::stable_sort(costs.passes.begin(), costs.passes.end(),
                      [](const StageCost& a, const StageCost& b) { return place_of(a.stage) < place_of(b.stage); });
-    for (const char* name : all_features) {
-        if (find(costs.features, name) == nullptr) { costs.left_out.emplace_back(name); }
+    for (const std::string& name : core_features()) {
+        if (find(costs.features, name) == nullptr) { costs.left_out.push_back(name); }
     }
+    link(description, costs);
     return costs;
 }
 

@@ -24,6 +24,9 @@ struct SceneCosts {
     std::vector<FeatureCost> features; // in the order of enabling
     std::vector<StageCost> passes;     // in the order of a step
     std::vector<std::string> left_out; // features that no soft body has
+    // Of the core, what a static program links that has these features and the scene's shapes; see core_modules.h.
+    size_t linked_bytes = 0, core_bytes = 0;
+    std::vector<std::string> linked_modules;
 
     double bytes_per_node() const { return nodes > 0 ? static_cast<double>(bytes) / nodes : 0.0; }
 };
