@@ -21,7 +21,7 @@ foreach(line IN LISTS size_lines)
         set(name ${CMAKE_MATCH_4})
         math(EXPR bytes "${CMAKE_MATCH_1} + ${CMAKE_MATCH_2} + ${CMAKE_MATCH_3}")
         list(APPEND modules ${name})
-        string(APPEND text "CORE_MODULE(\"${name}\", ${bytes})\n")
+        string(APPEND module_text "    {\"${name}\", ${bytes}},\n")
     endif()
 endforeach()
 list(LENGTH OBJECTS object_count)
@@ -41,7 +41,7 @@ foreach(line IN LISTS symbol_lines)
         set(type ${CMAKE_MATCH_3})
         set(home_${name} ${module})
         if(name MATCHES "^pli_" AND type STREQUAL "T")
-            string(APPEND text "CORE_FUNCTION(\"${name}\", \"${module}\")\n")
+            string(APPEND function_text "    {\"${name}\", \"${module}\"},\n")
         endif()
     endif()
 endforeach()
@@ -54,7 +54,7 @@ foreach(module IN LISTS modules)
     endforeach()
     list(REMOVE_DUPLICATES needed)
     foreach(other IN LISTS needed)
-        string(APPEND text "CORE_NEED(\"${module}\", \"${other}\")\n")
+        string(APPEND need_text "    {\"${other}\", \"${module}\"},\n")
     endforeach()
 
     file(READ ${SOURCES}/${module}.c source)
@@ -62,7 +62,22 @@ foreach(module IN LISTS modules)
     string(REGEX MATCHALL "plii_feature_class [a-z_]+ = {[ \n]*\\.name = \"[^\"]+\"" features "${source}")
     foreach(feature IN LISTS features)
         string(REGEX REPLACE ".*\"([^\"]+)\"" "\\1" name "${feature}")
-        string(APPEND text "CORE_FEATURE(\"${name}\", \"${module}\")\n")
+        string(APPEND feature_text "    {\"${name}\", \"${module}\"},\n")
     endforeach()
 endforeach()
-file(WRITE ${OUTPUT} "${text}")
+file(WRITE ${OUTPUT} "// Written by core_modules.cmake.
+#include \"core_module_table.h\"
+
+namespace demos {
+
+const std::vector<CoreModule> core_modules{
+${module_text}};
+const std::vector<CoreEntry> core_needs{
+${need_text}};
+const std::vector<CoreEntry> core_functions{
+${function_text}};
+const std::vector<CoreEntry> core_feature_modules{
+${feature_text}};
+
+} // namespace demos
+")

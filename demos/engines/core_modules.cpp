@@ -1,7 +1,8 @@
-// Follows needs from module to module. The lists are made by core_modules.cmake.
+// Follows needs from module to module.
 
 #include "core_modules.h"
 
+#include "core_module_table.h"
 #include "engine.h"
 
 #include <set>
@@ -10,53 +11,8 @@ namespace demos {
 
 namespace {
 
-struct Module {
-    const char* name;
-    size_t bytes;
-};
-constexpr Module modules[] = {
-#define CORE_MODULE(name, bytes) {name, bytes},
-#define CORE_NEED(module, needed)
-#define CORE_FUNCTION(name, module)
-#define CORE_FEATURE(name, module)
-#include "core_modules.inc"
-#undef CORE_MODULE
-#undef CORE_NEED
-#undef CORE_FUNCTION
-#undef CORE_FEATURE
-};
-
-struct Entry {
-    const char *name, *module;
-};
-constexpr Entry needs[] = {
-#define CORE_MODULE(name, bytes)
-#define CORE_NEED(module, needed) {needed, module},
-#define CORE_FUNCTION(name, module)
-#define CORE_FEATURE(name, module)
-#include "core_modules.inc"
-#undef CORE_NEED
-#undef CORE_FUNCTION
-};
-constexpr Entry functions_of_core[] = {
-#define CORE_NEED(module, needed)
-#define CORE_FUNCTION(name, module) {name, module},
-#include "core_modules.inc"
-#undef CORE_FUNCTION
-#undef CORE_FEATURE
-};
-constexpr Entry features_of_core[] = {
-#define CORE_FUNCTION(name, module)
-#define CORE_FEATURE(name, module) {name, module},
-#include "core_modules.inc"
-#undef CORE_MODULE
-#undef CORE_NEED
-#undef CORE_FUNCTION
-#undef CORE_FEATURE
-};
-
-template <size_t count> std::string module_of(const Entry (&entries)[count], const std::string& name) {
-    for (const Entry& entry : entries) {
+std::string module_of(const std::vector<CoreEntry>& entries, const std::string& name) {
+    for (const CoreEntry& entry : entries) {
         if (name == entry.name) { return entry.module; }
     }
     throw Error("the core has no " + name);
@@ -64,7 +20,7 @@ template <size_t count> std::string module_of(const Entry (&entries)[count], con
 
 void add_with_needs(const std::string& module, std::set<std::string>& linked) {
     if (!linked.insert(module).second) { return; }
-    for (const Entry& need : needs) {
+    for (const CoreEntry& need : core_needs) {
         if (module == need.module) { add_with_needs(need.name, linked); }
     }
 }
@@ -73,7 +29,7 @@ void add_with_needs(const std::string& module, std::set<std::string>& linked) {
 
 std::vector<std::string> core_features() {
     std::vector<std::string> names;
-    for (const Entry& feature : features_of_core) {
+    for (const CoreEntry& feature : core_feature_modules) {
         names.emplace_back(feature.name);
     }
     return names;
@@ -81,7 +37,7 @@ std::vector<std::string> core_features() {
 
 size_t core_bytes() {
     size_t sum = 0;
-    for (const Module& module : modules) {
+    for (const CoreModule& module : core_modules) {
         sum += module.bytes;
     }
     return sum;
@@ -90,13 +46,13 @@ size_t core_bytes() {
 LinkedCore linked_core(const std::vector<std::string>& functions, const std::vector<std::string>& features) {
     std::set<std::string> linked;
     for (const std::string& name : functions) {
-        add_with_needs(module_of(functions_of_core, name), linked);
+        add_with_needs(module_of(core_functions, name), linked);
     }
     for (const std::string& name : features) {
-        add_with_needs(module_of(features_of_core, name), linked);
+        add_with_needs(module_of(core_feature_modules, name), linked);
     }
     LinkedCore result;
-    for (const Module& module : modules) {
+    for (const CoreModule& module : core_modules) {
         if (linked.count(module.name) > 0) { result.bytes += module.bytes; }
     }
     result.modules.assign(linked.begin(), linked.end());

@@ -240,11 +240,19 @@ static void test_costs_tell_what_is_on(void**) {
     assert_in_range(costs.at("bytes").get<size_t>(), base + bytes, base + bytes + 2000);
     assert_true(microseconds > 0.0 && microseconds < of_passes);
     check_near(of_passes, costs.at("microseconds").get<double>(), 1e-6 * of_passes);
-    assert_int_equal(costs.at("left_out").size(), 30);
+    assert_int_equal(costs.at("features").size() + costs.at("left_out").size(), 35);
+    const auto linked = costs.at("linked_bytes").get<size_t>();
+    assert_in_range(linked, 50000, costs.at("core_bytes").get<size_t>() / 2);
+    const std::vector<std::string> modules = costs.at("linked_modules");
+    assert_int_equal(std::count(modules.begin(), modules.end(), "solve_links_colored"), 1);
+    assert_int_equal(std::count(modules.begin(), modules.end(), "cluster"), 0);
     const cli::Result bullet = cli::run("run Torus --engine bullet --costs");
     assert_int_equal(bullet.status, 1);
     const cli::Result text = cli::run("run Torus --frames 5 --costs");
-    assert_true(text.output.find("left out: velocity links, anchors") != std::string::npos);
+    const size_t left_out = text.output.find("left out: ");
+    assert_true(left_out != std::string::npos);
+    assert_true(text.output.find("velocity links", left_out) != std::string::npos);
+    assert_true(text.output.find("linked: " + std::to_string(linked) + " of the core's ") != std::string::npos);
 }
 
 int main(void) {
