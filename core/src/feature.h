@@ -40,6 +40,7 @@ typedef enum plii_stage {
 
 /* Order within a stage: Bullet's. Equal orders run in the order of enabling. */
 enum {
+    PLII_ORDER_STEP_SMOOTHING_START = 0, /* not in Bullet */
     PLII_ORDER_AERO = 10,
     PLII_ORDER_PRESSURE = 20,
     PLII_ORDER_VOLUME = 30,
@@ -60,9 +61,11 @@ enum {
     PLII_ORDER_RIGID_FACE_CONTACTS = 25,
     PLII_ORDER_SOFT_CONTACTS = 30,
     PLII_ORDER_LINKS = 40,
+    PLII_ORDER_TETHERS = 42,             /* not in Bullet */
     PLII_ORDER_RIGID_CONTACTS_LAST = 45, /* not in Bullet */
     PLII_ORDER_SELF_COLLISION = 50,      /* not in Bullet */
-    PLII_ORDER_SELF_FACES_LAST = 60
+    PLII_ORDER_SELF_FACES_LAST = 60,
+    PLII_ORDER_STEP_SMOOTHING_FINISH = 100 /* not in Bullet */
 };
 
 struct plii_hold;

@@ -34,6 +34,7 @@ enum {
     PLII_XPBD_ORDER_TETRAS = 20,
     PLII_XPBD_ORDER_VOLUME = 30,
     PLII_XPBD_ORDER_LINKS = 40,
+    PLII_XPBD_ORDER_TETHERS = 45, /* anchors take their nodes along after them */
     PLII_XPBD_ORDER_ANCHORS = 50,
     PLII_XPBD_ORDER_SELF_COLLISION = 55, /* rigid bodies have the last word */
     PLII_XPBD_ORDER_RIGID_CONTACTS = 60,

@@ -121,7 +121,7 @@ static void print_text(const std::vector<MapRow>& rows) {
             const Cell& cell = row.cells[k];
             cells.push_back(cell_text(cell));
             if (is_survival(cell.verdict)) { ++survivors[k]; }
-            if (cell.verdict == demos::Verdict::survives) { continue; }
+            if (cell.verdict == demos::Verdict::survives && cell.note.empty()) { continue; }
             notes += row.which->name + ", " + column_name(demos::all_columns[k]) + ": " +
                      demos::verdict_name(cell.verdict) + (cell.note.empty() ? "" : ": " + cell.note) + "\n";
         }

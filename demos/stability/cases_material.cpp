@@ -40,6 +40,7 @@ void add_stiffness(std::vector<StabilityCase>& cases) {
         char name[64];
         std::snprintf(name, sizeof name, "hanging sheet, %.0e N/m", static_cast<double>(stiffness));
         cases.push_back(hanging_sheet("stiffness", name, sheet));
+        cases.back().firm_compression = stiffness > 1e8f;
         if (stiffness < 2.0f) { cases.back().reach = 100; } // the links that hold it get 7 m long
     }
 }
@@ -63,6 +64,7 @@ void add_mass_ratios(std::vector<StabilityCase>& cases) {
             scene_add_soft(builder, mesh, &def);
         };
         made.reach = 5;
+        made.tethered = {Column::bullet, Column::xpbd};
         cases.push_back(made);
     }
     for (const float ratio : {1.0f, 1e3f, 1e6f}) {
@@ -85,6 +87,7 @@ void add_mass_ratios(std::vector<StabilityCase>& cases) {
             scene_add_anchor(builder, scene_add_soft(builder, mesh, &def), 9, box, true, 1);
         };
         made.reach = 5;
+        made.tethered = {Column::bullet, Column::xpbd};
         cases.push_back(made);
     }
 }
@@ -117,6 +120,7 @@ void add_gravities(std::vector<StabilityCase>& cases) {
         std::snprintf(name, sizeof name, "hanging sheet, %g m/s2", static_cast<double>(gravity));
         cases.push_back(hanging_sheet("gravity", name, sheet));
         set_gravity(cases.back(), gravity);
+        cases.back().tethered = {Column::bullet, Column::implicit, Column::xpbd};
     }
 }
 

@@ -67,6 +67,7 @@ void add_step_cases(std::vector<StabilityCase>& cases) {
         cases.push_back(make("1/240 and 1/15 s in turn"));
         cases.back().step_seconds = [](int step) { return step % 2 == 0 ? 1.0f / 240 : 1.0f / 15; };
         cases.back().given_energy = changing_step_energy;
+        cases.back().smooths_steps = true;
     }
 }
 

@@ -45,8 +45,8 @@ bool read_all(int in, double seconds, std::string& text) {
         if (left <= 0.0) { return false; }
         pollfd ready{in, POLLIN, 0};
         const int count = poll(&ready, 1, static_cast<int>(std::min(left, 1e6)) + 1);
-        if (count < 0 && errno == EINTR) { continue; }
-        if (count <= 0) { return false; }
+        if (count == 0 || (count < 0 && errno == EINTR)) { continue; }
+        if (count < 0) { return false; }
         char bytes[4096];
         const ssize_t size = read(in, bytes, sizeof bytes);
         if (size < 0 && errno == EINTR) { continue; }

@@ -59,8 +59,9 @@ namespace {
 
 constexpr int most_gradients = 1000; // a few per node; as a rule the tolerance ends them before
 
-EngineOptions options_of(Column column) {
+EngineOptions options_of(const StabilityCase& which, Column column) {
     EngineOptions options;
+    options.solver.firm_compression = which.firm_compression;
     options.unguarded = true;
     if (column == Column::implicit) { options.solver.kind = SolverKind::implicit; }
     if (column == Column::gradients) {
@@ -73,14 +74,43 @@ EngineOptions options_of(Column column) {
     return options;
 }
 
-void enable_face_contacts(Engine& engine) {
+template <typename Enable> void enable_for_all(Engine& engine, const Enable& enable) {
     if (engine.kind() != EngineKind::pliant) { return; }
     auto& pliant = static_cast<PliantEngine&>(engine);
     for (int i = 0; i < pliant.soft_count(); ++i) {
-        const pli_rigid_face_contacts_def def = pli_rigid_face_contacts_def_default();
-        if (pli_body_enable_rigid_face_contacts(pliant.body(i), &def) != PLI_OK) {
-            throw Error(pli_last_error(pliant.bridge().context()));
-        }
+        if (enable(pliant.body(i)) != PLI_OK) { throw Error(pli_last_error(pliant.bridge().context())); }
+    }
+}
+
+bool is_tethered(const StabilityCase& which, Column column) {
+    return std::find(which.tethered.begin(), which.tethered.end(), column) != which.tethered.end();
+}
+
+// What bodies have beside the defaults; empty: nothing.
+std::string extras_of(const StabilityCase& which, Column column) {
+    if (column == Column::bt_soft_body) { return ""; }
+    const bool is_implicit = column == Column::implicit || column == Column::gradients;
+    if (is_tethered(which, column)) { return "with tethers"; }
+    if (which.has_face_contacts) { return "with contacts of faces"; }
+    if (which.smooths_steps) { return "with step smoothing"; }
+    return which.firm_compression && is_implicit ? "with firm compression" : "";
+}
+
+void enable_extras(Engine& engine, const StabilityCase& which, Column column) {
+    if (which.has_face_contacts) {
+        enable_for_all(engine, [](pli_body* body) {
+            const pli_rigid_face_contacts_def def = pli_rigid_face_contacts_def_default();
+            return pli_body_enable_rigid_face_contacts(body, &def);
+        });
+    }
+    if (which.smooths_steps) {
+        enable_for_all(engine, [](pli_body* body) { return pli_body_use_step_smoothing(body, true); });
+    }
+    if (is_tethered(which, column)) {
+        enable_for_all(engine, [](pli_body* body) {
+            const pli_tethers_def def = pli_tethers_def_default();
+            return pli_body_enable_tethers(body, &def);
+        });
     }
 }
 
@@ -220,8 +250,8 @@ Cell run_here(const StabilityCase& which, Column column) {
     try {
         description = Description::build(source, {});
         engine = make_engine(column == Column::bt_soft_body ? EngineKind::bullet : EngineKind::pliant, *description,
-                             options_of(column));
-        if (which.has_face_contacts) { enable_face_contacts(*engine); }
+                             options_of(which, column));
+        enable_extras(*engine, which, column);
         if (which.prepare) { which.prepare(*engine); }
     } catch (const Error& error) {
         cell.verdict = Verdict::refused;
@@ -241,12 +271,13 @@ Cell run_here(const StabilityCase& which, Column column) {
     if (watcher == nullptr) {
         const Measures measures = measure(*engine);
         if (measures.links > 0) { cell.figure = measures.rms_stretch; }
-        return cell;
+    } else {
+        const Finding finding = watcher->end(*engine);
+        cell.verdict = finding.verdict;
+        cell.figure = finding.figure;
+        cell.note = finding.note;
     }
-    const Finding finding = watcher->end(*engine);
-    cell.verdict = finding.verdict;
-    cell.figure = finding.figure;
-    cell.note = finding.note;
+    if (cell.verdict == Verdict::survives) { cell.note = extras_of(which, column); }
     return cell;
 }
 

@@ -38,7 +38,7 @@ bool is_survival(Verdict verdict); // survives or refused
 struct Cell {
     Verdict verdict = Verdict::survives;
     double figure = -1; // of the case, after settling; < 0: there is none
-    std::string note;   // why, for verdicts other than `survives`
+    std::string note;   // why; where the verdict is `survives`: what bodies have beside the defaults
     double seconds = 0; // wall time of the cell
 };
 
@@ -65,6 +65,9 @@ struct StabilityCase {
     double reach = 10;                        // m, how far beyond their bounds at the start nodes can get at most
     double given_energy = 0;                  // J, that the start has beside links and motion (pressure, volume)
     bool has_face_contacts = false;           // faces of Pliant's bodies meet rigid bodies (continuous test)
+    bool firm_compression = false;            // of the implicit solver
+    bool smooths_steps = false;               // Pliant's bodies do
+    std::vector<Column> tethered{};           // Pliant's bodies have tethers in these columns
     std::function<void(Engine&)> prepare{};   // before the first step
     std::function<std::unique_ptr<Watcher>()> watch{}; // empty: the figure is the root mean square stretch
 };

@@ -212,6 +212,21 @@ static void disable_self_collision(pli_body* body) {
     assert_int_equal(pli_body_disable_self_collision(body), PLI_OK);
 }
 
+static void use_tethers(pli_body* body) {
+    const pli_tethers_def def = pli_tethers_def_default();
+    assert_int_equal(pli_body_enable_tethers(body, &def), PLI_OK);
+}
+static void disable_tethers(pli_body* body) {
+    assert_int_equal(pli_body_disable_tethers(body), PLI_OK);
+}
+
+static void use_step_smoothing(pli_body* body) {
+    assert_int_equal(pli_body_use_step_smoothing(body, true), PLI_OK);
+}
+static void disable_step_smoothing(pli_body* body) {
+    assert_int_equal(pli_body_use_step_smoothing(body, false), PLI_OK);
+}
+
 typedef struct feature_switch {
     enable_fn *enable, *disable;
 } feature_switch;
@@ -227,6 +242,8 @@ static const feature_switch switches[] = {
     {use_rigid_contacts, pli_body_disable_rigid_contacts},
     {use_soft_contacts, pli_body_disable_soft_contacts},
     {use_self_collision, disable_self_collision},
+    {use_tethers, disable_tethers},
+    {use_step_smoothing, disable_step_smoothing},
 };
 
 static const int switch_count = (int)(sizeof switches / sizeof *switches);

@@ -301,6 +301,59 @@ static void test_damping_is_implicit(void** unused) {
     }
 }
 
+/* A spring at 3/4 of its length resists being turned by a third of its stiffness. */
+static void test_firm_compression_acts_across(void** unused) {
+    (void)unused;
+    no_gravity();
+    const double h = 1.0 / 60.0;
+    for (int is_firm = 0; is_firm < 2; ++is_firm) {
+        pli_implicit_def def = pli_implicit_def_default();
+        def.firm_compression = is_firm == 1;
+        pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -1, 0), 0, PLI_ROPE_PIN_FIRST), &def);
+        assert_int_equal(pli_body_set_node_position(body, 1, pli_vec3_make(0, -0.75f, 0)), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(body, 1, pli_vec3_make(1, 0, 0)), PLI_OK);
+        step_many(1, h);
+        const pli_vec4 v = pli_body_get_view(body).velocities[1];
+        check_near(v.x, is_firm ? 1.0 / (1.0 + h * h * 1000.0 / 3.0) : 1.0, 1e-5);
+        check_near(v.y, -h * 250.0 / (1.0 + h * h * 1000.0), 1e-4);
+        pli_body_destroy(body);
+    }
+}
+
+/* A sheet of 1 m and 144 nodes of 10 g that swings from two corners: springs so stiff that what buckles would burst. */
+static void test_firm_compression_keeps_stiff_sheets_calm(void** unused) {
+    (void)unused;
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
+    patch.corner_10 = pli_vec3_make(0.5f, 0, -0.5f);
+    patch.corner_01 = pli_vec3_make(-0.5f, 0, 0.5f);
+    patch.corner_11 = pli_vec3_make(0.5f, 0, 0.5f);
+    patch.columns = patch.rows = 12;
+    patch.diagonals = true;
+    patch.pins = PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10;
+    for (int is_exact = 0; is_exact < 2; ++is_exact) {
+        pli_implicit_def def = pli_implicit_def_default();
+        def.firm_compression = true;
+        if (is_exact) {
+            def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+            def.sweeps = 1000;
+        }
+        for (def.stiffness = 1e9f; def.stiffness < 2e10f; def.stiffness *= 10.0f) {
+            pli_mesh* mesh = NULL;
+            assert_int_equal(pli_mesh_create_patch(context, &patch, &mesh), PLI_OK);
+            assert_int_equal(pli_mesh_set_total_mass(mesh, 1.42f), PLI_OK);
+            pli_body* body = make_body(mesh, &def);
+            double most = 0;
+            for (int i = 0; i < (is_exact ? 60 : 600); ++i) {
+                step_many(1, 1.0 / 60.0);
+                most = fmax(most, (double)pli_body_kinetic_energy(body));
+            }
+            check_at_most(most, 4.0); /* a fall by 0.5 m gives 7 J */
+            pli_body_destroy(body);
+        }
+    }
+}
+
 static void test_free_flight_start_falls_with_g(void** unused) {
     (void)unused;
     pli_implicit_def def = pli_implicit_def_default();
@@ -729,6 +782,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_conjugate_gradient_stops_at_its_tolerance, setup, teardown),
         cmocka_unit_test_setup_teardown(test_spring_follows_backward_euler, setup, teardown),
         cmocka_unit_test_setup_teardown(test_damping_is_implicit, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_firm_compression_acts_across, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_firm_compression_keeps_stiff_sheets_calm, setup, teardown),
         cmocka_unit_test_setup_teardown(test_free_flight_start_falls_with_g, setup, teardown),
         cmocka_unit_test_setup_teardown(test_literal_start_falls_short_by_the_formula, setup, teardown),
         cmocka_unit_test_setup_teardown(test_springs_give_no_net_impulse, setup, teardown),

@@ -105,10 +105,19 @@ static void cells_are_judged(void**) {
     assert_true(cell.verdict == Verdict::refused && cell.note == "not this one");
 }
 
-// Cells that were lost before: faces without area in still air, fast bodies, volumes in long steps, tangles.
+// Cells that were lost before: faces without area in still air, fast bodies, volumes in long steps, tangles,
+// heavy ends, very stiff springs, steps that change.
 static void solvers_survive(void**) {
-    const char* const names[] = {"ball, faces twice and without area, pressure", "ball at 300 m/s on a box of 10 cm",
-                                 "ball with kVC 20, 1/10 s", "two sheets that cross, 0 m/s"};
+    const char* const names[] = {"ball, faces twice and without area, pressure",
+                                 "ball at 300 m/s on a box of 10 cm",
+                                 "ball with kVC 20, 1/10 s",
+                                 "two sheets that cross, 0 m/s",
+                                 "two sheets in the same place",
+                                 "two links, masses 1 : 1e+06",
+                                 "rope with a box, masses 1 : 1e+06",
+                                 "hanging sheet, 1e+09 N/m",
+                                 "sheet on a ball, 1/240 and 1/15 s in turn",
+                                 "ball with kVC 20, 1/240 and 1/15 s in turn"};
     for (const StabilityCase& which : demos::stability_cases({})) {
         if (std::find(std::begin(names), std::end(names), which.name) == std::end(names)) { continue; }
         for (const Column column : {Column::bullet, Column::implicit, Column::gradients, Column::xpbd}) {
@@ -116,7 +125,7 @@ static void solvers_survive(void**) {
             if (cell.verdict != Verdict::survives) {
                 fail_msg("%s, %s: %s", which.name.c_str(), column_name(column), cell.note.c_str());
             }
-            check_at_most(cell.figure, which.group == "contact" ? 1.0 : 0.2);
+            check_at_most(cell.figure, which.group == "contact" ? 0.5 : 0.2);
         }
     }
 }

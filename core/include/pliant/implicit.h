@@ -33,6 +33,9 @@ typedef struct pli_implicit_def {
     pli_implicit_method method;
     pli_implicit_start start;
     float tolerance; ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
+    /// Compressed springs resist being turned, by |1 - rest length / length| of their stiffness; default false: not, as
+    /// in the paper, and what buckles may flutter or, with springs far stiffer than m / h^2, burst. From 3 sweeps on.
+    bool firm_compression;
     uint32_t cookie; ///< set by the default function
 } pli_implicit_def;
 

@@ -21,6 +21,7 @@
 #include "rigid.h"
 #include "self_collision.h"
 #include "shape.h"
+#include "tether.h"
 #include "world.h"
 #include "xpbd.h"
 

@@ -1,0 +1,43 @@
+#ifndef PLIANT_TETHER_H
+#define PLIANT_TETHER_H
+
+/// Tethers: no node gets farther from the pinned node that is nearest along the links than they are long. For ropes and
+/// cloth that hang from pinned nodes and are not meant to stretch: what links carry only from one to the next,
+/// iteration by iteration, tethers see at once. Work with each solver, whichever comes first.
+
+#include "body.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct pli_tethers_def {
+    float slack;     ///< >= 0, default 0.01: share of the length by which a tether is longer than the links
+    uint32_t cookie; ///< set by the default function
+} pli_tethers_def;
+
+PLI_API pli_tethers_def pli_tethers_def_default(void);
+
+/// Measures along the links that do not only resist bending, at their rest lengths, from the nodes that are pinned now.
+/// A node without a pinned one that it hangs together with is not held; nor is one whose pinned node has got a mass
+/// since. A rigid body that can move and is anchored to a node is held where the anchor is. The implicit solver
+/// knows the weight of rigid bodies by itself: under it a body that they are anchored to has no tethers. Enable, or
+/// measure anew and change when enabled; cuts and changes of rest lengths are followed.
+/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping,
+///         PLI_ERROR_OUT_OF_MEMORY
+/// Cost: 8 B per node; a distance per node and iteration or substep.
+PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);
+/// Not while stepping. Nothing when not enabled.
+PLI_API pli_status pli_body_disable_tethers(pli_body* body);
+
+typedef struct pli_tether {
+    int pinned_node; ///< PLI_NULL_INDEX: there is none
+    float length;    ///< m, without slack
+} pli_tether;
+
+PLI_API pli_tether pli_body_get_tether(const pli_body* body, int node);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,323 @@
+/* Tethers: what they measure, how far nodes and rigid bodies get under each solver, cuts, what they cost, bad input. */
+
+#include "check.h"
+#include "failing_allocator.h"
+
+#include <pliant/pliant.h>
+
+#include <string.h>
+
+static pli_context* context;
+static pli_world* world;
+static const float dt = 1.0f / 60.0f;
+
+static int setup(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
+}
+
+static int teardown(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+/* Nodes 0 to 9 along x, 2 m, node 0 pinned, the others 10 g each. */
+static pli_body* make_rope(void) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0, 0), 8, PLI_ROPE_PIN_FIRST, &mesh),
+        PLI_OK);
+    assert_int_equal(pli_mesh_set_total_mass(mesh, 0.09f), PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.solver.position_iterations = 10;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static pli_body* make_sheet(int pins) {
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_make(0, 0, 0);
+    def.corner_10 = pli_vec3_make(5, 0, 0);
+    def.corner_01 = pli_vec3_make(0, 0, 5);
+    def.corner_11 = pli_vec3_make(5, 0, 5);
+    def.columns = def.rows = 6;
+    def.pins = pins;
+    def.diagonals = true;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static void tether(pli_body* body, float slack) {
+    pli_tethers_def def = pli_tethers_def_default();
+    def.slack = slack;
+    assert_int_equal(pli_body_enable_tethers(body, &def), PLI_OK);
+}
+
+static pli_vec3 position(const pli_body* body, int node) {
+    const pli_vec4 x = pli_body_get_view(body).positions[node];
+    return pli_vec3_make(x.x, x.y, x.z);
+}
+
+typedef enum solver { POSITION, SWEEPS, GRADIENTS, XPBD, SOLVER_COUNT } solver;
+
+static void use_solver(pli_body* body, solver which) {
+    if (which == XPBD) {
+        const pli_xpbd_def def = pli_xpbd_def_default();
+        assert_int_equal(pli_body_enable_xpbd(body, &def), PLI_OK);
+        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+        assert_int_equal(pli_body_enable_xpbd_anchors(body, 0), PLI_OK);
+    } else if (which != POSITION) {
+        pli_implicit_def def = pli_implicit_def_default();
+        def.stiffness = 1e7f;
+        if (which == GRADIENTS) {
+            def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+            def.sweeps = 200;
+        }
+        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------- measuring
+
+static void test_tethers_follow_the_links(void** state) {
+    (void)state;
+    const pli_body* none = make_sheet(0);
+    pli_body* sheet = make_sheet(PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10);
+    tether(sheet, 0);
+    for (int row = 0; row < 6; ++row) {
+        for (int column = 0; column < 6; ++column) {
+            const int near = column < 3 ? column : 5 - column, i = row * 6 + column;
+            const int along = near < row ? near : row; /* steps along diagonals, where they lead that way */
+            const pli_tether t = pli_body_get_tether(sheet, i);
+            assert_true(t.pinned_node == 0 || t.pinned_node == 5);
+            assert_true(t.length <= (float)(near + row) + 1e-5f);
+            assert_true(t.length >= (float)(near + row) - (2 - sqrtf(2)) * (float)along - 1e-5f);
+            if (row == 0 || near == 0) { check_near(t.length, (float)(near + row), 1e-5f); }
+        }
+    }
+    assert_int_equal(pli_body_get_tether(none, 7).pinned_node, PLI_NULL_INDEX); /* not enabled */
+    pli_body* loose = make_sheet(0);
+    tether(loose, 0);
+    assert_int_equal(pli_body_get_tether(loose, 7).pinned_node, PLI_NULL_INDEX);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+}
+
+static void test_tethers_follow_rest_lengths_and_masses(void** state) {
+    (void)state;
+    pli_body* rope = make_rope();
+    tether(rope, 0);
+    check_near(pli_body_get_tether(rope, 9).length, 2.0f, 1e-5f);
+    assert_int_equal(pli_body_set_rest_length(rope, 0, 0.5f), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    check_near(pli_body_get_tether(rope, 9).length, 2.5f - 2.0f / 9.0f, 1e-5f);
+    /* Without its pinned node the rope falls. */
+    assert_int_equal(pli_body_set_node_mass(rope, 0, 0.01f), PLI_OK);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_at_most(position(rope, 5).y, -4.5f);
+}
+
+static void test_tethers_follow_cuts(void** state) {
+    (void)state;
+    pli_body* rope = make_rope();
+    tether(rope, 0);
+    assert_int_equal(pli_body_cut_link(rope, 4, 5, 0.5f), PLI_OK);
+    assert_int_equal(pli_body_get_tether(rope, 4).pinned_node, 0);
+    assert_int_equal(pli_body_get_tether(rope, 6).pinned_node, PLI_NULL_INDEX);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_at_most(position(rope, 7).y, -4.5f);
+    assert_true(pli_vec3_length(position(rope, 4)) < 0.95f);
+}
+
+// --------------------------------------------------------------------------------------------------------- holding
+
+/* A heavy node at the end of a light rope swings like a pendulum. */
+static void test_tethers_hold_a_heavy_node(void** state) {
+    (void)state;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_body* rope = make_rope();
+        use_solver(rope, (solver)which);
+        assert_int_equal(pli_body_set_node_mass(rope, 9, 1e4f), PLI_OK);
+        tether(rope, 0.01f);
+        float most = 0;
+        for (int i = 0; i < 300; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            most = fmaxf(most, pli_vec3_length(position(rope, 9)));
+        }
+        check_at_most(most, 2.0f * 1.01f + 1e-5f);
+        pli_body_destroy(rope);
+    }
+}
+
+/* The same with a rigid body of 1 t at the end, moved after each step as its host would. */
+static void test_tethers_hold_a_rigid_body(void** state) {
+    (void)state;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_body* rope = make_rope();
+        use_solver(rope, (solver)which);
+        pli_rigid_def rigid_def = pli_rigid_def_default();
+        rigid_def.kind = PLI_RIGID_DYNAMIC;
+        rigid_def.state.pose.origin = pli_vec3_make(2, 0, 0);
+        rigid_def.state.inverse_mass = 1e-3f;
+        pli_rigid* rigid = NULL;
+        assert_int_equal(pli_rigid_create(world, &rigid_def, &rigid), PLI_OK);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.node = 9;
+        anchor.rigid = rigid;
+        assert_int_equal(pli_body_add_anchor(rope, &anchor, NULL), PLI_OK);
+        tether(rope, 0.01f);
+        float most = 0;
+        for (int i = 0; i < 300; ++i) {
+            pli_rigid_state rigid_state = pli_rigid_get_state(rigid);
+            rigid_state.linear_velocity.y -= 10 * dt;
+            assert_int_equal(pli_rigid_set_state(rigid, &rigid_state), PLI_OK);
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            rigid_state = pli_rigid_get_state(rigid);
+            rigid_state.pose.origin =
+                pli_vec3_add(rigid_state.pose.origin, pli_vec3_scale(rigid_state.linear_velocity, dt));
+            assert_int_equal(pli_rigid_set_state(rigid, &rigid_state), PLI_OK);
+            most = fmaxf(most, pli_vec3_length(rigid_state.pose.origin));
+        }
+        check_at_most(most, 2.0f * 1.03f);
+        pli_body_destroy(rope);
+        pli_rigid_destroy(rigid);
+    }
+}
+
+/* Nodes that start too far away come back slowly. */
+static void test_tethers_pull_back_slowly(void** state) {
+    (void)state;
+    for (int which = 0; which < 2; ++which) {
+        pli_body* rope = make_rope();
+        if (which == 1) {
+            const pli_xpbd_def def = pli_xpbd_def_default();
+            assert_int_equal(pli_body_enable_xpbd(rope, &def), PLI_OK);
+        } else {
+            assert_int_equal(pli_body_use_velocity_links(rope, true), PLI_OK); /* none on positions */
+        }
+        tether(rope, 0);
+        assert_int_equal(pli_body_set_node_position(rope, 9, pli_vec3_make(4, 0, 0)), PLI_OK);
+        assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)), PLI_OK);
+        for (int i = 1; i <= 60; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            check_near(position(rope, 9).x, 4 - (float)i * dt, 1e-4f);
+        }
+        pli_body_destroy(rope);
+    }
+}
+
+static void test_tethers_leave_slack_bodies_alone(void** state) {
+    (void)state;
+    uint64_t hashes[2];
+    for (int k = 0; k < 2; ++k) {
+        pli_body* rope = make_rope();
+        for (int i = 1; i < 10; ++i) { /* rolled up */
+            const float angle = 0.6f * (float)i;
+            assert_int_equal(
+                pli_body_set_node_position(rope, i, pli_vec3_make(0.2f * cosf(angle), 0.2f * sinf(angle), 0)), PLI_OK);
+        }
+        if (k == 1) { tether(rope, 0.5f); }
+        for (int i = 0; i < 10; ++i) {
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+        }
+        hashes[k] = pli_body_state_hash(rope);
+        pli_body_destroy(rope);
+    }
+    assert_true(hashes[0] == hashes[1]);
+}
+
+// --------------------------------------------------------------------------------------------------- costs, errors
+
+static void test_tethers_cost_little(void** state) {
+    (void)state;
+    pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
+    const size_t before = pli_body_bytes(sheet);
+    tether(sheet, 0);
+    check_at_most(pli_body_bytes(sheet) - before, (size_t)(36 * 8 + 2500)); /* and the list of features */
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const size_t settled = pli_context_allocated_bytes(context);
+    for (int i = 0; i < 10; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    assert_int_equal(pli_context_allocated_bytes(context), settled);
+    assert_int_equal(pli_body_disable_tethers(sheet), PLI_OK);
+    assert_int_equal(pli_body_get_features(sheet, 0, NULL), 1);
+}
+
+static pli_status tether_under_failure(pli_context* failing, void* user) {
+    (void)user;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    const pli_tethers_def def = pli_tethers_def_default();
+    pli_status status = pli_world_create(failing, NULL, &w);
+    if (status == PLI_OK) {
+        status =
+            pli_mesh_create_rope(failing, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0, 0), 8, PLI_ROPE_PIN_FIRST, &mesh);
+    }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &body); }
+    if (status == PLI_OK) { status = pli_body_enable_tethers(body, &def); }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_tethers_survive_failing_memory(void** state) {
+    (void)state;
+    assert_true(check_survives_failing_allocator(tether_under_failure, NULL) > 3);
+}
+
+static void test_tethers_refuse_bad_input(void** state) {
+    (void)state;
+    pli_body* rope = make_rope();
+    pli_tethers_def def = pli_tethers_def_default();
+    assert_int_equal(pli_body_enable_tethers(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_enable_tethers(rope, NULL), PLI_ERROR_NULL_ARGUMENT);
+    def.slack = -1;
+    assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_INVALID_VALUE);
+    assert_non_null(strstr(pli_last_error(context), "slack -1"));
+    def.slack = NAN;
+    assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_NOT_FINITE);
+    def = pli_tethers_def_default();
+    def.cookie = 0;
+    assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_INVALID_DEF);
+    def = pli_tethers_def_default();
+    assert_int_equal(pli_world_predict(world, dt), PLI_OK);
+    assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_body_disable_tethers(rope), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_world_solve(world), PLI_OK);
+    assert_int_equal(pli_body_get_features(rope, 0, NULL), 1);
+    assert_int_equal(pli_body_disable_tethers(NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_get_tether(rope, 10).pinned_node, PLI_NULL_INDEX);
+    assert_int_equal(pli_body_get_tether(NULL, 0).pinned_node, PLI_NULL_INDEX);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_tethers_follow_the_links, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_follow_rest_lengths_and_masses, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_follow_cuts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_hold_a_heavy_node, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_hold_a_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_pull_back_slowly, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_leave_slack_bodies_alone, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_cost_little, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_survive_failing_memory, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_refuse_bad_input, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
