@@ -2,6 +2,8 @@
    Collision Detection of Deformable Objects"; Mueller, "Ten Minute Physics" 11 for the dense layout. Columns of cells
    are hashed, cells of a column follow each other. */
 
+#include "lanes.h"
+
 #include "node_hash.h"
 
 static int node_hash_coordinate(const plii_node_hash* hash, float x, float origin) {
@@ -51,6 +53,25 @@ static void node_hash_place_grid(plii_node_hash* hash, int count, const pli_vec3
     hash->origin = is_finite ? pli_vec3_sub(low, pli_vec3_make(shift, shift, shift)) : pli_vec3_make(0, 0, 0);
 }
 
+static bool node_hash_reserve(pli_context* context, plii_node_hash* hash, int count, int size) {
+    bool has_room = PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
+                    PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
+                    PLII_RESERVE(context, &hash->entries, &hash->entry_capacity, count);
+    for (int k = 0; k < 3; ++k) {
+        has_room = has_room &&
+                   PLII_RESERVE(context, &hash->components[k], &hash->component_capacities[k], count + PLII_LANES - 1);
+    }
+    return has_room;
+}
+
+static void node_hash_put(plii_node_hash* hash, int place, int node, pli_vec3 position) {
+    const plii_node_hash_cell cell = hash->cells[node];
+    hash->entries[place] = (plii_node_hash_entry){node, node_hash_column_name(cell.x, cell.y)};
+    hash->components[0][place] = position.x;
+    hash->components[1][place] = position.y;
+    hash->components[2][place] = position.z;
+}
+
 bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count, const pli_vec3* positions,
                           float cell_size, float shift) {
     unsigned size = 64;
@@ -58,11 +79,7 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
         size *= 2;
     }
     hash->count = 0;
-    if (!PLII_RESERVE(context, &hash->starts, &hash->start_capacity, (int)size + 1) ||
-        !PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) ||
-        !PLII_RESERVE(context, &hash->entries, &hash->entry_capacity, count)) {
-        return false;
-    }
+    if (!node_hash_reserve(context, hash, count, (int)size)) { return false; }
     hash->count = count;
     hash->mask = size - 1;
     node_hash_place_grid(hash, count, positions, cell_size, shift);
@@ -81,9 +98,12 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
     }
     /* Backwards, so that each bucket ends up in the order of nodes. */
     for (int i = count - 1; i >= 0; --i) {
-        const plii_node_hash_cell cell = hash->cells[i];
-        const int place = --hash->starts[node_hash_bucket(hash, cell)];
-        hash->entries[place] = (plii_node_hash_entry){positions[i], i, node_hash_column_name(cell.x, cell.y)};
+        node_hash_put(hash, --hash->starts[node_hash_bucket(hash, hash->cells[i])], i, positions[i]);
+    }
+    for (int k = 0; k < 3; ++k) {
+        for (int i = count; i < count + PLII_LANES - 1; ++i) {
+            hash->components[k][i] = 0.0f;
+        }
     }
     return true;
 }
@@ -103,53 +123,66 @@ typedef struct node_hash_search {
     float radius_squared;
 } node_hash_search;
 
-/* Without a branch that depends on positions: every entry is written, those too far are written over. Returns the
-   number of pairs; `pairs` has room for the run. */
-static int node_hash_scan(const node_hash_search* search, const node_hash_run* run, pli_vec3 p, plii_node_pair* pairs) {
-    const plii_node_hash_entry* entries = search->hash->entries;
-    int count = 0;
-    for (int k = run->end - 1; k >= run->begin; --k) {
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(entries[k].position, p));
-        pairs[count] = (plii_node_pair){entries[k].node, squared};
-        count += (squared < search->radius_squared) & (entries[k].column == run->column);
-    }
-    return count;
+static plii_float4 node_hash_squared_distances(const plii_node_hash* hash, int first, plii_vec3x4 p) {
+    const plii_vec3x4 at = {plii_float4_load(hash->components[0] + first),
+                            plii_float4_load(hash->components[1] + first),
+                            plii_float4_load(hash->components[2] + first)};
+    const plii_vec3x4 apart = plii_vec3x4_sub(at, p);
+    return plii_vec3x4_dot(apart, apart);
 }
 
-/* As above, until the row is full. */
-static int node_hash_scan_crowd(const node_hash_search* search, const node_hash_run* run, pli_vec3 p,
-                                plii_node_pair* pairs, int room) {
-    int count = 0;
-    for (int k = run->begin; k < run->end; ++k) {
-        const node_hash_run one = {k, k + 1, run->column};
-        plii_node_pair pair;
-        if (node_hash_scan(search, &one, p, &pair) == 0) { continue; }
-        if (count == room) {
-            search->pairs->is_cut_short = true;
-            break;
+/* Entries near a point, before their columns are compared. */
+typedef struct node_hash_near {
+    int count;
+    int places[PLII_NODE_PAIRS_MAX_ROW + PLII_LANES];
+    float distances_squared[PLII_NODE_PAIRS_MAX_ROW + PLII_LANES];
+    uint64_t columns[PLII_NODE_PAIRS_MAX_ROW + PLII_LANES];
+} node_hash_near;
+
+/* Without a branch that depends on positions: every entry is written, those too far are written over. False when there
+   was no room. */
+static bool node_hash_scan(const node_hash_search* search, const node_hash_run* run, plii_vec3x4 p,
+                           node_hash_near* near) {
+    static const unsigned lanes_left[PLII_LANES] = {0, 1, 3, 7};
+    const plii_float4 limit = plii_float4_all(search->radius_squared);
+    for (int first = run->begin; first < run->end; first += PLII_LANES) {
+        const plii_float4 squared = node_hash_squared_distances(search->hash, first, p);
+        const int left = run->end - first;
+        const unsigned in_run = left < PLII_LANES ? lanes_left[left] : 15u;
+        const unsigned bits = (unsigned)plii_lanes_bits(plii_lanes_less(squared, limit)) & in_run;
+        float distances[PLII_LANES];
+        plii_float4_store(distances, squared);
+        for (int lane = 0; lane < PLII_LANES; ++lane) {
+            near->places[near->count] = first + lane;
+            near->distances_squared[near->count] = distances[lane];
+            near->columns[near->count] = run->column;
+            near->count += (int)(bits >> lane & 1u);
         }
-        pairs[count++] = pair;
+        if (near->count > PLII_NODE_PAIRS_MAX_ROW) {
+            near->count = PLII_NODE_PAIRS_MAX_ROW;
+            return false;
+        }
     }
-    return count;
+    return true;
 }
 
 /* Appends the pairs of a point with the entries of some runs. */
 static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const node_hash_run* runs, int run_count) {
     plii_node_pairs* pairs = search->pairs;
-    int candidates = 0;
+    const plii_vec3x4 lanes = plii_vec3x4_all(p);
+    node_hash_near near;
+    near.count = 0;
     for (int r = 0; r < run_count; ++r) {
-        candidates += runs[r].end - runs[r].begin;
+        if (!node_hash_scan(search, &runs[r], lanes, &near)) {
+            pairs->is_cut_short = true;
+            break;
+        }
     }
-    if (candidates == 0) { return true; }
-    const bool is_crowd = candidates > PLII_NODE_PAIRS_MAX_ROW;
-    int room = is_crowd ? PLII_NODE_PAIRS_MAX_ROW : candidates;
-    if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + room)) { return false; }
-    for (int r = 0; r < run_count; ++r) {
-        plii_node_pair* to = pairs->pairs + pairs->count;
-        const int added =
-            is_crowd ? node_hash_scan_crowd(search, &runs[r], p, to, room) : node_hash_scan(search, &runs[r], p, to);
-        room -= added;
-        pairs->count += added;
+    if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + near.count)) { return false; }
+    for (int k = 0; k < near.count; ++k) {
+        const plii_node_hash_entry* entry = &search->hash->entries[near.places[k]];
+        pairs->pairs[pairs->count] = (plii_node_pair){entry->node, near.distances_squared[k]};
+        pairs->count += entry->column == near.columns[k];
     }
     return true;
 }
@@ -274,12 +307,20 @@ void plii_node_hash_free(pli_context* context, plii_node_hash* hash) {
     plii_release(context, hash->starts, (size_t)hash->start_capacity * sizeof *hash->starts);
     plii_release(context, hash->cells, (size_t)hash->cell_capacity * sizeof *hash->cells);
     plii_release(context, hash->entries, (size_t)hash->entry_capacity * sizeof *hash->entries);
+    for (int k = 0; k < 3; ++k) {
+        plii_release(context, hash->components[k], (size_t)hash->component_capacities[k] * sizeof(float));
+    }
     *hash = (plii_node_hash){0};
 }
 
 size_t plii_node_hash_bytes(const plii_node_hash* hash) {
-    return (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->cell_capacity * sizeof *hash->cells +
-           (size_t)hash->entry_capacity * sizeof *hash->entries;
+    size_t bytes = (size_t)hash->start_capacity * sizeof *hash->starts +
+                   (size_t)hash->cell_capacity * sizeof *hash->cells +
+                   (size_t)hash->entry_capacity * sizeof *hash->entries;
+    for (int k = 0; k < 3; ++k) {
+        bytes += (size_t)hash->component_capacities[k] * sizeof(float);
+    }
+    return bytes;
 }
 
 void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {

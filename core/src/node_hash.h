@@ -13,7 +13,6 @@ typedef struct plii_node_hash_cell {
 } plii_node_hash_cell;
 
 typedef struct plii_node_hash_entry {
-    pli_vec3 position;
     int node;
     uint64_t column; /* of its cell: the first two axes. Others in the same run of the table are not near. */
 } plii_node_hash_entry;
@@ -31,7 +30,8 @@ typedef struct plii_node_hash {
     int* starts;                   /* [mask + 2] first entry of each bucket */
     plii_node_hash_cell* cells;    /* [count] by node */
     plii_node_hash_entry* entries; /* [count] by bucket, then by node */
-    int start_capacity, cell_capacity, entry_capacity;
+    float* components[3];          /* [count] of positions, as entries; with room to read four from any place */
+    int start_capacity, cell_capacity, entry_capacity, component_capacities[3];
 } plii_node_hash;
 
 /* A body that has collapsed to a point must not ask for the square of its nodes in memory and time. */

@@ -2,10 +2,12 @@
    nearer than `distance` in the time around a moment u only if at u they are nearer than
    distance + margin_i + margin_j + (what they travel against each other between u and either end). */
 
+#include "lanes.h"
+
 #include "self_node_pairs.h"
 
 /* Of the thickness: how far a node may stray from its way before it is searched again. */
-#define SELF_NODES_MIN_MARGIN 0.25f
+#define SELF_NODES_MIN_MARGIN 0.2f
 #define SELF_NODES_MAX_MARGIN 0.5f
 /* What becomes of a margin that was not needed, in a step. */
 #define SELF_NODES_MARGIN_DECAY 0.9f
@@ -17,13 +19,14 @@
 // ------------------------------------------------------------------------------------------------------ ways
 
 /* How far a node is off its way, squared; share: of the travel since the search. */
-static float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
-    const pli_vec4 at = state->at[node], from = state->searched[node], way = state->travel[node];
-    const float x = at.x - from.x - share * way.x, y = at.y - from.y - share * way.y, z = at.z - from.z - share * way.z;
-    return x * x + y * y + z * z;
+PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
+    const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
+    const plii_float4 way = plii_float4_mul(plii_float4_all(share), plii_float4_from(&state->travel[node]));
+    const plii_float4 stray = plii_float4_sub(plii_float4_sub(at, from), way);
+    return plii_lanes_dot(stray, stray);
 }
 
-static bool self_nodes_has_strayed(const plii_self_node_pairs* state, int node, float share) {
+PLII_SIMD_INLINE bool self_nodes_has_strayed(const plii_self_node_pairs* state, int node, float share) {
     const float margin = state->travel[node].w;
     return self_nodes_stray_squared(state, node, share) > margin * margin;
 }
@@ -55,15 +58,14 @@ static float self_nodes_reach(const plii_self_node_pairs* state, int node) {
 
 // ------------------------------------------------------------------------------------------------------ pairs
 
-/* By a link that keeps their distance; one that only resists bending does not. */
-static bool self_nodes_are_linked(const pli_body* body, const plii_link_graph* graph, int a, int b) {
-    for (int k = graph->begin[a]; k < graph->begin[a + 1]; ++k) {
-        if (graph->halves[k].neighbour != b) { continue; }
-        if (body->link_tags == NULL || (body->link_tags[graph->halves[k].link] & PLII_LINK_TAG_BENDING) == 0) {
-            return true;
-        }
+/* Links that only resist bending do not keep a distance. */
+static void self_nodes_mark_linked(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+                                   int node) {
+    for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
+        const plii_half_link half = graph->halves[k];
+        const bool is_bending = body->link_tags != NULL && (body->link_tags[half.link] & PLII_LINK_TAG_BENDING) != 0;
+        if (!is_bending) { state->linked_to[half.neighbour] = node; }
     }
-    return false;
 }
 
 static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state, int more) {
@@ -75,33 +77,46 @@ static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state
     return false;
 }
 
-/* Keeps a pair that can touch; `half` of the travel is on either side of a moment when they are so far from each other.
-   There is room. */
-static void self_nodes_keep(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state, int a,
-                            int b, float distance_squared, float half) {
-    const pli_vec4 way = state->travel[a], other_way = state->travel[b];
-    const float x = other_way.x - way.x, y = other_way.y - way.y, z = other_way.z - way.z;
-    const float margins = way.w + other_way.w, thickness = state->thickness;
-    const float most = thickness + margins + half * (fabsf(x) + fabsf(y) + fabsf(z)); /* most pairs end here */
-    if (!(distance_squared < most * most)) { return; }
-    const float distance = plii_min(thickness, pli_vec3_length(pli_vec3_sub(state->rest[b], state->rest[a])));
-    const float limit = distance + margins + half * sqrtf(x * x + y * y + z * z);
-    if (!(distance_squared < limit * limit) || !(distance > 0.0f)) { return; }
-    if (!self_nodes_are_linked(body, graph, a, b)) { state->pairs[state->count++] = (plii_self_pair){a, b, distance}; }
+/* Keeps a pair that can touch, where links of `a` have been marked; `half` of the travel is on either side of a moment
+   when they are so far from each other. There is room; the pair is written in any case, as hardly predictable branches
+   cost more. */
+static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float distance_squared, float half) {
+    const plii_float4 way = plii_float4_from(&state->travel[a]), other_way = plii_float4_from(&state->travel[b]);
+    const plii_float4 against = plii_float4_sub(other_way, way);
+    const float limit =
+        state->thickness + (state->travel[a].w + state->travel[b].w) + half * sqrtf(plii_lanes_dot(against, against));
+    state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};
+    state->count += (state->linked_to[b] != a) & (distance_squared < limit * limit);
+}
+
+/* Of pairs from `first` on: the distance to keep. Those that coincide at rest are dropped. */
+static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
+    int count = first;
+    for (int k = first; k < state->count; ++k) {
+        plii_self_pair pair = state->pairs[k];
+        pair.distance =
+            plii_min(state->thickness, pli_vec3_length(pli_vec3_sub(state->rest[pair.b], state->rest[pair.a])));
+        state->pairs[count] = pair;
+        count += pair.distance > 0.0f;
+    }
+    state->count = count;
 }
 
 /* Pairs of nodes that are not apart. */
 static void self_nodes_take_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const plii_node_pairs* near = &state->near;
+    const int first = state->count;
     if (!self_nodes_reserve(body, state, near->count)) { return; }
     for (int i = 0; i < near->row_count; ++i) {
         if (state->is_apart[i]) { continue; }
+        self_nodes_mark_linked(body, graph, state, i);
         for (int k = near->begin[i]; k < near->begin[i + 1]; ++k) {
             const plii_node_pair pair = near->pairs[k];
             if (state->is_apart[pair.other]) { continue; }
-            self_nodes_keep(body, graph, state, i, pair.other, pair.distance_squared, 0.5f);
+            self_nodes_keep(state, i, pair.other, pair.distance_squared, 0.5f);
         }
     }
+    self_nodes_set_distances(state, first);
 }
 
 static pli_vec3 self_nodes_on_way(const plii_self_node_pairs* state, int node, float share) {
@@ -119,6 +134,7 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
     const float beside = pli_vec3_length(pli_vec3_sub(plii_xyz(state->travel[node]), state->drift));
     const float radius = state->thickness + state->travel[node].w + half * beside + state->reach;
     plii_node_pairs* near = &state->near;
+    const int first = state->count;
     near->count = 0;
     if (!plii_node_hash_find_near(body->context, &state->hash, centre, radius, near) ||
         !self_nodes_reserve(body, state, near->count + index)) {
@@ -126,16 +142,18 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
         return;
     }
     state->is_cut_short = state->is_cut_short || near->is_cut_short;
+    self_nodes_mark_linked(body, graph, state, node);
     for (int k = 0; k < near->count; ++k) {
         const int other = near->pairs[k].other;
         if (state->is_apart[other]) { continue; }
         const pli_vec3 to = pli_vec3_sub(self_nodes_on_way(state, other, moment), p);
-        self_nodes_keep(body, graph, state, node, other, pli_vec3_length_squared(to), half);
+        self_nodes_keep(state, node, other, pli_vec3_length_squared(to), half);
     }
     for (int k = 0; k < index; ++k) {
         const pli_vec3 to = pli_vec3_sub(self_nodes_on_way(state, state->apart[k], moment), p);
-        self_nodes_keep(body, graph, state, node, state->apart[k], pli_vec3_length_squared(to), half);
+        self_nodes_keep(state, node, state->apart[k], pli_vec3_length_squared(to), half);
     }
+    self_nodes_set_distances(state, first);
 }
 
 // ------------------------------------------------------------------------------------------------------ the search
@@ -206,6 +224,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     for (int i = 0; i < node_count; ++i) {
         state->searched[i] = state->at[i];
         state->middle[i] = self_nodes_on_way(state, i, 0.5f);
+        state->linked_to[i] = PLI_NULL_INDEX;
     }
     state->count = 0;
     state->searches += 1;
@@ -340,6 +359,7 @@ void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]) {
     sizes[2] = sizes[3] = sizes[4] = (size_t)node_count * sizeof(pli_vec4);
     sizes[5] = (size_t)node_count * sizeof(bool);
     sizes[6] = (size_t)self_nodes_max_apart(node_count) * sizeof(int);
+    sizes[7] = (size_t)node_count * sizeof(int);
 }
 
 void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]) {
@@ -350,14 +370,15 @@ void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[
     state->travel = blocks[4];
     state->is_apart = blocks[5];
     state->apart = blocks[6];
+    state->linked_to = blocks[7];
     state->count = state->apart_count = 0;
     state->is_known = false;
 }
 
 void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count) {
     size_t sizes[PLII_SELF_NODE_BLOCKS];
-    void* const blocks[PLII_SELF_NODE_BLOCKS] = {state->rest,   state->middle,   state->at,   state->searched,
-                                                 state->travel, state->is_apart, state->apart};
+    void* const blocks[PLII_SELF_NODE_BLOCKS] = {state->rest,   state->middle,   state->at,    state->searched,
+                                                 state->travel, state->is_apart, state->apart, state->linked_to};
     plii_self_node_sizes(node_count, sizes);
     for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {
         plii_release(context, blocks[i], sizes[i]);

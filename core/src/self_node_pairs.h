@@ -18,13 +18,14 @@ typedef struct plii_self_pair {
 
 typedef struct plii_self_node_pairs {
     float thickness;
-    pli_vec3* rest;     /* [node_count] positions, as all that follow, but for `is_apart` and `apart` */
+    pli_vec3* rest;     /* [node_count] positions, as all that follow, but for the last three */
     pli_vec4* at;       /* now; w = inverse mass */
     pli_vec4* searched; /* at the last search */
     pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
     pli_vec3* middle;   /* half way */
     bool* is_apart;     /* not in the common search */
     int* apart;         /* [apart_count] nodes */
+    int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
     int apart_count;
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
@@ -39,7 +40,7 @@ typedef struct plii_self_node_pairs {
     int searches;
 } plii_self_node_pairs;
 
-enum { PLII_SELF_NODE_BLOCKS = 7 };
+enum { PLII_SELF_NODE_BLOCKS = 8 };
 
 /* Of the arrays of nodes, which the caller allocates. */
 void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]);
