@@ -76,16 +76,18 @@ void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, floa
     plii_node_hash all = {}, grids[2] = {{}, {}};
     plii_node_pairs pairs = {};
     plii_node_hash_build(context, &all, count, points.data(), distance, 0.0f);
-    plii_node_hash_find(context, &all, points.data(), distance, &pairs);
     for (int g = 0; g < 2; ++g) {
         plii_node_hash_build(context, &grids[g], count, points.data(), distance,
                              0.5f * distance * static_cast<float>(g));
     }
     int missed = 0, missed_near = 0, near = 0;
     for (int i = 0; i < count; ++i) {
-        for (int k = pairs.begin[i]; k < pairs.begin[i + 1]; ++k) {
+        const size_t a = static_cast<size_t>(i);
+        int k = pairs.count;
+        plii_node_hash_find(context, &all, i, points[a], distance, &pairs);
+        for (; k < pairs.count; ++k) {
             const plii_node_pair pair = pairs.pairs[k];
-            const size_t a = static_cast<size_t>(i), b = static_cast<size_t>(pair.other);
+            const size_t b = static_cast<size_t>(pair.other);
             const bool is_seen = plii_node_hash_same_cell(&grids[0], points[a], points[b]) ||
                                  plii_node_hash_same_cell(&grids[1], points[a], points[b]);
             const bool is_near = pair.distance_squared < 0.25f * distance * distance;
@@ -168,7 +170,10 @@ void search(benchmark::State& state) {
     plii_node_pairs pairs = {};
     for (auto _ : state) {
         plii_node_hash_build(context, &hash, count, points.data(), 1.5f * spacing, 0.0f);
-        plii_node_hash_find(context, &hash, points.data(), 1.5f * spacing, &pairs);
+        pairs.count = 0;
+        for (int i = 0; i < count; ++i) {
+            plii_node_hash_find(context, &hash, i, points[static_cast<size_t>(i)], 1.5f * spacing, &pairs);
+        }
         benchmark::DoNotOptimize(pairs.pairs);
     }
     state.counters["time/node"] =

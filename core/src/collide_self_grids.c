@@ -44,29 +44,33 @@ static void self_grids_part(pli_body* body, const self_grids_state* state, int a
     }
 }
 
-/* `seen`: the grid before, whose pairs are done, or NULL. */
-static void self_grids_solve(pli_body* body, self_grids_state* state, const plii_node_hash* seen) {
+/* `seen`: the grid before, whose pairs are done, or NULL. False when pairs were left out. */
+static bool self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_node_hash* seen) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
-    const plii_node_pairs* pairs = &state->pairs;
-    for (int i = 0; i < pairs->row_count; ++i) {
-        for (int k = pairs->begin[i]; k < pairs->begin[i + 1]; ++k) {
-            const int other = pairs->pairs[k].other;
-            if (self_grids_are_linked(graph, i, other)) { continue; }
-            if (seen != NULL && plii_node_hash_same_cell(seen, state->positions[i], state->positions[other])) {
-                continue;
-            }
-            state->report.pairs += 1;
-            self_grids_part(body, state, i, other);
+    plii_node_pairs* pairs = &state->pairs;
+    pairs->count = 0;
+    const bool has_all = plii_node_hash_find_in_cell(body->context, &state->hash, node, state->positions[node],
+                                                     state->def.distance, pairs);
+    for (int k = 0; k < pairs->count; ++k) {
+        const int other = pairs->pairs[k].other;
+        if (self_grids_are_linked(graph, node, other)) { continue; }
+        if (seen != NULL && plii_node_hash_same_cell(seen, state->positions[node], state->positions[other])) {
+            continue;
         }
+        state->report.pairs += 1;
+        self_grids_part(body, state, node, other);
     }
+    return has_all;
 }
 
-/* False when pairs were left out. */
-static bool self_grids_search(pli_body* body, self_grids_state* state, float shift) {
-    const float distance = state->def.distance;
-    return plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions, distance, shift) &&
-           plii_node_hash_find_in_cells(body->context, &state->hash, state->positions, distance, &state->pairs) &&
-           !state->pairs.is_cut_short;
+static void self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_node_hash* seen) {
+    bool has_all = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
+                                        state->def.distance, shift);
+    state->pairs.is_cut_short = false;
+    for (int i = 0; i < state->hash.count; ++i) {
+        has_all = self_grids_part_near(body, state, i, seen) && has_all;
+    }
+    state->report.is_cut_short = state->report.is_cut_short || !has_all || state->pairs.is_cut_short;
 }
 
 static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
@@ -76,11 +80,9 @@ static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
         state->positions[i] = plii_xyz(body->positions[i]);
     }
     state->report = (pli_self_grids_report){0};
-    state->report.is_cut_short = !self_grids_search(body, state, 0.0f);
-    self_grids_solve(body, state, NULL);
+    self_grids_solve(body, state, 0.0f, NULL);
     const plii_node_hash first = state->hash; /* its geometry; the tables are built anew */
-    state->report.is_cut_short = !self_grids_search(body, state, 0.5f * first.cell_size) || state->report.is_cut_short;
-    self_grids_solve(body, state, &first);
+    self_grids_solve(body, state, 0.5f * first.cell_size, &first);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature

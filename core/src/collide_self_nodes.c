@@ -158,21 +158,22 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
 }
 
 /* Pairs that follow each other in the list share nodes and would wait for each other; taken in turn from some places of
-   the list they do not. So many are looked at, without a branch, before those that are too near are parted. */
-enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 32 };
+   the list they do not. The places are near each other, so that nodes stay in the first cache. So many are looked at,
+   without a branch, before those that are too near are parted. */
+enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
    without that, coils of cloth keep trembling at 3 cm/s. */
 #define SELF_NODES_ALMOST 1.06f
 
-/* Pairs too near, or almost, among `count` of each place, the places `stride` pairs from each other. */
-static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count, int stride, int places,
+/* Pairs too near, or almost, of a batch. */
+static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count,
                                 const plii_self_pair** near) {
+    const int length = (count + SELF_NODES_PLACES - 1) / SELF_NODES_PLACES;
     int found = 0;
-    for (int k = 0; k < count; ++k) {
-        const plii_self_pair* pair = pairs + k;
-        for (int place = 0; place < places; ++place, pair += stride) {
-            near[found] = pair;
-            found += self_nodes_is_near(self_nodes_apart(at, pair), pair, SELF_NODES_ALMOST);
+    for (int k = 0; k < length; ++k) {
+        for (int place = k; place < count; place += length) {
+            near[found] = &pairs[place];
+            found += self_nodes_is_near(self_nodes_apart(at, &pairs[place]), &pairs[place], SELF_NODES_ALMOST);
         }
     }
     return found;
@@ -193,18 +194,14 @@ static void self_nodes_part_found(self_nodes_state* state, const plii_self_nodes
 
 static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
     const plii_self_node_pairs* pairs = &state->pairs;
-    const plii_self_pair* near[SELF_NODES_PLACES * SELF_NODES_BATCH];
-    const int length = pairs->count / SELF_NODES_PLACES;
+    const plii_self_pair* near[SELF_NODES_BATCH];
     state->touching_count = 0;
     state->report.contacts = 0;
-    for (int k = 0; k < length; k += SELF_NODES_BATCH) {
-        const int batch = length - k < SELF_NODES_BATCH ? length - k : SELF_NODES_BATCH;
-        const int found = self_nodes_find_near(pairs->at, pairs->pairs + k, batch, length, SELF_NODES_PLACES, near);
+    for (int first = 0; first < pairs->count; first += SELF_NODES_BATCH) {
+        const int left = pairs->count - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
+        const int found = self_nodes_find_near(pairs->at, pairs->pairs + first, count, near);
         self_nodes_part_found(state, nodes, near, found, friction);
     }
-    const plii_self_pair* rest = pairs->pairs + length * SELF_NODES_PLACES;
-    const int found = self_nodes_find_near(pairs->at, rest, pairs->count % SELF_NODES_PLACES, 1, 1, near);
-    self_nodes_part_found(state, nodes, near, found, friction);
 }
 
 static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {

@@ -178,7 +178,10 @@ static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const n
             break;
         }
     }
-    if (!PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + near.count)) { return false; }
+    if (pairs->count > INT32_MAX - near.count ||
+        !PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + near.count)) {
+        return false;
+    }
     for (int k = 0; k < near.count; ++k) {
         const plii_node_hash_entry* entry = &search->hash->entries[near.places[k]];
         pairs->pairs[pairs->count] = (plii_node_pair){entry->node, near.distances_squared[k]};
@@ -196,9 +199,10 @@ static node_hash_run node_hash_own_run(const plii_node_hash* hash, int node, uns
     return run;
 }
 
-static bool node_hash_search_half(const node_hash_search* search, pli_vec3 p, int node) {
+bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position, float radius,
+                         plii_node_pairs* pairs) {
+    const node_hash_search search = {context, hash, pairs, radius * radius};
     static const int columns[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};
-    const plii_node_hash* hash = search->hash;
     const int* starts = hash->starts;
     const plii_node_hash_cell cell = hash->cells[node];
     const unsigned own = node_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
@@ -215,46 +219,16 @@ static bool node_hash_search_half(const node_hash_search* search, pli_vec3 p, in
         runs[run_count++] = (node_hash_run){starts[below], starts[below + first], column};
         if (first < 3) { runs[run_count++] = (node_hash_run){starts[0], starts[3 - first], column}; }
     }
-    return node_hash_append(search, p, runs, run_count);
+    return node_hash_append(&search, position, runs, run_count);
 }
 
-static bool node_hash_search_own(const node_hash_search* search, pli_vec3 p, int node) {
-    const plii_node_hash* hash = search->hash;
+bool plii_node_hash_find_in_cell(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position,
+                                 float radius, plii_node_pairs* pairs) {
+    const node_hash_search search = {context, hash, pairs, radius * radius};
     const plii_node_hash_cell cell = hash->cells[node];
     const node_hash_run run =
         node_hash_own_run(hash, node, node_hash_bucket(hash, cell), node_hash_column_name(cell.x, cell.y));
-    return node_hash_append(search, p, &run, 1);
-}
-
-static bool node_hash_search_all(const node_hash_search* search, const pli_vec3* positions,
-                                 bool (*search_node)(const node_hash_search*, pli_vec3, int)) {
-    plii_node_pairs* pairs = search->pairs;
-    const int count = search->hash->count;
-    pairs->row_count = 0;
-    pairs->count = 0;
-    pairs->is_cut_short = false;
-    if (!PLII_RESERVE(search->context, &pairs->begin, &pairs->begin_capacity, count + 1)) { return false; }
-    pairs->begin[0] = 0;
-    for (int i = 0; i < count; ++i) {
-        if (pairs->count > INT32_MAX - PLII_NODE_PAIRS_MAX_ROW || !search_node(search, positions[i], i)) {
-            return false;
-        }
-        pairs->row_count = i + 1;
-        pairs->begin[i + 1] = pairs->count;
-    }
-    return true;
-}
-
-bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions, float radius,
-                         plii_node_pairs* pairs) {
-    const node_hash_search search = {context, hash, pairs, radius * radius};
-    return node_hash_search_all(&search, positions, node_hash_search_half);
-}
-
-bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions,
-                                  float radius, plii_node_pairs* pairs) {
-    const node_hash_search search = {context, hash, pairs, radius * radius};
-    return node_hash_search_all(&search, positions, node_hash_search_own);
+    return node_hash_append(&search, position, &run, 1);
 }
 
 /* A search from far away would go through more cells than there are nodes. */
@@ -324,11 +298,10 @@ size_t plii_node_hash_bytes(const plii_node_hash* hash) {
 }
 
 void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {
-    plii_release(context, pairs->begin, (size_t)pairs->begin_capacity * sizeof *pairs->begin);
     plii_release(context, pairs->pairs, (size_t)pairs->capacity * sizeof *pairs->pairs);
     *pairs = (plii_node_pairs){0};
 }
 
 size_t plii_node_pairs_bytes(const plii_node_pairs* pairs) {
-    return (size_t)pairs->begin_capacity * sizeof *pairs->begin + (size_t)pairs->capacity * sizeof *pairs->pairs;
+    return (size_t)pairs->capacity * sizeof *pairs->pairs;
 }

@@ -17,8 +17,9 @@ typedef struct plii_node_hash_entry {
     uint64_t column; /* of its cell: the first two axes. Others in the same run of the table are not near. */
 } plii_node_hash_entry;
 
+/* With the node or point that was searched around. */
 typedef struct plii_node_pair {
-    int other; /* > node of the row, or in another cell */
+    int other;
     float distance_squared;
 } plii_node_pair;
 
@@ -34,31 +35,30 @@ typedef struct plii_node_hash {
     int start_capacity, cell_capacity, entry_capacity, component_capacities[3];
 } plii_node_hash;
 
-/* A body that has collapsed to a point must not ask for the square of its nodes in memory and time. */
+/* Of one node in one search; a body that has collapsed to a point must not ask for the square of its nodes in memory
+   and time. */
 #define PLII_NODE_PAIRS_MAX_ROW 512
 
-/* Rows of pairs: row i has those whose first node is i. Each pair is there once. */
 typedef struct plii_node_pairs {
-    int row_count, count;
-    bool is_cut_short; /* a row was full: pairs are missing */
-    int* begin;        /* [row_count + 1] */
     plii_node_pair* pairs;
-    int begin_capacity, capacity;
+    int count, capacity;
+    bool is_cut_short; /* some are missing */
 } plii_node_pairs;
 
 /* Sorts points into cells of at least `cell_size` > 0 m; `shift` m moves the grid along all axes. Positions that are
    not finite do no harm. False when out of memory. */
 bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count, const pli_vec3* positions,
                           float cell_size, float shift);
-/* All pairs nearer than `radius`, at most the cell size that the hash was built with. The order of pairs depends on
-   positions only. False when out of memory: then some are missing. */
-bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions, float radius,
+/* Appends nodes that are nearer to node `node`, at `position`, than `radius`, at most the cell size that the hash was
+   built with: each pair is met from one of its ends only. The order depends on positions only. False when out of
+   memory: then some are missing. */
+bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position, float radius,
                          plii_node_pairs* pairs);
-/* Only those of which both are in the same cell. */
-bool plii_node_hash_find_in_cells(pli_context* context, const plii_node_hash* hash, const pli_vec3* positions,
-                                  float radius, plii_node_pairs* pairs);
-/* Appends the nodes that are nearer to a point than `radius` to `pairs`, behind its rows. False when out of memory, or
-   when the radius is larger than 16 cells. */
+/* Only those in the same cell. */
+bool plii_node_hash_find_in_cell(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position,
+                                 float radius, plii_node_pairs* pairs);
+/* Appends the nodes that are nearer to a point than `radius`. False when out of memory, or when the radius is larger
+   than 16 cells. */
 bool plii_node_hash_find_near(pli_context* context, const plii_node_hash* hash, pli_vec3 point, float radius,
                               plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */

@@ -102,19 +102,23 @@ static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
     state->count = count;
 }
 
-/* Pairs of nodes that are not apart. */
-static void self_nodes_take_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
-    const plii_node_pairs* near = &state->near;
+/* Pairs of a node that is not apart with others that are not. */
+static void self_nodes_take_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+                                   int node) {
+    plii_node_pairs* near = &state->near;
+    const float radius = state->thickness + 2.0f * state->reach;
     const int first = state->count;
-    if (!self_nodes_reserve(body, state, near->count)) { return; }
-    for (int i = 0; i < near->row_count; ++i) {
-        if (state->is_apart[i]) { continue; }
-        self_nodes_mark_linked(body, graph, state, i);
-        for (int k = near->begin[i]; k < near->begin[i + 1]; ++k) {
-            const plii_node_pair pair = near->pairs[k];
-            if (state->is_apart[pair.other]) { continue; }
-            self_nodes_keep(state, i, pair.other, pair.distance_squared, 0.5f);
-        }
+    near->count = 0;
+    if (!plii_node_hash_find(body->context, &state->hash, node, state->middle[node], radius, near) ||
+        !self_nodes_reserve(body, state, near->count)) {
+        state->is_cut_short = true;
+        return;
+    }
+    self_nodes_mark_linked(body, graph, state, node);
+    for (int k = 0; k < near->count; ++k) {
+        const plii_node_pair pair = near->pairs[k];
+        if (state->is_apart[pair.other]) { continue; }
+        self_nodes_keep(state, node, pair.other, pair.distance_squared, 0.5f);
     }
     self_nodes_set_distances(state, first);
 }
@@ -229,17 +233,19 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->count = 0;
     state->searches += 1;
     state->is_known = false;
-    const float radius = state->thickness + 2.0f * state->reach;
-    if (!plii_node_hash_build(body->context, &state->hash, node_count, state->middle, radius, 0.0f) ||
-        !plii_node_hash_find(body->context, &state->hash, state->middle, radius, &state->near)) {
+    state->near.is_cut_short = false;
+    if (!plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
+                              state->thickness + 2.0f * state->reach, 0.0f)) {
         state->is_cut_short = true;
         return;
     }
-    state->is_cut_short = state->is_cut_short || state->near.is_cut_short;
-    self_nodes_take_common(body, graph, state);
+    for (int i = 0; i < node_count; ++i) {
+        if (!state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
+    }
     for (int i = 0; i < state->apart_count; ++i) {
         self_nodes_take_apart(body, graph, state, i, 0.0f);
     }
+    state->is_cut_short = state->is_cut_short || state->near.is_cut_short;
     state->is_known = !state->is_cut_short;
 }
 
