@@ -53,7 +53,7 @@ static void self_nodes_start_search(const pli_body* body, self_nodes_state* stat
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
     const bool has_room = !body->solver_class->has_substeps ||
-                          PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->count);
+                          PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->capacity);
     state->report.pairs = pairs->count;
     state->report.searches = pairs->searches;
     state->report.is_cut_short = state->report.is_cut_short || pairs->is_cut_short || !has_room;
@@ -162,8 +162,8 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
    without a branch, before those that are too near are parted. */
 enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
-   without that, coils of cloth keep trembling at 3 cm/s. */
-#define SELF_NODES_ALMOST 1.06f
+   without that, coils of cloth keep trembling. */
+#define SELF_NODES_ALMOST 1.2f
 
 /* Pairs too near, or almost, of a batch. */
 static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count,

@@ -16,6 +16,9 @@
 #define SELF_NODES_MAX_REACH 0.75f
 #define SELF_NODES_MAX_REACH_APART 3.0f
 
+/* More than folded cloth has, so that there is room before it folds. */
+#define SELF_NODES_PAIRS_PER_NODE 6
+
 // ------------------------------------------------------------------------------------------------------ ways
 
 /* How far a node is off its way, squared; share: of the travel since the search. */
@@ -234,7 +237,9 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->searches += 1;
     state->is_known = false;
     state->near.is_cut_short = false;
-    if (!plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
+    if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
+        !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_MAX_ROW) ||
+        !plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
                               state->thickness + 2.0f * state->reach, 0.0f)) {
         state->is_cut_short = true;
         return;
