@@ -130,4 +130,11 @@ void plii_solver_update_bounds(pli_body* body);
 pli_status plii_check_body(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
 
+/* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
+   everything. */
+static inline int plii_body_contact_room(const pli_body* body) {
+    const int most = 1024;
+    return body->node_count < most ? body->node_count : most;
+}
+
 #endif

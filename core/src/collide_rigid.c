@@ -237,14 +237,10 @@ static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_ri
     state->count = kept;
 }
 
-/* Of large bodies most nodes are far from everything. */
-#define RIGID_CONTACTS_MAX_ROOM 1024
-
 static void rigid_contacts_make_room(pli_body* body, void* data) {
     rigid_contacts_state* state = data;
     if (body->world->rigid_count == 0) { return; }
-    const int room = body->node_count < RIGID_CONTACTS_MAX_ROOM ? body->node_count : RIGID_CONTACTS_MAX_ROOM;
-    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
+    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, plii_body_contact_room(body));
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {

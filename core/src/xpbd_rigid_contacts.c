@@ -3,6 +3,7 @@
    positions; their planes move with the rigid body. */
 
 #include "pliant/contact.h"
+#include "world_impl.h"
 #include "xpbd_contact.h"
 #include "xpbd_rigid.h"
 
@@ -38,6 +39,10 @@ static pli_status xpbd_rigid_contacts_collide(pli_body* body, void* data, pli_ri
     (void)rigid;
     if (xpbd_rigid_contacts_reserve(body, data, count)) { return PLI_OK; }
     return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to solve %d contacts", count);
+}
+
+static void xpbd_rigid_contacts_make_room(pli_body* body, void* data) {
+    if (body->world->rigid_count > 0) { (void)xpbd_rigid_contacts_reserve(body, data, plii_body_contact_room(body)); }
 }
 
 static bool xpbd_rigid_contacts_is_fixed(const pli_rigid* rigid) {
@@ -165,6 +170,7 @@ static const plii_feature_class xpbd_rigid_contacts_class = {
     .name = "XPBD rigid contacts",
     .state_size = sizeof(xpbd_rigid_contacts_state),
     .disable = xpbd_rigid_contacts_disable,
+    .make_room = xpbd_rigid_contacts_make_room,
     .collide_rigid = xpbd_rigid_contacts_collide,
     .bytes = xpbd_rigid_contacts_bytes,
     .topology_commit = xpbd_rigid_contacts_topology_commit,
