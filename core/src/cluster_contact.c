@@ -150,6 +150,8 @@ static void cluster_contact_solve_own(plii_cluster_contact* contact) {
     const float factor = cluster_contact_self_factor(contact);
     const float missing = own->wanted_speed - pli_vec3_dot(velocity, contact->normal);
     const float old_normal = own->normal_impulse;
+    /* Going apart, with nothing to take back: no friction either. */
+    if (old_normal == 0.0f && !(missing > 0.0f)) { return; }
     own->normal_impulse =
         plii_clamp(old_normal + factor * missing * own->normal_mass, 0.0f, cluster_contact_self_limit(contact));
     pli_vec3 push = pli_vec3_scale(contact->normal, own->normal_impulse - old_normal);

@@ -64,8 +64,9 @@ static known_pair cluster_contacts_recall(pli_body* body, plii_cluster_contacts*
     if (state->def.distance != NULL) { return (known_pair){NULL, NULL}; }
     known_pair pair = {.cache = plii_pair_memory_get(body->context, &state->memory, key)};
     if (pair.cache == NULL || !cluster_contacts_are_followed(body, state, key)) { return pair; }
-    int* slot = &state->memory.present[state->memory.present_count - 1].slot;
-    const int place = plii_pair_memory_place(&state->memory, key);
+    plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
+    int* slot = &record->slot;
+    const int place = record->place_before;
     if (place != PLI_NULL_INDEX && state->memory.before[place].slot > 0) {
         *slot = state->memory.before[place].slot;
         state->memory.before[place].slot = 0;

@@ -4,9 +4,9 @@
 
 #include "cluster_contacts_impl.h"
 
-#define MANIFOLD_MAX_AGE 10    /* steps */
-#define MANIFOLD_SLACK 0.25f   /* of the margin: how far a point may move along the other side */
-#define MANIFOLD_APPROACH 1.6f /* of the slack, along the normal */
+#define MANIFOLD_MAX_AGE 12    /* steps */
+#define MANIFOLD_SLACK 0.3f    /* of the margin: how far a point may move along the other side */
+#define MANIFOLD_APPROACH 1.4f /* of the slack, along the normal */
 #define MANIFOLD_TURN 0.0025f  /* square of the angle that the sides may turn against each other, rad^2 */
 
 static pli_transform manifold_other_frame(const pli_cluster_contact* info) {

@@ -65,7 +65,8 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     return true;
 }
 
-int plii_pair_memory_place(const plii_pair_memory* memory, plii_pair_key key) {
+/* Among those of the last step, or PLI_NULL_INDEX. */
+static int pair_place(const plii_pair_memory* memory, plii_pair_key key) {
     const size_t mask = (size_t)memory->table_size - 1;
     for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
          slot = (slot + 1) & mask) {
@@ -76,7 +77,7 @@ int plii_pair_memory_place(const plii_pair_memory* memory, plii_pair_key key) {
 }
 
 const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key) {
-    const int place = plii_pair_memory_place(memory, key);
+    const int place = pair_place(memory, key);
     return place != PLI_NULL_INDEX ? &memory->before[place].cache : NULL;
 }
 
@@ -87,9 +88,8 @@ void plii_pair_memory_forget(plii_pair_memory* memory) {
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key) {
     if (!PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->present_count + 1)) { return NULL; }
     plii_pair_record* record = &memory->present[memory->present_count++];
-    *record = (plii_pair_record){.key = key};
-    const plii_convex_cache* before = plii_pair_memory_find(memory, key);
-    if (before != NULL) { record->cache = *before; }
+    *record = (plii_pair_record){.key = key, .place_before = pair_place(memory, key)};
+    if (record->place_before != PLI_NULL_INDEX) { record->cache = memory->before[record->place_before].cache; }
     return &record->cache;
 }
 

@@ -16,7 +16,8 @@ typedef struct plii_pair_key {
 typedef struct plii_pair_record {
     plii_pair_key key;
     plii_convex_cache cache;
-    int slot; /* of whoever asks; 0 in a new record, not carried over */
+    int slot;         /* of whoever asks; 0 in a new record, not carried over */
+    int place_before; /* among the records of the last step, or PLI_NULL_INDEX */
 } plii_pair_record;
 
 typedef struct plii_pair_memory {
@@ -32,12 +33,11 @@ typedef struct plii_pair_memory {
 bool plii_pair_memory_reserve(pli_context* context, plii_pair_memory* memory, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
 bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
-/* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. */
+/* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. Its
+   record is the last of those present. */
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
 const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key);
-/* Its place among those of the last step, or PLI_NULL_INDEX; that of the pair last got is present_count - 1. */
-int plii_pair_memory_place(const plii_pair_memory* memory, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
 void plii_pair_memory_forget(plii_pair_memory* memory);
 void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory);
