@@ -88,23 +88,22 @@ static std::string picture(const std::vector<MapRow>& rows) {
 }
 
 static nlohmann::ordered_json to_json(const std::vector<MapRow>& rows) {
-    nlohmann::ordered_json cases = nlohmann::ordered_json::array();
+    nlohmann::ordered_json cells = nlohmann::ordered_json::array();
     for (const MapRow& row : rows) {
-        nlohmann::ordered_json cells;
         for (size_t k = 0; k < row.cells.size(); ++k) {
             const Cell& cell = row.cells[k];
-            cells[column_name(demos::all_columns[k])] = {
-                {"verdict", demos::verdict_name(cell.verdict)},
-                {"survives", is_survival(cell.verdict)},
-                {"value", cell.figure < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(cell.figure)},
-                {"note", cell.note}};
+            cells.push_back(
+                {{"group", row.which->group},
+                 {"case", row.which->name},
+                 {"figure", row.which->figure_name},
+                 {"solver", column_name(demos::all_columns[k])},
+                 {"verdict", demos::verdict_name(cell.verdict)},
+                 {"survives", is_survival(cell.verdict)},
+                 {"value", cell.figure < 0.0 ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(cell.figure)},
+                 {"note", cell.note}});
         }
-        cases.push_back({{"group", row.which->group},
-                         {"case", row.which->name},
-                         {"figure", row.which->figure_name},
-                         {"solvers", cells}});
     }
-    return {{"cases", cases}};
+    return {{"cells", cells}};
 }
 
 static void print_text(const std::vector<MapRow>& rows) {

@@ -4,7 +4,6 @@
 
 #include "../report/svg.h"
 
-#include <algorithm>
 
 namespace app {
 
@@ -202,11 +201,13 @@ static std::string figure_item(const std::string& value, const std::string& text
 }
 
 static std::string survivals(const json& document, const char* solver) {
-    const json& cases = document.at("cases");
-    const auto count = std::count_if(cases.begin(), cases.end(), [&](const json& each) {
-        return each.at("solvers").at(solver).at("survives").get<bool>();
-    });
-    return std::to_string(count) + " of " + std::to_string(cases.size());
+    int cases = 0, survived = 0;
+    for (const json& cell : document.at("cells")) {
+        if (cell.at("solver") != solver) { continue; }
+        ++cases;
+        survived += cell.at("survives").get<bool>() ? 1 : 0;
+    }
+    return std::to_string(survived) + " of " + std::to_string(cases);
 }
 
 static std::string figures_part(const ReportContent& content) {
