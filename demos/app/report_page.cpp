@@ -4,7 +4,6 @@
 
 #include "../report/svg.h"
 
-
 namespace app {
 
 using nlohmann::json;
