@@ -411,9 +411,10 @@ static void link_colors_fill_block(link_colors_work* work, const int* links, int
     plii_link_colors* made = &work->made;
     const int block = made->block_count++;
     made->block_tags[block] = plii_link_colors_tag(work->body, links[0]);
+    const int empty = PLII_LINK_GROUP - count;
     for (int k = 0; k < PLII_LINK_GROUP; ++k) {
-        const int link = links[k < count ? k : count - 1];
-        made->block_links[block][k] = k < count ? link : PLI_NULL_INDEX;
+        const int link = links[k < empty ? k % count : k - empty];
+        made->block_links[block][k] = k < empty ? PLI_NULL_INDEX : link;
         made->block_places[block][0][k] = plii_simd_place(work->body->links[link].nodes[0]);
         made->block_places[block][1][k] = plii_simd_place(work->body->links[link].nodes[1]);
     }

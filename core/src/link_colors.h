@@ -11,8 +11,8 @@
    What the last colours cannot take (nodes of very many links) stays in a serial list.
 
    Each link has a place for numbers of its own, its slot: those of runs first, then of blocks, then of the serial list.
-   Within a group slots follow the lanes of simd.h. A block that is not full has lanes without a link; these have the
-   nodes of its last link, and must add nothing to them. */
+   Within a group slots follow the lanes of simd.h. A block that is not full has lanes without a link. These come first
+   and have the nodes of links of the block, so kernels may store nodes as they were, in the order of the links. */
 
 #include "body_impl.h"
 

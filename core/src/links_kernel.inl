@@ -1,40 +1,40 @@
 /* The arithmetic of btSoftBody::PSolve_Links on eight links at once. The including file chooses the instruction set and
    the name of the kernel.
 
-   A processor keeps some 150 operations in flight, and a link is a long chain of them. So a few groups go through one
-   stage, then through the next: there is always enough to do that waits for nothing. */
+   A processor keeps some 300 operations in flight, and a link is a long chain of them. So a few groups are measured,
+   then moved: there is always enough to do that waits for nothing. Positions are kept from one to the other, since what
+   limits a block is how many places of memory are read and written. */
 
 #include "links_kernel.h"
 #include "simd.h"
 
-enum { LINKS_BATCH = 8, LINKS_FEW = 2 }; /* groups; so few need not wait for each other in any case */
+enum { LINKS_BATCH = 8 }; /* groups */
 
 typedef struct links_group {
-    plii_packed8 delta;         /* from the first nodes to the others */
-    plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
-    plii_float8 excess, divisor;
+    plii_packed8 a, b;          /* first nodes, the others */
+    plii_float8 move_a, move_b; /* along the difference, towards each other */
 } links_group;
 
+/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
 PLII_SIMD_INLINE void links_measure(links_group* group, plii_packed8 a, plii_packed8 b, plii_float8 rest,
                                     plii_float8 inverse_stiffness) {
-    group->delta = plii_packed8_sub(b, a);
-    const plii_records8 d = plii_packed8_turn(group->delta);
+    const plii_records8 d = plii_packed8_turn(plii_packed8_sub(b, a));
     const plii_float8 length = plii_float8_add(plii_float8_add(plii_float8_mul(d.x, d.x), plii_float8_mul(d.y, d.y)),
                                                plii_float8_mul(d.z, d.z));
-    group->mass_a = plii_packed8_turn(a).w;
-    group->mass_b = plii_packed8_turn(b).w;
-    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(group->mass_a, group->mass_b), inverse_stiffness);
+    const plii_float8 mass_a = plii_packed8_turn(a).w, mass_b = plii_packed8_turn(b).w;
+    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
     const plii_float8 sum = plii_float8_add(rest, length);
-    group->excess = plii_float8_sub(rest, length);
-    group->divisor = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
+    const plii_float8 divisor =
+        plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
+    const plii_float8 k = plii_float8_where_greater(divisor, plii_float8_all(0.0f),
+                                                    plii_float8_div(plii_float8_sub(rest, length), divisor));
+    *group = (links_group){a, b, plii_float8_mul(k, mass_a), plii_float8_mul(k, mass_b)};
 }
 
-/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
-PLII_SIMD_INLINE void links_divide(links_group* group) {
-    const plii_float8 k = plii_float8_where_greater(group->divisor, plii_float8_all(0.0f),
-                                                    plii_float8_div(group->excess, group->divisor));
-    group->mass_a = plii_float8_mul(plii_float8_negate(k), group->mass_a);
-    group->mass_b = plii_float8_mul(k, group->mass_b);
+PLII_SIMD_INLINE void links_move(const links_group* group, plii_packed8* a, plii_packed8* b) {
+    const plii_packed8 delta = plii_packed8_sub(group->b, group->a);
+    *a = plii_packed8_sub_scaled(group->a, delta, group->move_a);
+    *b = plii_packed8_add_scaled(group->b, delta, group->move_b);
 }
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
@@ -60,17 +60,14 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
             links_measure(&groups[i], a, b, plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
-            links_divide(&groups[i]);
-        }
-        for (int i = 0; i < count; ++i) {
-            const links_group* g = &groups[i];
             pli_vec4* at = first + i * step;
-            const plii_packed8 a = plii_packed8_scale(g->delta, g->mass_a), b = plii_packed8_scale(g->delta, g->mass_b);
+            plii_packed8 a, b;
+            links_move(&groups[i], &a, &b);
             if (is_mixed) {
-                plii_packed8_add_to_mixed(at, a, b);
+                plii_packed8_store_mixed(at, a, b);
             } else {
-                plii_packed8_add_to(at, stride, a);
-                plii_packed8_add_to(at + offset, stride, b);
+                plii_packed8_store(at, stride, a);
+                plii_packed8_store(at + offset, stride, b);
             }
         }
         first += count * step;
@@ -89,46 +86,37 @@ static void links_run_any(const plii_links_task* task, const plii_link_run* run,
     }
 }
 
-PLII_SIMD_INLINE void links_measure_block(links_group* group, const plii_links_task* task, const uint32_t* a,
-                                          const uint32_t* b, plii_float8 rest, plii_link_tag tag) {
-    const float inverse_stiffness = task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)];
-    links_measure(group, plii_packed8_gather(task->body->positions, a), plii_packed8_gather(task->body->positions, b),
-                  rest, plii_float8_all(inverse_stiffness));
+PLII_SIMD_INLINE void links_measure_block(links_group* group, const pli_vec4* positions,
+                                          const uint32_t places[2][PLII_LINK_GROUP], const float* rest,
+                                          float inverse_stiffness) {
+    links_measure(group, plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1]),
+                  plii_float8_load(rest), plii_float8_all(inverse_stiffness));
 }
-PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions, const uint32_t* a,
-                                       const uint32_t* b) {
-    plii_packed8_add_to_scattered(positions, a, plii_packed8_scale(g->delta, g->mass_a));
-    plii_packed8_add_to_scattered(positions, b, plii_packed8_scale(g->delta, g->mass_b));
+PLII_SIMD_INLINE void links_move_block(const links_group* group, pli_vec4* positions,
+                                       const uint32_t places[2][PLII_LINK_GROUP]) {
+    plii_packed8 a, b;
+    links_move(group, &a, &b);
+    plii_packed8_scatter(positions, places[0], a);
+    plii_packed8_scatter(positions, places[1], b);
 }
 
 static void links_blocks(const plii_links_task* task, int begin, int end) {
     const plii_link_colors* colors = task->colors;
+    pli_vec4* restrict positions = task->body->positions;
+    const float* inverse_stiffnesses = task->inverse_stiffnesses;
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (colors->run_group_count + begin);
     links_group groups[LINKS_BATCH];
     for (int first = begin; first < end; first += LINKS_BATCH) {
         const int count = end - first < LINKS_BATCH ? end - first : LINKS_BATCH;
         const uint32_t(*places)[2][PLII_LINK_GROUP] =
             (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
-        if (count <= LINKS_FEW) {
-            for (int i = 0; i < count; ++i) {
-                links_group group;
-                links_measure_block(&group, task, places[i][0], places[i][1],
-                                    plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i),
-                                    colors->block_tags[first + i]);
-                links_divide(&group);
-                links_move_block(&group, task->body->positions, places[i][0], places[i][1]);
-            }
-            return;
+        const plii_link_tag* tags = colors->block_tags + first;
+        for (int i = 0; i < count; ++i) {
+            links_measure_block(&groups[i], positions, places[i], rest + (ptrdiff_t)PLII_LINK_GROUP * i,
+                                inverse_stiffnesses[tags[i] & (PLII_LINK_TAG_BENDING - 1)]);
         }
         for (int i = 0; i < count; ++i) {
-            links_measure_block(&groups[i], task, places[i][0], places[i][1],
-                                plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), colors->block_tags[first + i]);
-        }
-        for (int i = 0; i < count; ++i) {
-            links_divide(&groups[i]);
-        }
-        for (int i = 0; i < count; ++i) {
-            links_move_block(&groups[i], task->body->positions, places[i][0], places[i][1]);
+            links_move_block(&groups[i], positions, places[i]);
         }
         rest += PLII_LINK_GROUP * count;
     }
@@ -145,7 +133,7 @@ static void links_color(const plii_links_task* task, int begin, int end) {
     links_blocks(task, part.begin, part.end);
 }
 
-/* One link after the other; only one lane moves anything. */
+/* One link after the other: all lanes have its nodes, only the last one, which is stored last, moves them. */
 static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     pli_body* body = task->body;
@@ -157,13 +145,12 @@ static void links_serial(const plii_links_task* task) {
         for (int lane = 0; lane < PLII_LINK_GROUP; ++lane) {
             places[0][lane] = plii_simd_place(body->links[link].nodes[0]);
             places[1][lane] = plii_simd_place(body->links[link].nodes[1]);
-            rests[lane] = lane == 0 ? rest[i] : PLII_LINKS_NO_LINK;
+            rests[lane] = lane == PLII_LINK_GROUP - 1 ? rest[i] : PLII_LINKS_NO_LINK;
         }
         links_group group;
-        links_measure_block(&group, task, places[0], places[1], plii_float8_load(rests),
-                            plii_link_colors_tag(body, link));
-        links_divide(&group);
-        links_move_block(&group, body->positions, places[0], places[1]);
+        links_measure_block(&group, body->positions, (const uint32_t(*)[PLII_LINK_GROUP])places, rests,
+                            task->inverse_stiffnesses[plii_link_colors_tag(body, link) & (PLII_LINK_TAG_BENDING - 1)]);
+        links_move_block(&group, body->positions, (const uint32_t(*)[PLII_LINK_GROUP])places);
     }
 }
 

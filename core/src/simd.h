@@ -79,9 +79,6 @@ PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return _mm256_sqrt_ps(a);
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_negate(plii_float8 a) {
-    return _mm256_xor_ps(a, _mm256_set1_ps(-0.0f));
-}
 /* `value` where a > b, else 0. */
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
     return _mm256_and_ps(_mm256_cmp_ps(a, b, _CMP_GT_OQ), value);
@@ -94,12 +91,9 @@ typedef struct plii_records8 {
 PLII_SIMD_INLINE plii_float8 plii_simd_pair(const pli_vec4* low, const pli_vec4* high) {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(&low->x)), _mm_loadu_ps(&high->x), 1);
 }
-PLII_SIMD_INLINE void plii_simd_add_pair(pli_vec4* low, pli_vec4* high, plii_float8 change) {
-    _mm_storeu_ps(&low->x, _mm_add_ps(_mm_loadu_ps(&low->x), _mm256_castps256_ps128(change)));
-    _mm_storeu_ps(&high->x, _mm_add_ps(_mm_loadu_ps(&high->x), _mm256_extractf128_ps(change, 1)));
-}
-PLII_SIMD_INLINE void plii_simd_add_neighbours(pli_vec4* low, plii_float8 change) {
-    _mm256_storeu_ps(&low->x, _mm256_add_ps(_mm256_loadu_ps(&low->x), change));
+PLII_SIMD_INLINE void plii_simd_store_pair(pli_vec4* low, pli_vec4* high, plii_float8 a) {
+    _mm_storeu_ps(&low->x, _mm256_castps256_ps128(a));
+    _mm_storeu_ps(&high->x, _mm256_extractf128_ps(a, 1));
 }
 
 /* Eight records as they lie in memory, two in each register. */
@@ -156,46 +150,60 @@ PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed
                          _mm256_permute2f128_ps(r4, r5, 0x31), _mm256_permute2f128_ps(r6, r7, 0x31)}};
 }
 
-/* x, y, z of each record times the number in its lane, w 0. */
-PLII_SIMD_INLINE plii_packed8 plii_packed8_scale(plii_packed8 a, plii_float8 factors) {
-    const __m256 zero = _mm256_setzero_ps();
-    return (plii_packed8){{_mm256_blend_ps(_mm256_mul_ps(a.pairs[0], _mm256_permute_ps(factors, 0x00)), zero, 0x88),
-                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[1], _mm256_permute_ps(factors, 0x55)), zero, 0x88),
-                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[2], _mm256_permute_ps(factors, 0xaa)), zero, 0x88),
-                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[3], _mm256_permute_ps(factors, 0xff)), zero, 0x88)}};
+/* x, y, z of each record plus or minus those of b times the number in its lane, w as it is. */
+PLII_SIMD_INLINE plii_packed8 plii_packed8_add_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
+    const __m256 s0 = _mm256_mul_ps(b.pairs[0], _mm256_permute_ps(factors, 0x00));
+    const __m256 s1 = _mm256_mul_ps(b.pairs[1], _mm256_permute_ps(factors, 0x55));
+    const __m256 s2 = _mm256_mul_ps(b.pairs[2], _mm256_permute_ps(factors, 0xaa));
+    const __m256 s3 = _mm256_mul_ps(b.pairs[3], _mm256_permute_ps(factors, 0xff));
+    return (plii_packed8){{_mm256_blend_ps(_mm256_add_ps(a.pairs[0], s0), a.pairs[0], 0x88),
+                           _mm256_blend_ps(_mm256_add_ps(a.pairs[1], s1), a.pairs[1], 0x88),
+                           _mm256_blend_ps(_mm256_add_ps(a.pairs[2], s2), a.pairs[2], 0x88),
+                           _mm256_blend_ps(_mm256_add_ps(a.pairs[3], s3), a.pairs[3], 0x88)}};
 }
-PLII_SIMD_INLINE void plii_packed8_add_to(pli_vec4* first, ptrdiff_t stride, plii_packed8 change) {
+PLII_SIMD_INLINE plii_packed8 plii_packed8_sub_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
+    const __m256 s0 = _mm256_mul_ps(b.pairs[0], _mm256_permute_ps(factors, 0x00));
+    const __m256 s1 = _mm256_mul_ps(b.pairs[1], _mm256_permute_ps(factors, 0x55));
+    const __m256 s2 = _mm256_mul_ps(b.pairs[2], _mm256_permute_ps(factors, 0xaa));
+    const __m256 s3 = _mm256_mul_ps(b.pairs[3], _mm256_permute_ps(factors, 0xff));
+    return (plii_packed8){{_mm256_blend_ps(_mm256_sub_ps(a.pairs[0], s0), a.pairs[0], 0x88),
+                           _mm256_blend_ps(_mm256_sub_ps(a.pairs[1], s1), a.pairs[1], 0x88),
+                           _mm256_blend_ps(_mm256_sub_ps(a.pairs[2], s2), a.pairs[2], 0x88),
+                           _mm256_blend_ps(_mm256_sub_ps(a.pairs[3], s3), a.pairs[3], 0x88)}};
+}
+PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, ptrdiff_t stride, plii_packed8 a) {
     if (stride == 1) {
-        plii_simd_add_neighbours(first, change.pairs[0]);
-        plii_simd_add_neighbours(first + 2, change.pairs[1]);
-        plii_simd_add_neighbours(first + 4, change.pairs[2]);
-        plii_simd_add_neighbours(first + 6, change.pairs[3]);
+        _mm256_storeu_ps(&first[0].x, a.pairs[0]);
+        _mm256_storeu_ps(&first[2].x, a.pairs[1]);
+        _mm256_storeu_ps(&first[4].x, a.pairs[2]);
+        _mm256_storeu_ps(&first[6].x, a.pairs[3]);
         return;
     }
-    plii_simd_add_pair(first, first + stride, change.pairs[0]);
-    plii_simd_add_pair(first + 2 * stride, first + 3 * stride, change.pairs[1]);
-    plii_simd_add_pair(first + 4 * stride, first + 5 * stride, change.pairs[2]);
-    plii_simd_add_pair(first + 6 * stride, first + 7 * stride, change.pairs[3]);
+    plii_simd_store_pair(first, first + stride, a.pairs[0]);
+    plii_simd_store_pair(first + 2 * stride, first + 3 * stride, a.pairs[1]);
+    plii_simd_store_pair(first + 4 * stride, first + 5 * stride, a.pairs[2]);
+    plii_simd_store_pair(first + 6 * stride, first + 7 * stride, a.pairs[3]);
 }
-PLII_SIMD_INLINE void plii_simd_add_mixed(pli_vec4* first, plii_float8 a, plii_float8 b) {
-    plii_simd_add_neighbours(first, _mm256_permute2f128_ps(a, b, 0x20));
-    plii_simd_add_neighbours(first + 2, _mm256_permute2f128_ps(a, b, 0x31));
+PLII_SIMD_INLINE void plii_simd_store_mixed(pli_vec4* first, plii_float8 a, plii_float8 b) {
+    _mm256_storeu_ps(&first[0].x, _mm256_permute2f128_ps(a, b, 0x20));
+    _mm256_storeu_ps(&first[2].x, _mm256_permute2f128_ps(a, b, 0x31));
 }
-PLII_SIMD_INLINE void plii_packed8_add_to_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
-    plii_simd_add_mixed(first, a.pairs[0], b.pairs[0]);
-    plii_simd_add_mixed(first + 4, a.pairs[1], b.pairs[1]);
-    plii_simd_add_mixed(first + 8, a.pairs[2], b.pairs[2]);
-    plii_simd_add_mixed(first + 12, a.pairs[3], b.pairs[3]);
+PLII_SIMD_INLINE void plii_packed8_store_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
+    plii_simd_store_mixed(first, a.pairs[0], b.pairs[0]);
+    plii_simd_store_mixed(first + 4, a.pairs[1], b.pairs[1]);
+    plii_simd_store_mixed(first + 8, a.pairs[2], b.pairs[2]);
+    plii_simd_store_mixed(first + 12, a.pairs[3], b.pairs[3]);
 }
-PLII_SIMD_INLINE void plii_packed8_add_to_scattered(pli_vec4* records, const uint32_t* places, plii_packed8 change) {
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[0]), plii_simd_at_mutable(records, places[1]),
-                       change.pairs[0]);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[2]), plii_simd_at_mutable(records, places[3]),
-                       change.pairs[1]);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[4]), plii_simd_at_mutable(records, places[5]),
-                       change.pairs[2]);
-    plii_simd_add_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]),
-                       change.pairs[3]);
+/* In the order of the records: of two at the same place the later one stays. */
+PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* places, plii_packed8 a) {
+    plii_simd_store_pair(plii_simd_at_mutable(records, places[0]), plii_simd_at_mutable(records, places[1]),
+                         a.pairs[0]);
+    plii_simd_store_pair(plii_simd_at_mutable(records, places[2]), plii_simd_at_mutable(records, places[3]),
+                         a.pairs[1]);
+    plii_simd_store_pair(plii_simd_at_mutable(records, places[4]), plii_simd_at_mutable(records, places[5]),
+                         a.pairs[2]);
+    plii_simd_store_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]),
+                         a.pairs[3]);
 }
 
 #elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
@@ -246,13 +254,17 @@ PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
 }
-/* x, y, z of each record times the number in its lane, w 0. */
-PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+/* Each record times the number in its lane. */
+PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
+    r[0] = _mm_mul_ps(r[0], _mm_shuffle_ps(factors, factors, 0x00));
+    r[1] = _mm_mul_ps(r[1], _mm_shuffle_ps(factors, factors, 0x55));
+    r[2] = _mm_mul_ps(r[2], _mm_shuffle_ps(factors, factors, 0xaa));
+    r[3] = _mm_mul_ps(r[3], _mm_shuffle_ps(factors, factors, 0xff));
+}
+/* x, y, z of a, w of b. */
+PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
     const __m128 xyz = _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1));
-    r[0] = _mm_and_ps(_mm_mul_ps(r[0], _mm_shuffle_ps(factors, factors, 0x00)), xyz);
-    r[1] = _mm_and_ps(_mm_mul_ps(r[1], _mm_shuffle_ps(factors, factors, 0x55)), xyz);
-    r[2] = _mm_and_ps(_mm_mul_ps(r[2], _mm_shuffle_ps(factors, factors, 0xaa)), xyz);
-    r[3] = _mm_and_ps(_mm_mul_ps(r[3], _mm_shuffle_ps(factors, factors, 0xff)), xyz);
+    return _mm_or_ps(_mm_and_ps(xyz, a), _mm_andnot_ps(xyz, b));
 }
 
 #elif defined(PLII_SIMD_NEON)
@@ -304,11 +316,14 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[2] = zw.val[0];
     r[3] = zw.val[1];
 }
-PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
-    r[0] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[0], factors, 0), 3);
-    r[1] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[1], factors, 1), 3);
-    r[2] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[2], factors, 2), 3);
-    r[3] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[3], factors, 3), 3);
+PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
+    r[0] = vmulq_laneq_f32(r[0], factors, 0);
+    r[1] = vmulq_laneq_f32(r[1], factors, 1);
+    r[2] = vmulq_laneq_f32(r[2], factors, 2);
+    r[3] = vmulq_laneq_f32(r[3], factors, 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
+    return vcopyq_laneq_f32(a, 3, b, 3);
 }
 
 #else
@@ -375,11 +390,13 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[2] = (plii_float4){{a.lanes[2], b.lanes[2], c.lanes[2], d.lanes[2]}};
     r[3] = (plii_float4){{a.lanes[3], b.lanes[3], c.lanes[3], d.lanes[3]}};
 }
-PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
     for (int k = 0; k < 4; ++k) {
-        const float factor = factors.lanes[k];
-        r[k] = (plii_float4){{r[k].lanes[0] * factor, r[k].lanes[1] * factor, r[k].lanes[2] * factor, 0.0f}};
+        r[k] = plii_float4_mul(r[k], plii_float4_all(factors.lanes[k]));
     }
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[0], a.lanes[1], a.lanes[2], b.lanes[3]}};
 }
 
 #endif
@@ -412,9 +429,6 @@ PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
 }
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_negate(plii_float8 a) {
-    return (plii_float8){plii_float4_negate(a.low), plii_float4_negate(a.high)};
 }
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
     return (plii_float8){plii_float4_where_greater(a.low, b.low, value.low),
@@ -465,40 +479,50 @@ PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
 PLII_SIMD_INLINE plii_packed8 plii_packed8_scale(plii_packed8 a, plii_float8 factors) {
     plii_float4 even[4] = {a.records[0], a.records[2], a.records[4], a.records[6]};
     plii_float4 odd[4] = {a.records[1], a.records[3], a.records[5], a.records[7]};
-    plii_float4_scale_xyz(even, factors.low);
-    plii_float4_scale_xyz(odd, factors.high);
+    plii_float4_scale(even, factors.low);
+    plii_float4_scale(odd, factors.high);
     return (plii_packed8){{even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]}};
 }
-PLII_SIMD_INLINE void plii_simd_add_to(pli_vec4* record, plii_float4 change) {
-    plii_float4_to(record, plii_float4_add(plii_float4_from(record), change));
+PLII_SIMD_INLINE plii_packed8 plii_packed8_xyz_w(plii_packed8 a, plii_packed8 b) {
+    return (plii_packed8){{plii_float4_xyz_w(a.records[0], b.records[0]), plii_float4_xyz_w(a.records[1], b.records[1]),
+                           plii_float4_xyz_w(a.records[2], b.records[2]), plii_float4_xyz_w(a.records[3], b.records[3]),
+                           plii_float4_xyz_w(a.records[4], b.records[4]), plii_float4_xyz_w(a.records[5], b.records[5]),
+                           plii_float4_xyz_w(a.records[6], b.records[6]),
+                           plii_float4_xyz_w(a.records[7], b.records[7])}};
 }
-PLII_SIMD_INLINE void plii_packed8_add_to(pli_vec4* first, ptrdiff_t stride, plii_packed8 change) {
-    plii_simd_add_to(first, change.records[0]);
-    plii_simd_add_to(first + stride, change.records[1]);
-    plii_simd_add_to(first + 2 * stride, change.records[2]);
-    plii_simd_add_to(first + 3 * stride, change.records[3]);
-    plii_simd_add_to(first + 4 * stride, change.records[4]);
-    plii_simd_add_to(first + 5 * stride, change.records[5]);
-    plii_simd_add_to(first + 6 * stride, change.records[6]);
-    plii_simd_add_to(first + 7 * stride, change.records[7]);
+PLII_SIMD_INLINE plii_packed8 plii_packed8_add_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
+    return plii_packed8_xyz_w(plii_packed8_add(a, plii_packed8_scale(b, factors)), a);
 }
-PLII_SIMD_INLINE void plii_packed8_add_to_scattered(pli_vec4* records, const uint32_t* places, plii_packed8 change) {
-    plii_simd_add_to(plii_simd_at_mutable(records, places[0]), change.records[0]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[1]), change.records[1]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[2]), change.records[2]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[3]), change.records[3]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[4]), change.records[4]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[5]), change.records[5]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[6]), change.records[6]);
-    plii_simd_add_to(plii_simd_at_mutable(records, places[7]), change.records[7]);
+PLII_SIMD_INLINE plii_packed8 plii_packed8_sub_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
+    return plii_packed8_xyz_w(plii_packed8_sub(a, plii_packed8_scale(b, factors)), a);
+}
+PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, ptrdiff_t stride, plii_packed8 a) {
+    plii_float4_to(first, a.records[0]);
+    plii_float4_to(first + stride, a.records[1]);
+    plii_float4_to(first + 2 * stride, a.records[2]);
+    plii_float4_to(first + 3 * stride, a.records[3]);
+    plii_float4_to(first + 4 * stride, a.records[4]);
+    plii_float4_to(first + 5 * stride, a.records[5]);
+    plii_float4_to(first + 6 * stride, a.records[6]);
+    plii_float4_to(first + 7 * stride, a.records[7]);
+}
+PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* places, plii_packed8 a) {
+    plii_float4_to(plii_simd_at_mutable(records, places[0]), a.records[0]);
+    plii_float4_to(plii_simd_at_mutable(records, places[1]), a.records[1]);
+    plii_float4_to(plii_simd_at_mutable(records, places[2]), a.records[2]);
+    plii_float4_to(plii_simd_at_mutable(records, places[3]), a.records[3]);
+    plii_float4_to(plii_simd_at_mutable(records, places[4]), a.records[4]);
+    plii_float4_to(plii_simd_at_mutable(records, places[5]), a.records[5]);
+    plii_float4_to(plii_simd_at_mutable(records, places[6]), a.records[6]);
+    plii_float4_to(plii_simd_at_mutable(records, places[7]), a.records[7]);
 }
 PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
     *a = plii_packed8_load(first, 2);
     *b = plii_packed8_load(first + 1, 2);
 }
-PLII_SIMD_INLINE void plii_packed8_add_to_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
-    plii_packed8_add_to(first, 2, a);
-    plii_packed8_add_to(first + 1, 2, b);
+PLII_SIMD_INLINE void plii_packed8_store_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
+    plii_packed8_store(first, 2, a);
+    plii_packed8_store(first + 1, 2, b);
 }
 
 #endif

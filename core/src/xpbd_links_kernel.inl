@@ -13,6 +13,7 @@ typedef struct xpbd_links_group {
     plii_float8 length_squared;
     plii_float8 motion;         /* along delta in this substep, where it is damped */
     plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
+    plii_packed8 a, b;          /* displacements */
 } xpbd_links_group;
 
 /* The nodes of a group: where they were, how far they moved, and how far when the substep began. */
@@ -33,6 +34,8 @@ PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nod
     group->motion = plii_float8_all(0.0f);
     group->mass_a = plii_packed8_turn(a.displacements).w;
     group->mass_b = plii_packed8_turn(b.displacements).w;
+    group->a = a.displacements;
+    group->b = b.displacements;
 }
 
 PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_packed8 displacements_a,
@@ -73,7 +76,7 @@ PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd
         const plii_float8 divisor = plii_float8_mul(weight, length);
         move = xpbd_links_where_finite(plii_float8_where_greater(divisor, zero, plii_float8_div(force, divisor)));
     }
-    group->mass_a = plii_float8_mul(group->mass_a, plii_float8_negate(move));
+    group->mass_a = plii_float8_mul(group->mass_a, move);
     group->mass_b = plii_float8_mul(group->mass_b, move);
 }
 
@@ -134,12 +137,13 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
             pli_vec4* at = task->substep->displacements + first + i * step;
-            const plii_packed8 a = plii_packed8_scale(g->delta, g->mass_a), b = plii_packed8_scale(g->delta, g->mass_b);
+            const plii_packed8 a = plii_packed8_sub_scaled(g->a, g->delta, g->mass_a);
+            const plii_packed8 b = plii_packed8_add_scaled(g->b, g->delta, g->mass_b);
             if (is_mixed) {
-                plii_packed8_add_to_mixed(at, a, b);
+                plii_packed8_store_mixed(at, a, b);
             } else {
-                plii_packed8_add_to(at, stride, a);
-                plii_packed8_add_to(at + offset, stride, b);
+                plii_packed8_store(at, stride, a);
+                plii_packed8_store(at + offset, stride, b);
             }
         }
         first += count * step;
@@ -176,8 +180,8 @@ PLII_SIMD_INLINE void xpbd_links_measure_block(xpbd_links_group* group, const pl
 }
 PLII_SIMD_INLINE void xpbd_links_move_block(const xpbd_links_group* g, pli_vec4* displacements, const uint32_t* a,
                                             const uint32_t* b) {
-    plii_packed8_add_to_scattered(displacements, a, plii_packed8_scale(g->delta, g->mass_a));
-    plii_packed8_add_to_scattered(displacements, b, plii_packed8_scale(g->delta, g->mass_b));
+    plii_packed8_scatter(displacements, a, plii_packed8_sub_scaled(g->a, g->delta, g->mass_a));
+    plii_packed8_scatter(displacements, b, plii_packed8_add_scaled(g->b, g->delta, g->mass_b));
 }
 
 static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int end) {
@@ -216,7 +220,7 @@ static void xpbd_links_color(const plii_xpbd_links_task* task, int begin, int en
     xpbd_links_blocks(task, part.begin, part.end);
 }
 
-/* One link after the other; only one lane moves anything. */
+/* One link after the other: all lanes have its nodes, only the last one, which is stored last, moves them. */
 static void xpbd_links_serial(const plii_xpbd_links_task* task) {
     const plii_link_colors* colors = task->colors;
     const pli_body* body = task->body;
@@ -224,17 +228,19 @@ static void xpbd_links_serial(const plii_xpbd_links_task* task) {
     for (int i = 0; i < colors->serial_count; ++i) {
         const int link = colors->serial_links[i];
         uint32_t places[2][PLII_LINK_GROUP];
-        float rests[PLII_LINK_GROUP], multipliers[PLII_LINK_GROUP] = {task->multipliers[first_slot + i]};
+        const int last = PLII_LINK_GROUP - 1;
+        float rests[PLII_LINK_GROUP], multipliers[PLII_LINK_GROUP] = {0.0f};
+        multipliers[last] = task->multipliers[first_slot + i];
         for (int lane = 0; lane < PLII_LINK_GROUP; ++lane) {
             places[0][lane] = plii_simd_place(body->links[link].nodes[0]);
             places[1][lane] = plii_simd_place(body->links[link].nodes[1]);
-            rests[lane] = lane == 0 ? task->rest_lengths[first_slot + i] : PLII_XPBD_NO_LINK;
+            rests[lane] = lane == last ? task->rest_lengths[first_slot + i] : PLII_XPBD_NO_LINK;
         }
         const plii_xpbd_link_softness* softness = xpbd_links_softness(task, plii_link_colors_tag(body, link));
         xpbd_links_group group;
         xpbd_links_measure_block(&group, task, places[0], places[1], xpbd_links_is_damped(softness));
         xpbd_links_divide(&group, softness, xpbd_links_is_soft(softness), rests, multipliers);
         xpbd_links_move_block(&group, task->substep->displacements, places[0], places[1]);
-        task->multipliers[first_slot + i] = multipliers[0];
+        task->multipliers[first_slot + i] = multipliers[last];
     }
 }
