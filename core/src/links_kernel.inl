@@ -10,31 +10,68 @@
 
 enum { LINKS_BATCH = 8 }; /* groups */
 
+/* First nodes of links, and the others. */
+typedef struct links_nodes {
+    plii_packed8 a, b;
+} links_nodes;
+
 typedef struct links_group {
-    plii_packed8 a, b;          /* first nodes, the others */
+    links_nodes nodes;          /* kept where a register holds two of them, */
+    plii_packed8 delta;         /* or else this, from the first ones to the others */
     plii_float8 move_a, move_b; /* along the difference, towards each other */
 } links_group;
 
 /* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
-PLII_SIMD_INLINE void links_measure(links_group* group, plii_packed8 a, plii_packed8 b, plii_float8 rest,
+PLII_SIMD_INLINE void links_measure(links_group* group, links_nodes nodes, plii_float8 rest,
                                     plii_float8 inverse_stiffness) {
-    const plii_records8 d = plii_packed8_turn(plii_packed8_sub(b, a));
+    const plii_packed8 delta = plii_packed8_sub(nodes.b, nodes.a);
+    const plii_records8 d = plii_packed8_turn(delta);
     const plii_float8 length = plii_float8_add(plii_float8_add(plii_float8_mul(d.x, d.x), plii_float8_mul(d.y, d.y)),
                                                plii_float8_mul(d.z, d.z));
-    const plii_float8 mass_a = plii_packed8_turn(a).w, mass_b = plii_packed8_turn(b).w;
+    const plii_float8 mass_a = plii_packed8_turn(nodes.a).w, mass_b = plii_packed8_turn(nodes.b).w;
     const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
     const plii_float8 sum = plii_float8_add(rest, length);
     const plii_float8 divisor =
         plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
     const plii_float8 k = plii_float8_where_greater(divisor, plii_float8_all(0.0f),
                                                     plii_float8_div(plii_float8_sub(rest, length), divisor));
-    *group = (links_group){a, b, plii_float8_mul(k, mass_a), plii_float8_mul(k, mass_b)};
+    group->move_a = plii_float8_mul(k, mass_a);
+    group->move_b = plii_float8_mul(k, mass_b);
+    if (PLII_SIMD_RECORDS > 1) {
+        group->nodes = nodes;
+    } else {
+        group->delta = delta;
+    }
 }
 
-PLII_SIMD_INLINE void links_move(const links_group* group, plii_packed8* a, plii_packed8* b) {
-    const plii_packed8 delta = plii_packed8_sub(group->b, group->a);
-    *a = plii_packed8_sub_scaled(group->a, delta, group->move_a);
-    *b = plii_packed8_add_scaled(group->b, delta, group->move_b);
+PLII_SIMD_INLINE plii_packed8 links_delta(const links_group* group) {
+    return PLII_SIMD_RECORDS > 1 ? plii_packed8_sub(group->nodes.b, group->nodes.a) : group->delta;
+}
+
+/* First nodes and others by turns. */
+PLII_SIMD_INLINE bool links_is_mixed(ptrdiff_t stride, ptrdiff_t offset) {
+    return stride == 2 && offset == 1;
+}
+PLII_SIMD_INLINE links_nodes links_load(const pli_vec4* at, ptrdiff_t stride, ptrdiff_t offset) {
+    links_nodes nodes;
+    if (links_is_mixed(stride, offset)) {
+        plii_packed8_load_mixed(at, &nodes.a, &nodes.b);
+    } else {
+        nodes = (links_nodes){plii_packed8_load(at, stride), plii_packed8_load(at + offset, stride)};
+    }
+    return nodes;
+}
+PLII_SIMD_INLINE void links_move(const links_group* g, pli_vec4* at, ptrdiff_t stride, ptrdiff_t offset) {
+    const links_nodes nodes = PLII_SIMD_RECORDS > 1 ? g->nodes : links_load(at, stride, offset);
+    const plii_packed8 delta = links_delta(g);
+    const plii_packed8 a = plii_packed8_sub_scaled(nodes.a, delta, g->move_a);
+    const plii_packed8 b = plii_packed8_add_scaled(nodes.b, delta, g->move_b);
+    if (links_is_mixed(stride, offset)) {
+        plii_packed8_store_mixed(at, a, b);
+    } else {
+        plii_packed8_store(at, stride, a);
+        plii_packed8_store(at + offset, stride, b);
+    }
 }
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
@@ -43,32 +80,16 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
         plii_float8_all(task->inverse_stiffnesses[run->tag & (PLII_LINK_TAG_BENDING - 1)]);
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
     const ptrdiff_t step = PLII_LINK_GROUP * stride;
-    const bool is_mixed = stride == 2 && offset == 1;
     pli_vec4* first = task->body->positions + run->node + step * begin;
     links_group groups[LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
-            const pli_vec4* at = first + i * step;
-            plii_packed8 a, b;
-            if (is_mixed) {
-                plii_packed8_load_mixed(at, &a, &b);
-            } else {
-                a = plii_packed8_load(at, stride);
-                b = plii_packed8_load(at + offset, stride);
-            }
-            links_measure(&groups[i], a, b, plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
+            links_measure(&groups[i], links_load(first + i * step, stride, offset),
+                          plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
-            pli_vec4* at = first + i * step;
-            plii_packed8 a, b;
-            links_move(&groups[i], &a, &b);
-            if (is_mixed) {
-                plii_packed8_store_mixed(at, a, b);
-            } else {
-                plii_packed8_store(at, stride, a);
-                plii_packed8_store(at + offset, stride, b);
-            }
+            links_move(&groups[i], first + i * step, stride, offset);
         }
         first += count * step;
         rest += PLII_LINK_GROUP * count;
@@ -86,18 +107,22 @@ static void links_run_any(const plii_links_task* task, const plii_link_run* run,
     }
 }
 
+PLII_SIMD_INLINE links_nodes links_gather(const pli_vec4* positions, const uint32_t places[2][PLII_LINK_GROUP]) {
+    return (links_nodes){plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1])};
+}
 PLII_SIMD_INLINE void links_measure_block(links_group* group, const pli_vec4* positions,
                                           const uint32_t places[2][PLII_LINK_GROUP], const float* rest,
                                           float inverse_stiffness) {
-    links_measure(group, plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1]),
-                  plii_float8_load(rest), plii_float8_all(inverse_stiffness));
+    links_measure(group, links_gather(positions, places), plii_float8_load(rest), plii_float8_all(inverse_stiffness));
 }
-PLII_SIMD_INLINE void links_move_block(const links_group* group, pli_vec4* positions,
+PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions,
                                        const uint32_t places[2][PLII_LINK_GROUP]) {
-    plii_packed8 a, b;
-    links_move(group, &a, &b);
-    plii_packed8_scatter(positions, places[0], a);
-    plii_packed8_scatter(positions, places[1], b);
+    const bool is_kept = PLII_SIMD_RECORDS > 1;
+    const plii_packed8 delta = links_delta(g);
+    const plii_packed8 a = is_kept ? g->nodes.a : plii_packed8_gather(positions, places[0]);
+    plii_packed8_scatter(positions, places[0], plii_packed8_sub_scaled(a, delta, g->move_a));
+    const plii_packed8 b = is_kept ? g->nodes.b : plii_packed8_gather(positions, places[1]);
+    plii_packed8_scatter(positions, places[1], plii_packed8_add_scaled(b, delta, g->move_b));
 }
 
 static void links_blocks(const plii_links_task* task, int begin, int end) {

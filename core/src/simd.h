@@ -53,6 +53,8 @@ PLII_SIMD_INLINE pli_vec4* plii_simd_at_mutable(pli_vec4* records, uint32_t plac
 #if defined(PLII_SIMD_AVX2)
 #include <immintrin.h>
 
+enum { PLII_SIMD_RECORDS = 2 }; /* in a register */
+
 typedef __m256 plii_float8;
 
 PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
@@ -210,6 +212,8 @@ PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* pl
 
 /* Two registers of four, or eight plain floats. */
 
+enum { PLII_SIMD_RECORDS = 1 };
+
 #if defined(PLII_SIMD_SSE2)
 #include <emmintrin.h>
 
@@ -254,17 +258,13 @@ PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
 }
-/* Each record times the number in its lane. */
-PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
-    r[0] = _mm_mul_ps(r[0], _mm_shuffle_ps(factors, factors, 0x00));
-    r[1] = _mm_mul_ps(r[1], _mm_shuffle_ps(factors, factors, 0x55));
-    r[2] = _mm_mul_ps(r[2], _mm_shuffle_ps(factors, factors, 0xaa));
-    r[3] = _mm_mul_ps(r[3], _mm_shuffle_ps(factors, factors, 0xff));
-}
-/* x, y, z of a, w of b. */
-PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
+/* x, y, z of each record times the number in its lane, w 0. */
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
     const __m128 xyz = _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1));
-    return _mm_or_ps(_mm_and_ps(xyz, a), _mm_andnot_ps(xyz, b));
+    r[0] = _mm_and_ps(_mm_mul_ps(r[0], _mm_shuffle_ps(factors, factors, 0x00)), xyz);
+    r[1] = _mm_and_ps(_mm_mul_ps(r[1], _mm_shuffle_ps(factors, factors, 0x55)), xyz);
+    r[2] = _mm_and_ps(_mm_mul_ps(r[2], _mm_shuffle_ps(factors, factors, 0xaa)), xyz);
+    r[3] = _mm_and_ps(_mm_mul_ps(r[3], _mm_shuffle_ps(factors, factors, 0xff)), xyz);
 }
 
 #elif defined(PLII_SIMD_NEON)
@@ -316,14 +316,11 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[2] = zw.val[0];
     r[3] = zw.val[1];
 }
-PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
-    r[0] = vmulq_laneq_f32(r[0], factors, 0);
-    r[1] = vmulq_laneq_f32(r[1], factors, 1);
-    r[2] = vmulq_laneq_f32(r[2], factors, 2);
-    r[3] = vmulq_laneq_f32(r[3], factors, 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
-    return vcopyq_laneq_f32(a, 3, b, 3);
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
+    r[0] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[0], factors, 0), 3);
+    r[1] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[1], factors, 1), 3);
+    r[2] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[2], factors, 2), 3);
+    r[3] = vsetq_lane_f32(0.0f, vmulq_laneq_f32(r[3], factors, 3), 3);
 }
 
 #else
@@ -390,13 +387,11 @@ PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     r[2] = (plii_float4){{a.lanes[2], b.lanes[2], c.lanes[2], d.lanes[2]}};
     r[3] = (plii_float4){{a.lanes[3], b.lanes[3], c.lanes[3], d.lanes[3]}};
 }
-PLII_SIMD_INLINE void plii_float4_scale(plii_float4 r[4], plii_float4 factors) {
+PLII_SIMD_INLINE void plii_float4_scale_xyz(plii_float4 r[4], plii_float4 factors) {
     for (int k = 0; k < 4; ++k) {
-        r[k] = plii_float4_mul(r[k], plii_float4_all(factors.lanes[k]));
+        const float factor = factors.lanes[k];
+        r[k] = (plii_float4){{r[k].lanes[0] * factor, r[k].lanes[1] * factor, r[k].lanes[2] * factor, 0.0f}};
     }
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_xyz_w(plii_float4 a, plii_float4 b) {
-    return (plii_float4){{a.lanes[0], a.lanes[1], a.lanes[2], b.lanes[3]}};
 }
 
 #endif
@@ -476,25 +471,18 @@ PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
     return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
 }
 
-PLII_SIMD_INLINE plii_packed8 plii_packed8_scale(plii_packed8 a, plii_float8 factors) {
+PLII_SIMD_INLINE plii_packed8 plii_packed8_scale_xyz(plii_packed8 a, plii_float8 factors) {
     plii_float4 even[4] = {a.records[0], a.records[2], a.records[4], a.records[6]};
     plii_float4 odd[4] = {a.records[1], a.records[3], a.records[5], a.records[7]};
-    plii_float4_scale(even, factors.low);
-    plii_float4_scale(odd, factors.high);
+    plii_float4_scale_xyz(even, factors.low);
+    plii_float4_scale_xyz(odd, factors.high);
     return (plii_packed8){{even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]}};
 }
-PLII_SIMD_INLINE plii_packed8 plii_packed8_xyz_w(plii_packed8 a, plii_packed8 b) {
-    return (plii_packed8){{plii_float4_xyz_w(a.records[0], b.records[0]), plii_float4_xyz_w(a.records[1], b.records[1]),
-                           plii_float4_xyz_w(a.records[2], b.records[2]), plii_float4_xyz_w(a.records[3], b.records[3]),
-                           plii_float4_xyz_w(a.records[4], b.records[4]), plii_float4_xyz_w(a.records[5], b.records[5]),
-                           plii_float4_xyz_w(a.records[6], b.records[6]),
-                           plii_float4_xyz_w(a.records[7], b.records[7])}};
-}
 PLII_SIMD_INLINE plii_packed8 plii_packed8_add_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
-    return plii_packed8_xyz_w(plii_packed8_add(a, plii_packed8_scale(b, factors)), a);
+    return plii_packed8_add(a, plii_packed8_scale_xyz(b, factors));
 }
 PLII_SIMD_INLINE plii_packed8 plii_packed8_sub_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
-    return plii_packed8_xyz_w(plii_packed8_sub(a, plii_packed8_scale(b, factors)), a);
+    return plii_packed8_sub(a, plii_packed8_scale_xyz(b, factors));
 }
 PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, ptrdiff_t stride, plii_packed8 a) {
     plii_float4_to(first, a.records[0]);

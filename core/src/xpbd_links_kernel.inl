@@ -13,7 +13,6 @@ typedef struct xpbd_links_group {
     plii_float8 length_squared;
     plii_float8 motion;         /* along delta in this substep, where it is damped */
     plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
-    plii_packed8 a, b;          /* displacements */
 } xpbd_links_group;
 
 /* The nodes of a group: where they were, how far they moved, and how far when the substep began. */
@@ -34,8 +33,6 @@ PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nod
     group->motion = plii_float8_all(0.0f);
     group->mass_a = plii_packed8_turn(a.displacements).w;
     group->mass_b = plii_packed8_turn(b.displacements).w;
-    group->a = a.displacements;
-    group->b = b.displacements;
 }
 
 PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_packed8 displacements_a,
@@ -137,8 +134,15 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
             pli_vec4* at = task->substep->displacements + first + i * step;
-            const plii_packed8 a = plii_packed8_sub_scaled(g->a, g->delta, g->mass_a);
-            const plii_packed8 b = plii_packed8_add_scaled(g->b, g->delta, g->mass_b);
+            plii_packed8 a, b;
+            if (is_mixed) {
+                plii_packed8_load_mixed(at, &a, &b);
+            } else {
+                a = plii_packed8_load(at, stride);
+                b = plii_packed8_load(at + offset, stride);
+            }
+            a = plii_packed8_sub_scaled(a, g->delta, g->mass_a);
+            b = plii_packed8_add_scaled(b, g->delta, g->mass_b);
             if (is_mixed) {
                 plii_packed8_store_mixed(at, a, b);
             } else {
@@ -180,8 +184,10 @@ PLII_SIMD_INLINE void xpbd_links_measure_block(xpbd_links_group* group, const pl
 }
 PLII_SIMD_INLINE void xpbd_links_move_block(const xpbd_links_group* g, pli_vec4* displacements, const uint32_t* a,
                                             const uint32_t* b) {
-    plii_packed8_scatter(displacements, a, plii_packed8_sub_scaled(g->a, g->delta, g->mass_a));
-    plii_packed8_scatter(displacements, b, plii_packed8_add_scaled(g->b, g->delta, g->mass_b));
+    const plii_packed8 moved_a = plii_packed8_sub_scaled(plii_packed8_gather(displacements, a), g->delta, g->mass_a);
+    const plii_packed8 moved_b = plii_packed8_add_scaled(plii_packed8_gather(displacements, b), g->delta, g->mass_b);
+    plii_packed8_scatter(displacements, a, moved_a);
+    plii_packed8_scatter(displacements, b, moved_b);
 }
 
 static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int end) {
