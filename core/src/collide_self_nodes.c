@@ -23,11 +23,12 @@ typedef struct self_nodes_state {
 /* Takes positions over, relative to the origin. */
 static void self_nodes_take_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
+    state->pairs.at = state->pairs.taken;
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 base =
             nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
         const plii_float4 at = plii_float4_add(plii_float4_sub(base, origin), plii_float4_from(&nodes->offsets[i]));
-        plii_float4_to(&state->pairs.at[i], at);
+        plii_float4_to(&state->pairs.taken[i], at);
     }
 }
 
@@ -43,7 +44,6 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
 }
 
 static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    state->pairs.thickness = state->def.thickness;
     state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
     if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
     self_nodes_take_positions(body, state, nodes);
@@ -64,7 +64,8 @@ static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii
     const float thickness = state->def.thickness;
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     self_nodes_start_report(body, state);
-    self_nodes_start_search(body, state, nodes);
+    state->pairs.thickness = thickness;
+    state->pairs.at = nodes->offsets;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 moved = plii_self_motion(nodes, i);
         low = plii_vec3_min(moved, low);
@@ -85,6 +86,7 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
     self_nodes_start_report(body, state);
     self_nodes_take_positions(body, state, &nodes);
     if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        state->pairs.thickness = state->def.thickness;
         self_nodes_start_search(body, state, &nodes);
         plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
                                          pli_vec3_sub(origin, state->origin));
@@ -119,7 +121,7 @@ static void self_nodes_limit(const pli_body* body, self_nodes_state* state, cons
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
     pli_vec4* offset = &nodes->offsets[node];
     plii_float4_to(offset, plii_float4_add(plii_float4_from(offset), move));
-    plii_float4_to(&at[node], plii_float4_add(plii_float4_from(&at[node]), move));
+    if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_add(plii_float4_from(&at[node]), move)); }
 }
 
 static void self_nodes_rub(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float share_a, float friction) {
@@ -205,7 +207,7 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
 }
 
 static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    self_nodes_take_positions(body, state, nodes);
+    state->pairs.at = nodes->offsets;
     plii_self_node_pairs_follow_still(body, self_nodes_graph(body), &state->pairs);
     self_nodes_report(body, state);
     self_nodes_part_all(state, nodes, state->def.friction);

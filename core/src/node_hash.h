@@ -1,21 +1,19 @@
 #ifndef PLII_NODE_HASH_H
 #define PLII_NODE_HASH_H
 
-/* Pairs of points that are near each other, in linear time: points are counted into the cells of an unbounded grid that
-   is hashed to a table, and laid out densely. Cells that differ in the last axis only lie side by side in the table, so
-   the 27 cells around a point are 9 runs, and each pair is met from one of its ends: 5 runs. */
+/* Pairs of points that are near each other, in linear time: points are counted into the cells of an unbounded grid and
+   laid out densely. The table of cells is the grid itself where that is small enough, so that neighbours are near in
+   memory too; otherwise columns are hashed to it. Cells that differ in the last axis only lie side by side in the
+   table, so the 27 cells around a point are 9 runs, and each pair is met from one of its ends: 5 runs. The last axis is
+   the one along which points that follow each other are farthest apart, as in rows of a sheet. */
 
 #include "context.h"
 #include "vec.h"
 
+/* In the order of the axes of the hash. */
 typedef struct plii_node_hash_cell {
     int x, y, z;
 } plii_node_hash_cell;
-
-typedef struct plii_node_hash_entry {
-    int node;
-    uint64_t column; /* of its cell: the first two axes. Others in the same run of the table are not near. */
-} plii_node_hash_entry;
 
 /* With the node or point that was searched around. */
 typedef struct plii_node_pair {
@@ -26,18 +24,24 @@ typedef struct plii_node_pair {
 typedef struct plii_node_hash {
     int count;
     pli_vec3 origin;
+    int axes[3]; /* a cyclic order of x, y, z */
     float cell_size, inverse_cell_size;
-    unsigned mask;                 /* table size - 1; a power of two minus 1 */
-    int* starts;                   /* [mask + 2] first entry of each bucket */
-    plii_node_hash_cell* cells;    /* [count] by node */
-    plii_node_hash_entry* entries; /* [count] by bucket, then by node */
-    float* components[3];          /* [count] of positions, as entries; with room to read four from any place */
-    int start_capacity, cell_capacity, entry_capacity, component_capacities[3];
+    unsigned mask;              /* table size - 1; a power of two minus 1 */
+    unsigned strides[2];        /* of the first two axes in the table; 0 where columns are hashed */
+    int* starts;                /* [mask + 2] first entry of each bucket */
+    plii_node_hash_cell* cells; /* [count] by node */
+    /* By bucket, then by node; with room to read four from any place. */
+    int* nodes;        /* [count] */
+    uint64_t* columns; /* [count] where columns are hashed: of the cell. Others in a run of the table are not near. */
+    float* components[3]; /* [count] of positions */
+    int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacities[3];
 } plii_node_hash;
 
 /* Of one node in one search; a body that has collapsed to a point must not ask for the square of its nodes in memory
    and time. */
 #define PLII_NODE_PAIRS_MAX_ROW 512
+/* Room that a search of one node wants. */
+#define PLII_NODE_PAIRS_ROOM (PLII_NODE_PAIRS_MAX_ROW + 4)
 
 typedef struct plii_node_pairs {
     plii_node_pair* pairs;

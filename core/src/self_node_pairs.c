@@ -92,6 +92,12 @@ static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float dis
     state->count += (state->linked_to[b] != a) & (distance_squared < limit * limit);
 }
 
+/* The same, of nodes without a way: they are near enough when they are found. */
+static void self_nodes_keep_still(plii_self_node_pairs* state, int a, int b) {
+    state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};
+    state->count += state->linked_to[b] != a;
+}
+
 /* Of pairs from `first` on: the distance to keep. Those that coincide at rest are dropped. */
 static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
     int count = first;
@@ -120,6 +126,10 @@ static void self_nodes_take_common(const pli_body* body, const plii_link_graph* 
     self_nodes_mark_linked(body, graph, state, node);
     for (int k = 0; k < near->count; ++k) {
         const plii_node_pair pair = near->pairs[k];
+        if (state->is_still) {
+            self_nodes_keep_still(state, node, pair.other);
+            continue;
+        }
         if (state->is_apart[pair.other]) { continue; }
         self_nodes_keep(state, node, pair.other, pair.distance_squared, 0.5f);
     }
@@ -167,7 +177,7 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
 
 /* Nodes that are searched one by one: so few that it does not matter. */
 static int self_nodes_max_apart(int node_count) {
-    const int most = 64 + node_count / 64;
+    const int most = 64 + node_count / 32;
     return most < 4096 ? most : 4096;
 }
 
@@ -224,13 +234,21 @@ static void self_nodes_choose_reach(plii_self_node_pairs* state, int node_count)
     }
 }
 
+static void self_nodes_stand_still(plii_self_node_pairs* state, float margin) {
+    state->is_still = true;
+    state->searched_at = state->travel_time = 0.0f;
+    state->drift = pli_vec3_make(0, 0, 0);
+    state->reach = margin;
+    state->apart_count = 0;
+}
+
 /* Of all nodes, along `travel`. */
 static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
-    self_nodes_choose_reach(state, node_count);
+    if (!state->is_still) { self_nodes_choose_reach(state, node_count); }
     for (int i = 0; i < node_count; ++i) {
         state->searched[i] = state->at[i];
-        state->middle[i] = self_nodes_on_way(state, i, 0.5f);
+        state->middle[i] = state->is_still ? plii_xyz(state->at[i]) : self_nodes_on_way(state, i, 0.5f);
         state->linked_to[i] = PLI_NULL_INDEX;
     }
     state->count = 0;
@@ -238,14 +256,14 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->is_known = false;
     state->near.is_cut_short = false;
     if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
-        !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_MAX_ROW) ||
+        !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_ROOM) ||
         !plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
                               state->thickness + 2.0f * state->reach, 0.0f)) {
         state->is_cut_short = true;
         return;
     }
     for (int i = 0; i < node_count; ++i) {
-        if (!state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
+        if (state->is_still || !state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
     }
     for (int i = 0; i < state->apart_count; ++i) {
         self_nodes_take_apart(body, graph, state, i, 0.0f);
@@ -256,15 +274,12 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
 
 void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                        float margin) {
-    for (int i = 0; i < body->node_count; ++i) {
-        state->travel[i] = (pli_vec4){0, 0, 0, margin};
-    }
-    state->searched_at = state->travel_time = 0.0f;
+    self_nodes_stand_still(state, margin);
     self_nodes_search(body, graph, state);
 }
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
-    if (!state->is_known || state->thickness != thickness) { return false; }
+    if (!state->is_known || state->is_still || state->thickness != thickness) { return false; }
     int leaving = state->apart_count;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 end =
@@ -273,7 +288,7 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
         const float margin = state->travel[i].w;
         leaving += !(squared <= margin * margin);
     }
-    if (leaving > self_nodes_max_apart(body->node_count) / 2) { return false; }
+    if (leaving > self_nodes_max_apart(body->node_count) / 8 * 7) { return false; }
     state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their ways */
     return true;
 }
@@ -285,6 +300,7 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
         const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
         self_nodes_set_travel(state, i, way, 1.0f, SELF_NODES_MARGIN_DECAY);
     }
+    state->is_still = false;
     state->searched_at = 0.0f;
     state->travel_time = body->step.dt;
     self_nodes_search(body, graph, state);
@@ -333,7 +349,13 @@ static void self_nodes_set_way(plii_self_node_pairs* state, int node, pli_vec3 v
 
 void plii_self_node_pairs_follow_still(const pli_body* body, const plii_link_graph* graph,
                                        plii_self_node_pairs* state) {
-    if (self_nodes_count_strayed(body, state, 0.0f) > 0) { self_nodes_search(body, graph, state); }
+    bool has_strayed = false;
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 moved =
+            plii_float4_sub(plii_float4_from(&state->at[i]), plii_float4_from(&state->searched[i]));
+        has_strayed |= plii_lanes_dot(moved, moved) > state->reach * state->reach;
+    }
+    if (has_strayed) { self_nodes_search(body, graph, state); }
 }
 
 void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
@@ -376,7 +398,7 @@ void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]) {
 void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]) {
     state->rest = blocks[0];
     state->middle = blocks[1];
-    state->at = blocks[2];
+    state->at = state->taken = blocks[2];
     state->searched = blocks[3];
     state->travel = blocks[4];
     state->is_apart = blocks[5];
@@ -388,7 +410,7 @@ void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[
 
 void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count) {
     size_t sizes[PLII_SELF_NODE_BLOCKS];
-    void* const blocks[PLII_SELF_NODE_BLOCKS] = {state->rest,   state->middle,   state->at,    state->searched,
+    void* const blocks[PLII_SELF_NODE_BLOCKS] = {state->rest,   state->middle,   state->taken, state->searched,
                                                  state->travel, state->is_apart, state->apart, state->linked_to};
     plii_self_node_sizes(node_count, sizes);
     for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {

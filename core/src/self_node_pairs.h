@@ -19,7 +19,8 @@ typedef struct plii_self_pair {
 typedef struct plii_self_node_pairs {
     float thickness;
     pli_vec3* rest;     /* [node_count] positions, as all that follow, but for the last three */
-    pli_vec4* at;       /* now; w = inverse mass */
+    pli_vec4* at;       /* now; w = inverse mass: `taken`, or the solver's own */
+    pli_vec4* taken;    /* relative to an origin */
     pli_vec4* searched; /* at the last search */
     pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
     pli_vec3* middle;   /* half way */
@@ -27,6 +28,7 @@ typedef struct plii_self_node_pairs {
     int* apart;         /* [apart_count] nodes */
     int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
     int apart_count;
+    bool is_still;     /* no node has a way, and all have the same margin, `reach`: `travel` is not set */
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
