@@ -97,25 +97,35 @@ static std::string cheapest_text(const SceneResult& result, Family family, size_
     return point == nullptr ? "-" : fixed(point->cost, 2) + " ms (" + setting_text(point->setting) + ")";
 }
 
+// "4.6 (3.9 to 5.2)"
+static std::string ratio_text(const SceneResult& result, Family family, size_t metric) {
+    const std::optional<demos::TimeRatio> ratio = time_ratio(result.points, family, metric);
+    if (!ratio) { return "-"; }
+    return fixed(ratio->median, 1) + " (" + fixed(ratio->least, 1) + " to " + fixed(ratio->most, 1) + ")";
+}
+
 static void print_text(const std::vector<SceneResult>& results) {
     for (const SceneResult& result : results) {
         for (size_t metric = 0; metric < result.which->metrics.size(); ++metric) {
             const demos::Metric& shown = result.which->metrics[metric];
             std::cout << result.which->name << ", " << shown.id << " " << shown.title << '\n';
-            Table table({"  solver", "10 %", "1 %", "0.1 %"});
+            Table table({"  solver", "10 %", "1 %", "0.1 %", "ratio"});
             for (int k = 0; k < demos::family_count; ++k) {
                 const auto family = static_cast<Family>(k);
                 std::vector<std::string> cells{std::string("  ") + family_name(family)};
                 for (const double goal : error_goals) {
                     cells.push_back(cheapest_text(result, family, metric, goal));
                 }
+                cells.push_back(ratio_text(result, family, metric));
                 table.add(std::move(cells));
             }
             std::cout << table.text() << '\n';
         }
     }
     std::cout << "The cheapest setting of each solver with at most this error: time of the soft bodies per simulated "
-                 "second (step, iterations; of xpbd substeps x sweeps).\n";
+                 "second (step, iterations; of xpbd substeps x sweeps).\n"
+                 "ratio: time of btSoftBody over that of the solver at equal error, median (least to most) over the "
+                 "errors that both reach.\n";
 }
 
 static nlohmann::ordered_json to_json(const std::vector<SceneResult>& results) {
@@ -124,6 +134,19 @@ static nlohmann::ordered_json to_json(const std::vector<SceneResult>& results) {
         nlohmann::ordered_json metrics = nlohmann::ordered_json::array();
         for (const demos::Metric& metric : result.which->metrics) {
             metrics.push_back({{"id", metric.id}, {"title", metric.title}});
+        }
+        nlohmann::ordered_json ratios = nlohmann::ordered_json::array();
+        for (int k = 0; k < demos::family_count; ++k) {
+            const auto family = static_cast<Family>(k);
+            for (size_t metric = 0; metric < result.which->metrics.size(); ++metric) {
+                const std::optional<demos::TimeRatio> ratio = time_ratio(result.points, family, metric);
+                if (!ratio) { continue; }
+                ratios.push_back({{"solver", family_name(family)},
+                                  {"metric", result.which->metrics[metric].id},
+                                  {"least", ratio->least},
+                                  {"median", ratio->median},
+                                  {"most", ratio->most}});
+            }
         }
         nlohmann::ordered_json points = nlohmann::ordered_json::array();
         for (const PrecisionPoint& point : result.points) {
@@ -140,7 +163,8 @@ static nlohmann::ordered_json to_json(const std::vector<SceneResult>& results) {
                               {"errors", errors},
                               {"on_front", point.front}});
         }
-        scenes.push_back({{"scene", result.which->name}, {"metrics", metrics}, {"points", points}});
+        scenes.push_back(
+            {{"scene", result.which->name}, {"metrics", metrics}, {"time_ratios", ratios}, {"points", points}});
     }
     return {{"scenes", scenes}};
 }

@@ -85,4 +85,53 @@ const PrecisionPoint* cheapest(const std::vector<PrecisionPoint>& points, Family
     return best;
 }
 
+namespace {
+
+constexpr double smallest_error = 1e-9; // for logarithms
+
+struct FrontPoint {
+    double log_error, log_cost;
+};
+
+// From the largest error to the least.
+std::vector<FrontPoint> front_of(const std::vector<PrecisionPoint>& points, Family family, size_t metric) {
+    std::vector<FrontPoint> front;
+    for (const PrecisionPoint& point : points) {
+        if (point.setting.family != family || !point.on_front(metric)) { continue; }
+        front.push_back({std::log(std::max(point.errors[metric], smallest_error)), std::log(point.cost)});
+    }
+    std::sort(front.begin(), front.end(),
+              [](const FrontPoint& a, const FrontPoint& b) { return a.log_error > b.log_error; });
+    return front;
+}
+
+// Larger errors cost as little as the largest.
+double log_cost_at(const std::vector<FrontPoint>& front, double log_error) {
+    if (log_error >= front.front().log_error) { return front.front().log_cost; }
+    const auto next =
+        std::find_if(front.begin(), front.end(), [&](const FrontPoint& point) { return point.log_error <= log_error; });
+    if (next == front.end()) { return front.back().log_cost; }
+    const FrontPoint &worse = *(next - 1), &better = *next;
+    const double share = (worse.log_error - log_error) / (worse.log_error - better.log_error);
+    return worse.log_cost + share * (better.log_cost - worse.log_cost);
+}
+
+} // namespace
+
+std::optional<TimeRatio> time_ratio(const std::vector<PrecisionPoint>& points, Family family, size_t metric) {
+    constexpr int levels = 41;
+    const std::vector<FrontPoint> theirs = front_of(points, Family::bt_soft_body, metric),
+                                  ours = front_of(points, family, metric);
+    if (theirs.empty() || ours.empty()) { return std::nullopt; }
+    const double high = theirs.front().log_error, low = std::max(theirs.back().log_error, ours.back().log_error);
+    if (low > high) { return std::nullopt; }
+    std::vector<double> ratios;
+    for (int k = 0; k < levels; ++k) {
+        const double log_error = low + (high - low) * k / (levels - 1);
+        ratios.push_back(std::exp(log_cost_at(theirs, log_error) - log_cost_at(ours, log_error)));
+    }
+    const auto ends = std::minmax_element(ratios.begin(), ratios.end());
+    return TimeRatio{*ends.first, median_of(ratios), *ends.second};
+}
+
 } // namespace demos

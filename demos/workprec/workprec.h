@@ -7,6 +7,7 @@
 #include "engine.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,14 @@ std::vector<PrecisionPoint> measure_precision(const PrecisionScene& which, bool 
 
 // The cheapest point of a family with at most this error; null: none.
 const PrecisionPoint* cheapest(const std::vector<PrecisionPoint>& points, Family family, size_t metric, double error);
+
+// Times of `btSoftBody` over those of a family where both have the same error, from the worst error on the front of
+// `btSoftBody` down to the least that both reach; between points, fronts are straight lines on logarithmic axes.
+struct TimeRatio {
+    double least = 0, median = 0, most = 0;
+};
+// Nothing when there is no such error.
+std::optional<TimeRatio> time_ratio(const std::vector<PrecisionPoint>& points, Family family, size_t metric);
 
 } // namespace demos
 #endif
