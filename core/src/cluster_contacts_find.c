@@ -39,50 +39,76 @@ static bool cluster_contacts_are_followed(const pli_body* body, const plii_clust
     return !clusters->def.as_bullet && !state->def.measure_always && key.other != body;
 }
 
-/* What is known of a pair; both NULL when nothing is to be kept, or when out of memory. */
+/* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
 typedef struct known_pair {
-    plii_convex_cache* cache;
-    plii_manifold* manifold;
+    plii_pair_record* record;
+    bool is_followed;
 } known_pair;
+
+static plii_convex_cache* known_pair_cache(known_pair pair) {
+    return pair.record != NULL ? &pair.record->cache : NULL;
+}
 
 /* A slot for a pair that is new; 0 when out of memory. */
 static int cluster_contacts_take_manifold(pli_body* body, plii_cluster_contacts* state) {
-    int slot = state->free_manifold1;
+    const int slot = state->free_manifold1;
     if (slot > 0) {
         state->free_manifold1 = state->manifolds[slot - 1].age;
-    } else {
-        if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
-            return 0;
-        }
-        slot = ++state->manifold_count;
+        return slot;
     }
-    state->manifolds[slot - 1].count = 0;
-    return slot;
+    if (!PLII_RESERVE(body->context, &state->manifolds, &state->manifold_capacity, state->manifold_count + 1)) {
+        return 0;
+    }
+    return ++state->manifold_count;
+}
+
+static void cluster_contacts_give_manifold(plii_cluster_contacts* state, int slot) {
+    state->manifolds[slot - 1].age = state->free_manifold1;
+    state->free_manifold1 = slot;
 }
 
 static known_pair cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
-    if (state->def.distance != NULL) { return (known_pair){NULL, NULL}; }
-    known_pair pair = {.cache = plii_pair_memory_get(body->context, &state->memory, key)};
-    if (pair.cache == NULL || !cluster_contacts_are_followed(body, state, key)) { return pair; }
-    plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
-    int* slot = &record->slot;
-    const int place = record->place_before;
-    if (place != PLI_NULL_INDEX && state->memory.before[place].slot > 0) {
-        *slot = state->memory.before[place].slot;
-        state->memory.before[place].slot = 0;
-    } else {
-        *slot = cluster_contacts_take_manifold(body, state);
+    if (state->def.distance != NULL || plii_pair_memory_get(body->context, &state->memory, key) == NULL) {
+        return (known_pair){NULL, false};
     }
-    if (*slot > 0) { pair.manifold = &state->manifolds[*slot - 1]; }
-    return pair;
+    plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
+    const bool is_followed = cluster_contacts_are_followed(body, state, key);
+    if (is_followed && record->place_before != PLI_NULL_INDEX) {
+        int* before = &state->memory.before[record->place_before].slot;
+        record->slot = *before;
+        *before = 0;
+    }
+    return (known_pair){record, is_followed};
+}
+
+/* Contacts of a pair that is followed, as they are now: their number, or 0 when they have to be measured. */
+static int cluster_contacts_follow(const pli_body* body, const plii_cluster_contacts* state, known_pair pair,
+                                   const pli_cluster_contact* info, const void* key, float margin,
+                                   pli_cluster_contact* contacts) {
+    if (!pair.is_followed || pair.record->slot == 0) { return 0; }
+    return plii_cluster_manifold_follow(body, info, key, margin, &state->manifolds[pair.record->slot - 1], contacts);
+}
+
+/* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
+static void cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, known_pair pair, int first,
+                                  const void* key, float margin) {
+    if (!pair.is_followed) { return; }
+    plii_pair_record* record = pair.record;
+    const int count = state->count - first;
+    if (count == 0 || count > PLII_MANIFOLD_POINTS) {
+        if (record->slot > 0) { cluster_contacts_give_manifold(state, record->slot); }
+        record->slot = 0;
+        return;
+    }
+    if (record->slot == 0) { record->slot = cluster_contacts_take_manifold(body, state); }
+    if (record->slot == 0) { return; }
+    plii_cluster_manifold_keep(body, state, first, key, margin, &state->manifolds[record->slot - 1]);
 }
 
 void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state) {
     for (int i = 0; i < state->memory.before_count; ++i) {
         const int slot = state->memory.before[i].slot;
-        if (slot == 0) { continue; }
-        state->manifolds[slot - 1].age = state->free_manifold1;
-        state->free_manifold1 = slot;
+        if (slot > 0) { cluster_contacts_give_manifold(state, slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
     if (!plii_pair_memory_turn(body->context, &state->memory)) { plii_cluster_contacts_forget(state); }
@@ -267,17 +293,16 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
-    if (known.manifold == NULL) { return cluster_contacts_measure_convex(body, state, pair, &terms, known.cache); }
     pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
-    const int count = plii_cluster_manifold_follow(body, pair, shape, terms.margin, known.manifold, followed);
+    const int count = cluster_contacts_follow(body, state, known, pair, shape, terms.margin, followed);
     if (count > 0) {
         const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
         PLII_TRY(cluster_contacts_add(body, state, &followed[0], &terms));
         return cluster_contacts_add_followed(body, state, followed + 1, count - 1, &node_terms);
     }
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_convex(body, state, pair, &terms, known.cache));
-    plii_cluster_manifold_keep(body, state, first, shape, terms.margin, known.manifold);
+    PLII_TRY(cluster_contacts_measure_convex(body, state, pair, &terms, known_pair_cache(known)));
+    cluster_contacts_keep(body, state, known, first, shape, terms.margin);
     return PLI_OK;
 }
 
@@ -482,15 +507,12 @@ static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_con
                                                 const plii_contact_terms* terms) {
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
-    if (known.manifold == NULL) {
-        return cluster_contacts_measure_pair(body, state, other_state, pair, terms, known.cache);
-    }
     pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
-    const int count = plii_cluster_manifold_follow(body, pair, NULL, terms->margin, known.manifold, followed);
+    const int count = cluster_contacts_follow(body, state, known, pair, NULL, terms->margin, followed);
     if (count > 0) { return cluster_contacts_add_followed(body, state, followed, count, terms); }
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_pair(body, state, other_state, pair, terms, known.cache));
-    plii_cluster_manifold_keep(body, state, first, NULL, terms->margin, known.manifold);
+    PLII_TRY(cluster_contacts_measure_pair(body, state, other_state, pair, terms, known_pair_cache(known)));
+    cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
     return PLI_OK;
 }
 

@@ -84,9 +84,19 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
     return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
 }
 
+/* Most pairs that are too far apart were so before, in a direction that still shows it. */
+static bool cluster_contacts_are_apart(const plii_convex* a, const plii_convex* b, const plii_convex_cache* cache,
+                                       float distance) {
+    if (cache == NULL || cache->count != 1) { return false; }
+    const pli_vec3 n = cache->directions[0];
+    const pli_vec3 gap = pli_vec3_sub(a->support(a->user, pli_vec3_neg(n)), b->support(b->user, n));
+    return pli_vec3_dot(gap, n) > distance;
+}
+
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
                                      pli_vec3 origin, plii_convex_cache* cache, float max_distance,
                                      pli_cluster_contact* info) {
+    if (!state->def.measure_always && cluster_contacts_are_apart(a, b, cache, max_distance)) { return false; }
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
     if (!state->def.measure_always) {

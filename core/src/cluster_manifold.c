@@ -21,7 +21,6 @@ static pli_mat3 manifold_turn(pli_transform a, pli_transform b) {
 void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                                 float margin, plii_manifold* manifold) {
     manifold->count = 0;
-    if (state->count == first || state->count - first > PLII_MANIFOLD_POINTS) { return; }
     const pli_cluster_contact* pair = &state->contacts[first].info;
     const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame, b = manifold_other_frame(pair);
     for (int i = first; i < state->count; ++i) {
@@ -50,7 +49,7 @@ static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn) {
 
 int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
                                  plii_manifold* manifold, pli_cluster_contact* contacts) {
-    if (manifold->count == 0 || ++manifold->age > MANIFOLD_MAX_AGE || manifold->key != key ||
+    if (++manifold->age > MANIFOLD_MAX_AGE || manifold->key != key ||
         manifold->margin != margin) {
         return 0;
     }

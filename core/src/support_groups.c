@@ -1,6 +1,10 @@
 /* Packed coordinates, and groups by splitting at the median along the longest side until the groups are small. */
 
+#include "lanes.h"
+
 #include "support_groups.h"
+
+enum { SUPPORT_HALVES = PLII_SUPPORT_LANES / PLII_LANES };
 
 static float support_coordinate(pli_vec4 x, int axis) {
     return axis == 0 ? x.x : axis == 1 ? x.y : x.z;
@@ -116,33 +120,43 @@ void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* 
     groups->is_current = true;
 }
 
-/* The first of the farthest nodes, as a search one by one finds it. Reaches first, then whose they are: compilers do
-   both for several nodes at once. */
+static float support_least(plii_float4 a) {
+    float lanes[PLII_LANES];
+    plii_float4_store(lanes, a);
+    return plii_min(plii_min(lanes[0], lanes[1]), plii_min(lanes[2], lanes[3]));
+}
+static float support_largest(plii_float4 a) {
+    float lanes[PLII_LANES];
+    plii_float4_store(lanes, a);
+    return plii_max(plii_max(lanes[0], lanes[1]), plii_max(lanes[2], lanes[3]));
+}
+
+/* The first of the farthest nodes, as a search one by one finds it: each lane keeps the first of its farthest. Places
+   are counted in floats, and nothing branches: which lane has the farthest node is anybody's guess. */
 static int support_query_packed(const plii_support_groups* groups, pli_vec3 direction) {
-    float reaches[PLII_SUPPORT_GROUPS_MIN + PLII_SUPPORT_LANES];
-    float best[PLII_SUPPORT_LANES];
-    const int block_count = (int)support_block_count(groups);
-    for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
-        best[lane] = -INFINITY;
-    }
-    for (int b = 0; b < block_count; ++b) {
-        const plii_support_block* block = &groups->packed[b];
-        float* reach = &reaches[b * PLII_SUPPORT_LANES];
-        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
-            reach[lane] = block->x[lane] * direction.x + block->y[lane] * direction.y + block->z[lane] * direction.z;
+    const plii_float4 x = plii_float4_all(direction.x), y = plii_float4_all(direction.y);
+    const plii_float4 z = plii_float4_all(direction.z);
+    const plii_float4 step = plii_float4_all((float)PLII_SUPPORT_LANES), nowhere = plii_float4_all(INFINITY);
+    plii_float4 place[SUPPORT_HALVES] = {plii_lanes_xyzw(0, 1, 2, 3), plii_lanes_xyzw(4, 5, 6, 7)};
+    plii_float4 best[SUPPORT_HALVES] = {plii_float4_all(-INFINITY), plii_float4_all(-INFINITY)};
+    plii_float4 found[SUPPORT_HALVES] = {place[0], place[1]};
+    const plii_support_block* end = groups->packed + support_block_count(groups);
+    for (const plii_support_block* block = groups->packed; block < end; ++block) {
+        for (int h = 0; h < SUPPORT_HALVES; ++h) {
+            const plii_float4 reach = plii_float4_add(
+                plii_float4_add(plii_float4_mul(plii_float4_load(&block->x[PLII_LANES * h]), x),
+                                plii_float4_mul(plii_float4_load(&block->y[PLII_LANES * h]), y)),
+                plii_float4_mul(plii_float4_load(&block->z[PLII_LANES * h]), z));
+            found[h] = plii_lanes_select(plii_lanes_less(best[h], reach), place[h], found[h]);
+            best[h] = plii_lanes_max(reach, best[h]);
+            place[h] = plii_float4_add(place[h], step);
         }
-        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
-            best[lane] = reach[lane] > best[lane] ? reach[lane] : best[lane];
-        }
     }
-    float farthest = best[0];
-    for (int lane = 1; lane < PLII_SUPPORT_LANES; ++lane) {
-        farthest = best[lane] > farthest ? best[lane] : farthest;
+    const plii_float4 farthest = plii_float4_all(support_largest(plii_lanes_max(best[0], best[1])));
+    for (int h = 0; h < SUPPORT_HALVES; ++h) {
+        found[h] = plii_lanes_select(plii_lanes_at_most(farthest, best[h]), found[h], nowhere);
     }
-    for (int i = 0; i < groups->node_count; ++i) {
-        if (reaches[i] >= farthest) { return groups->nodes[i]; }
-    }
-    return groups->nodes[0]; /* no number is farthest */
+    return groups->nodes[(int)support_least(plii_lanes_min(found[0], found[1]))];
 }
 
 static int support_query_groups(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
