@@ -2,6 +2,8 @@
    of the correction and of the sliding velocity; otherwise impulses are summed over the iterations, the sum along the
    normal pushes only, and friction is bounded by it (Catto, "Iterative dynamics with temporal coherence", 2005). */
 
+#include "lanes.h"
+
 #include "cluster_contacts_impl.h"
 
 /* Share of the margin that contacts may be too deep without being corrected, so that bodies keep their contacts when
@@ -20,12 +22,34 @@ static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
                         plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
-/* kg that an impulse along a unit vector meets; 0 when nothing can move. */
-static float cluster_contact_mass(const plii_cluster_contact* contact, const plii_joint_side sides[2],
-                                  pli_vec3 direction) {
-    const float response = plii_joint_side_response(&sides[0], contact->arms[0], direction) +
-                           plii_joint_side_response(&sides[1], contact->arms[1], direction);
-    return response > FLT_MIN && plii_is_finite(response) ? 1.0f / response : 0.0f;
+/* plii_joint_side_response of four directions. */
+static plii_float4 cluster_contact_responses(const plii_joint_side* side, pli_vec3 arm, plii_vec3x4 directions) {
+    const plii_vec3x4 turns = plii_vec3x4_cross(plii_vec3x4_all(arm), directions);
+    const pli_vec3* rows = side->inverse_inertia.rows;
+    const plii_vec3x4 changes = {plii_vec3x4_dot(plii_vec3x4_all(rows[0]), turns),
+                                 plii_vec3x4_dot(plii_vec3x4_all(rows[1]), turns),
+                                 plii_vec3x4_dot(plii_vec3x4_all(rows[2]), turns)};
+    return plii_float4_add(
+        plii_float4_mul(plii_float4_all(side->inverse_mass), plii_vec3x4_dot(directions, directions)),
+        plii_vec3x4_dot(turns, changes));
+}
+
+/* kg that impulses along the normal and the tangents meet; 0 when nothing can move. */
+static void cluster_contact_find_masses(plii_cluster_contact* contact, const plii_joint_side sides[2]) {
+    plii_cluster_contact_own* own = &contact->as.own;
+    const pli_vec3 n = contact->normal, t = own->tangents[0], u = own->tangents[1];
+    const plii_vec3x4 directions = {plii_lanes_xyzw(n.x, t.x, u.x, 0), plii_lanes_xyzw(n.y, t.y, u.y, 0),
+                                    plii_lanes_xyzw(n.z, t.z, u.z, 0)};
+    float responses[PLII_LANES], masses[3];
+    plii_float4_store(responses, plii_float4_add(cluster_contact_responses(&sides[0], contact->arms[0], directions),
+                                                 cluster_contact_responses(&sides[1], contact->arms[1], directions)));
+    for (int i = 0; i < 3; ++i) {
+        const bool can_move = responses[i] > FLT_MIN && plii_is_finite(responses[i]);
+        masses[i] = can_move ? 1.0f / responses[i] : 0.0f;
+    }
+    own->normal_mass = masses[0];
+    own->tangent_masses[0] = masses[1];
+    own->tangent_masses[1] = masses[2];
 }
 
 static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const plii_joint_side sides[2],
@@ -54,13 +78,10 @@ static void cluster_contact_make_own(plii_cluster_contact* contact, const plii_j
     const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
     own->tangents[0] = plii_vec3_safe_normalize(pli_vec3_cross(n, across));
     own->tangents[1] = pli_vec3_cross(n, own->tangents[0]);
-    own->normal_mass = cluster_contact_mass(contact, sides, n);
-    for (int i = 0; i < 2; ++i) {
-        own->tangent_masses[i] = cluster_contact_mass(contact, sides, own->tangents[i]);
-    }
+    cluster_contact_find_masses(contact, sides);
 }
 
-bool plii_cluster_contact_make(const pli_cluster_contact* info, plii_joint_side a, plii_joint_side b,
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact) {
     if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
@@ -70,16 +91,17 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, plii_joint_side 
         point_b = pli_vec3_add(point_b, pli_vec3_scale(normal, terms->radius));
         point_a = point_b = pli_vec3_lerp(point_a, point_b, 0.5f);
     }
-    *contact = (plii_cluster_contact){
-        .info = *info,
-        .targets = {a.target, b.target},
-        .arms = {pli_vec3_sub(point_a, a.frame.origin), pli_vec3_sub(point_b, b.frame.origin)},
-        .normal = normal,
-        .erp = terms->hardness,
-        .split = terms->split,
-        .as_bullet = as_bullet,
-    };
-    const plii_joint_side sides[2] = {a, b};
+    contact->info = *info;
+    contact->targets[0] = sides[0].target;
+    contact->targets[1] = sides[1].target;
+    contact->arms[0] = pli_vec3_sub(point_a, sides[0].frame.origin);
+    contact->arms[1] = pli_vec3_sub(point_b, sides[1].frame.origin);
+    contact->normal = normal;
+    contact->erp = terms->hardness;
+    contact->split = terms->split;
+    contact->is_self = false;
+    contact->as_bullet = as_bullet;
+    contact->split_drift = pli_vec3_make(0, 0, 0);
     (as_bullet ? cluster_contact_make_as_bullet : cluster_contact_make_own)(contact, sides, terms);
     return true;
 }

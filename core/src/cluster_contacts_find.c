@@ -17,16 +17,35 @@ static bool cluster_contacts_are_as_bullet(const pli_body* body, const pli_clust
     return plii_body_clusters(body)->def.as_bullet && info->other != body;
 }
 
-static pli_status cluster_contacts_add(pli_body* body, plii_cluster_contacts* state, const pli_cluster_contact* info,
+/* A pair as its contacts are made. Its sides are taken for the first of them: most pairs have none. */
+typedef struct met_pair {
+    pli_body* body;
+    plii_cluster_contacts* state;
+    plii_joint_side sides[2];
+    bool has_sides;
+} met_pair;
+
+static void met_pair_start(met_pair* pair, pli_body* body, plii_cluster_contacts* state) {
+    pair->body = body;
+    pair->state = state;
+    pair->has_sides = false;
+}
+
+static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact* info,
                                        const plii_contact_terms* terms) {
+    pli_body* body = pair->body;
+    plii_cluster_contacts* state = pair->state;
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
-    const plii_joint_side a = plii_joint_side_of_cluster(body, info->cluster);
-    const plii_joint_side b = info->other != NULL ? plii_joint_side_of_cluster(info->other, info->other_cluster)
-                                                  : plii_joint_side_of_rigid(info->rigid);
+    if (!pair->has_sides) {
+        pair->sides[0] = plii_joint_side_of_cluster(body, info->cluster);
+        pair->sides[1] = info->other != NULL ? plii_joint_side_of_cluster(info->other, info->other_cluster)
+                                             : plii_joint_side_of_rigid(info->rigid);
+        pair->has_sides = true;
+    }
     plii_cluster_contact* contact = &state->contacts[state->count];
-    if (plii_cluster_contact_make(info, a, b, terms, cluster_contacts_are_as_bullet(body, info), contact)) {
+    if (plii_cluster_contact_make(info, pair->sides, terms, cluster_contacts_are_as_bullet(body, info), contact)) {
         contact->is_self = info->other == body;
         state->count += 1;
     }
@@ -175,15 +194,15 @@ static near_nodes near_nodes_start(const pli_cluster_contact* nearest) {
     return (near_nodes){.kept = {{nearest->witness, nearest->normal, nearest->distance}}, .count = 1};
 }
 
-static pli_status near_nodes_add_contacts(pli_body* body, plii_cluster_contacts* state, pli_cluster_contact info,
-                                          const near_nodes* found, int first, const plii_contact_terms* terms) {
+static pli_status near_nodes_add_contacts(met_pair* pair, pli_cluster_contact info, const near_nodes* found, int first,
+                                          const plii_contact_terms* terms) {
     for (int i = first; i < found->count; ++i) {
         const near_node* node = &found->kept[i];
         info.witness = node->point;
         info.other_witness = pli_vec3_sub(node->point, pli_vec3_scale(node->normal, node->distance));
         info.normal = node->normal;
         info.distance = node->distance;
-        PLII_TRY(cluster_contacts_add(body, state, &info, terms));
+        PLII_TRY(cluster_contacts_add(pair, &info, terms));
     }
     return PLI_OK;
 }
@@ -259,22 +278,21 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
 }
 
 /* As many as are followed. */
-static pli_status cluster_contacts_add_followed(pli_body* body, plii_cluster_contacts* state,
-                                                const pli_cluster_contact* contacts, int count,
+static pli_status cluster_contacts_add_followed(met_pair* pair, const pli_cluster_contact* contacts, int count,
                                                 const plii_contact_terms* terms) {
     for (int i = 0; i < count; ++i) {
-        PLII_TRY(cluster_contacts_add(body, state, &contacts[i], terms));
+        PLII_TRY(cluster_contacts_add(pair, &contacts[i], terms));
     }
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_measure_convex(pli_body* body, plii_cluster_contacts* state,
-                                                  const pli_cluster_contact* pair, const plii_contact_terms* terms,
-                                                  plii_convex_cache* cache) {
-    const pli_shape* shape = pair->rigid->shapes[pair->shape];
-    pli_cluster_contact info = *pair;
+static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_contact info,
+                                                  const plii_contact_terms* terms, plii_convex_cache* cache) {
+    pli_body* body = pair->body;
+    plii_cluster_contacts* state = pair->state;
+    const pli_shape* shape = info.rigid->shapes[info.shape];
     if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms->margin, &info)) { return PLI_OK; }
-    PLII_TRY(cluster_contacts_add(body, state, &info, terms));
+    PLII_TRY(cluster_contacts_add(pair, &info, terms));
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found = near_nodes_start(&info);
     cluster_contacts_find_near_nodes(body, &info, &found);
@@ -284,7 +302,7 @@ static pli_status cluster_contacts_measure_convex(pli_body* body, plii_cluster_c
         cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
     }
     const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, info.rigid, 0.0f);
-    return near_nodes_add_contacts(body, state, info, &found, 1, &node_terms);
+    return near_nodes_add_contacts(pair, info, &found, 1, &node_terms);
 }
 
 static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
@@ -293,15 +311,17 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
+    met_pair met;
+    met_pair_start(&met, body, state);
     pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
     const int count = cluster_contacts_follow(body, state, known, pair, shape, terms.margin, followed);
     if (count > 0) {
         const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-        PLII_TRY(cluster_contacts_add(body, state, &followed[0], &terms));
-        return cluster_contacts_add_followed(body, state, followed + 1, count - 1, &node_terms);
+        PLII_TRY(cluster_contacts_add(&met, &followed[0], &terms));
+        return cluster_contacts_add_followed(&met, followed + 1, count - 1, &node_terms);
     }
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_convex(body, state, pair, &terms, known_pair_cache(known)));
+    PLII_TRY(cluster_contacts_measure_convex(&met, *pair, &terms, known_pair_cache(known)));
     cluster_contacts_keep(body, state, known, first, shape, terms.margin);
     return PLI_OK;
 }
@@ -355,7 +375,9 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
         near_nodes_add(&found, (near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-    return near_nodes_add_contacts(body, state, *pair, &found, 0, &terms);
+    met_pair met;
+    met_pair_start(&met, body, state);
+    return near_nodes_add_contacts(&met, *pair, &found, 0, &terms);
 }
 
 static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
@@ -462,14 +484,15 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
     }
 }
 
-static pli_status cluster_contacts_measure_pair(pli_body* body, plii_cluster_contacts* state,
-                                                plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
-                                                const plii_contact_terms* terms, plii_convex_cache* cache) {
-    pli_cluster_contact info = *pair;
+static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_contacts* other_state,
+                                                pli_cluster_contact info, const plii_contact_terms* terms,
+                                                plii_convex_cache* cache) {
+    pli_body* body = pair->body;
+    plii_cluster_contacts* state = pair->state;
     if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
         return PLI_OK;
     }
-    PLII_TRY(cluster_contacts_add(body, state, &info, terms));
+    PLII_TRY(cluster_contacts_add(pair, &info, terms));
     pli_body* other = info.other;
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     const plii_cluster* other_cluster = &plii_body_clusters(other)->items[info.other_cluster];
@@ -481,7 +504,7 @@ static pli_status cluster_contacts_measure_pair(pli_body* body, plii_cluster_con
     near_nodes found = near_nodes_start(&info);
     cluster_contacts_find_nodes_over(
         body, &info, plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin), terms->margin, &found);
-    PLII_TRY(near_nodes_add_contacts(body, state, info, &found, 1, terms));
+    PLII_TRY(near_nodes_add_contacts(pair, info, &found, 1, terms));
     /* The same seen from the other side. */
     const pli_cluster_contact reverse = {.cluster = info.other_cluster,
                                          .witness = info.other_witness,
@@ -497,7 +520,7 @@ static pli_status cluster_contacts_measure_pair(pli_body* body, plii_cluster_con
         turned.other_witness = node->point;
         turned.distance = node->distance;
         turned.witness = pli_vec3_add(node->point, pli_vec3_scale(info.normal, node->distance));
-        PLII_TRY(cluster_contacts_add(body, state, &turned, terms));
+        PLII_TRY(cluster_contacts_add(pair, &turned, terms));
     }
     return PLI_OK;
 }
@@ -507,11 +530,13 @@ static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_con
                                                 const plii_contact_terms* terms) {
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
+    met_pair met;
+    met_pair_start(&met, body, state);
     pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
     const int count = cluster_contacts_follow(body, state, known, pair, NULL, terms->margin, followed);
-    if (count > 0) { return cluster_contacts_add_followed(body, state, followed, count, terms); }
+    if (count > 0) { return cluster_contacts_add_followed(&met, followed, count, terms); }
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_pair(body, state, other_state, pair, terms, known_pair_cache(known)));
+    PLII_TRY(cluster_contacts_measure_pair(&met, other_state, *pair, terms, known_pair_cache(known)));
     cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
     return PLI_OK;
 }

@@ -94,7 +94,7 @@ extern const plii_feature_class plii_cluster_contacts_class;
 // ------------------------------------------------------------------------------------------------------- one contact
 
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
-bool plii_cluster_contact_make(const pli_cluster_contact* info, plii_joint_side a, plii_joint_side b,
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);

@@ -101,9 +101,9 @@ static void gjk_take_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
     const plii_dvec3 ab = plii_dvec3_sub(s[1].w, s[0].w), ac = plii_dvec3_sub(s[2].w, s[0].w);
     const plii_dvec3 ad = plii_dvec3_sub(s[3].w, s[0].w);
     const double volume = plii_dvec3_dot(plii_dvec3_cross(ab, ac), ad);
-    double longest = plii_dvec3_dot(ab, ab);
-    longest = fmax(longest, plii_dvec3_dot(ac, ac));
-    longest = sqrt(fmax(longest, plii_dvec3_dot(ad, ad)));
+    const double ab_squared = plii_dvec3_dot(ab, ab), ac_squared = plii_dvec3_dot(ac, ac);
+    const double ad_squared = plii_dvec3_dot(ad, ad), abc_squared = ac_squared > ab_squared ? ac_squared : ab_squared;
+    const double longest = sqrt(ad_squared > abc_squared ? ad_squared : abc_squared);
     bool is_flat = !(fabs(volume) > GJK_FLAT_VOLUME * longest * longest * longest);
     double weight[4];
     bool is_inside = !is_flat;
@@ -136,7 +136,10 @@ static void gjk_take_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
 }
 
 static gjk_nearest gjk_find_nearest(const gjk_vertex* simplex, int count) {
-    gjk_nearest best = {.squared = HUGE_VAL};
+    gjk_nearest best;
+    best.point = plii_dvec3_make(0, 0, 0);
+    best.squared = HUGE_VAL;
+    best.count = 0;
     if (count == 4) {
         gjk_take_tetrahedron(simplex, &best);
     } else if (count == 3) {
@@ -246,7 +249,13 @@ static void gjk_write_cache(const gjk_state* state, plii_convex_relation relatio
 }
 
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {
-    gjk_state state = {.query = query, .lower_bound = -HUGE_VAL, .is_finite = true};
+    gjk_state state; /* vertices are written before they count */
+    state.query = query;
+    state.count = state.support_calls = 0;
+    state.lower_bound = -HUGE_VAL;
+    state.bound_direction = pli_vec3_make(0, 0, 0);
+    state.reach_squared = 0.0;
+    state.is_finite = true;
     gjk_start(&state, cache);
     gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
     gjk_reduce(&state, &nearest);
@@ -276,7 +285,12 @@ void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gj
     }
     if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
 
-    *result = (plii_gjk_result){.relation = relation, .support_calls = state.support_calls};
+    const plii_dvec3 zero = plii_dvec3_make(0, 0, 0);
+    result->relation = relation;
+    result->support_calls = state.support_calls;
+    result->distance = result->lower_bound = 0.0;
+    result->point_a = result->point_b = result->normal = zero;
+    result->simplex_count = 0;
     if (relation == PLII_CONVEX_UNDEFINED) { return; }
     for (int i = 0; i < nearest.count; ++i) {
         result->point_a = plii_dvec3_add_scaled(result->point_a, state.simplex[i].a, nearest.weight[i]);
