@@ -1,8 +1,5 @@
 /* One contact of a cluster. As Bullet (SolveContact, CJoint, in their order of operations) every iteration adds a share
-   of the correction and of the sliding velocity; otherwise impulses are summed over the iterations, the sum along the
-   normal pushes only, and friction is bounded by it (Catto, "Iterative dynamics with temporal coherence", 2005). */
-
-#include "lanes.h"
+   of the correction and of the sliding velocity; other contacts are solved as rows. */
 
 #include "cluster_contacts_impl.h"
 
@@ -22,36 +19,6 @@ static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
                         plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
-/* plii_joint_side_response of four directions. */
-static plii_float4 cluster_contact_responses(const plii_joint_side* side, pli_vec3 arm, plii_vec3x4 directions) {
-    const plii_vec3x4 turns = plii_vec3x4_cross(plii_vec3x4_all(arm), directions);
-    const pli_vec3* rows = side->inverse_inertia.rows;
-    const plii_vec3x4 changes = {plii_vec3x4_dot(plii_vec3x4_all(rows[0]), turns),
-                                 plii_vec3x4_dot(plii_vec3x4_all(rows[1]), turns),
-                                 plii_vec3x4_dot(plii_vec3x4_all(rows[2]), turns)};
-    return plii_float4_add(
-        plii_float4_mul(plii_float4_all(side->inverse_mass), plii_vec3x4_dot(directions, directions)),
-        plii_vec3x4_dot(turns, changes));
-}
-
-/* kg that impulses along the normal and the tangents meet; 0 when nothing can move. */
-static void cluster_contact_find_masses(plii_cluster_contact* contact, const plii_joint_side sides[2]) {
-    plii_cluster_contact_own* own = &contact->as.own;
-    const pli_vec3 n = contact->normal, t = own->tangents[0], u = own->tangents[1];
-    const plii_vec3x4 directions = {plii_lanes_xyzw(n.x, t.x, u.x, 0), plii_lanes_xyzw(n.y, t.y, u.y, 0),
-                                    plii_lanes_xyzw(n.z, t.z, u.z, 0)};
-    float responses[PLII_LANES], masses[3];
-    plii_float4_store(responses, plii_float4_add(cluster_contact_responses(&sides[0], contact->arms[0], directions),
-                                                 cluster_contact_responses(&sides[1], contact->arms[1], directions)));
-    for (int i = 0; i < 3; ++i) {
-        const bool can_move = responses[i] > FLT_MIN && plii_is_finite(responses[i]);
-        masses[i] = can_move ? 1.0f / responses[i] : 0.0f;
-    }
-    own->normal_mass = masses[0];
-    own->tangent_masses[0] = masses[1];
-    own->tangent_masses[1] = masses[2];
-}
-
 static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const plii_joint_side sides[2],
                                            const plii_contact_terms* terms) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
@@ -62,23 +29,6 @@ static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const 
     contact->as.bullet.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
     contact->as.bullet.impulse_matrix =
         plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
-}
-
-static void cluster_contact_make_own(plii_cluster_contact* contact, const plii_joint_side sides[2],
-                                     const plii_contact_terms* terms) {
-    plii_cluster_contact_own* own = &contact->as.own;
-    *own = (plii_cluster_contact_own){0};
-    const pli_vec3 n = contact->normal;
-    contact->friction = terms->friction;
-    own->depth = terms->margin - contact->info.distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
-    /* Rigid bodies have not moved yet. */
-    pli_vec3 included = plii_joint_velocity_at(&contact->targets[0], contact->arms[0]);
-    if (contact->targets[1].cluster != NULL) { included = cluster_contact_velocity(contact); }
-    own->included_speed = pli_vec3_dot(included, n);
-    const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
-    own->tangents[0] = plii_vec3_safe_normalize(pli_vec3_cross(n, across));
-    own->tangents[1] = pli_vec3_cross(n, own->tangents[0]);
-    cluster_contact_find_masses(contact, sides);
 }
 
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
@@ -102,7 +52,12 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
     contact->is_self = false;
     contact->as_bullet = as_bullet;
     contact->split_drift = pli_vec3_make(0, 0, 0);
-    (as_bullet ? cluster_contact_make_as_bullet : cluster_contact_make_own)(contact, sides, terms);
+    if (as_bullet) {
+        cluster_contact_make_as_bullet(contact, sides, terms);
+    } else {
+        contact->friction = terms->friction;
+        contact->as.own.depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
+    }
     return true;
 }
 
@@ -118,24 +73,47 @@ static void cluster_contact_prepare_as_bullet(plii_cluster_contact* contact, con
     own->drift = plii_vec3_divide(own->drift, (float)iterations);
 }
 
-/* `depth` was measured after this step's motion, which the impulses will change. */
-static void cluster_contact_prepare_own(plii_cluster_contact* contact, const plii_step* step) {
-    plii_cluster_contact_own* own = &contact->as.own;
-    const float speed_out = own->depth * step->inverse_dt + plii_min(own->included_speed, 0.0f);
-    if (speed_out <= 0.0f) {
-        own->wanted_speed = speed_out; /* not there yet: slow enough not to get deeper */
-        return;
-    }
-    const float corrected = speed_out * contact->erp;
-    own->wanted_speed = corrected * (1.0f - contact->split);
-    contact->split_drift = pli_vec3_scale(contact->normal, -corrected * contact->split * own->normal_mass);
+/* Impulses between clusters of one body: limited and scaled as the first cluster says. */
+static float cluster_contact_self_factor(const plii_cluster_contact* contact) {
+    return contact->is_self ? contact->targets[0].cluster->settings.self_impulse_factor : 1.0f;
+}
+static float cluster_contact_self_limit(const plii_cluster_contact* contact) {
+    return contact->is_self ? contact->targets[0].cluster->settings.max_self_impulse : INFINITY;
 }
 
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
+/* The depth was measured after this step's motion, which the impulses will change; but for that of rigid bodies, which
+   have not moved yet. */
+static float cluster_contact_included_speed(const plii_cluster_contact* contact) {
+    const pli_vec3 included = contact->targets[1].cluster != NULL
+                                  ? cluster_contact_velocity(contact)
+                                  : plii_joint_velocity_at(&contact->targets[0], contact->arms[0]);
+    return pli_vec3_dot(included, contact->normal);
+}
+
+static void cluster_contact_prepare_own(plii_cluster_contact* contact, const plii_step* step, plii_contact_row* row) {
+    plii_contact_row_make(contact->targets, contact->arms, contact->normal, row);
+    row->friction = contact->friction;
+    row->limit = cluster_contact_self_limit(contact);
+    const float speed_out =
+        contact->as.own.depth * step->inverse_dt + plii_min(cluster_contact_included_speed(contact), 0.0f);
+    row->wanted_speeds[0] = speed_out; /* not there yet: slow enough not to get deeper */
+    if (speed_out > 0.0f) {
+        const float corrected = speed_out * contact->erp;
+        row->wanted_speeds[0] = corrected * (1.0f - contact->split);
+        contact->split_drift = pli_vec3_scale(contact->normal, -corrected * contact->split * row->masses[0]);
+    }
+    const float factor = cluster_contact_self_factor(contact);
+    for (int k = 0; k < 3; ++k) {
+        row->masses[k] *= factor;
+    }
+}
+
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations,
+                                  plii_contact_row* row) {
     if (contact->as_bullet) {
         cluster_contact_prepare_as_bullet(contact, step, iterations);
     } else {
-        cluster_contact_prepare_own(contact, step);
+        cluster_contact_prepare_own(contact, step, row);
     }
 }
 
@@ -158,45 +136,12 @@ static void cluster_contact_solve_as_bullet(plii_cluster_contact* contact) {
     cluster_contact_apply(contact, pli_mat3_mul_vec3(contact->as.bullet.impulse_matrix, change));
 }
 
-/* Impulses between clusters of one body: limited and scaled as the first cluster says. */
-static float cluster_contact_self_factor(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->targets[0].cluster->settings.self_impulse_factor : 1.0f;
-}
-static float cluster_contact_self_limit(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->targets[0].cluster->settings.max_self_impulse : INFINITY;
-}
-
-static void cluster_contact_solve_own(plii_cluster_contact* contact) {
-    plii_cluster_contact_own* own = &contact->as.own;
-    const pli_vec3 velocity = cluster_contact_velocity(contact);
-    const float factor = cluster_contact_self_factor(contact);
-    const float missing = own->wanted_speed - pli_vec3_dot(velocity, contact->normal);
-    const float old_normal = own->normal_impulse;
-    /* Going apart, with nothing to take back: no friction either. */
-    if (old_normal == 0.0f && !(missing > 0.0f)) { return; }
-    own->normal_impulse =
-        plii_clamp(old_normal + factor * missing * own->normal_mass, 0.0f, cluster_contact_self_limit(contact));
-    pli_vec3 push = pli_vec3_scale(contact->normal, own->normal_impulse - old_normal);
-
-    float wanted[2];
-    float length_squared = 0.0f;
-    for (int i = 0; i < 2; ++i) {
-        const float sliding = pli_vec3_dot(velocity, own->tangents[i]);
-        wanted[i] = own->tangent_impulses[i] - factor * sliding * own->tangent_masses[i];
-        length_squared += wanted[i] * wanted[i];
+void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row* row) {
+    if (contact->as_bullet) {
+        cluster_contact_solve_as_bullet(contact);
+    } else {
+        plii_contact_row_solve(row, &contact->arms[1]);
     }
-    const float bound = contact->friction * own->normal_impulse;
-    const float scale = length_squared > bound * bound ? bound / sqrtf(length_squared) : 1.0f;
-    for (int i = 0; i < 2; ++i) {
-        push = pli_vec3_add(push, pli_vec3_scale(own->tangents[i], wanted[i] * scale - own->tangent_impulses[i]));
-        own->tangent_impulses[i] = wanted[i] * scale;
-    }
-    /* The motions of clusters that share nodes are averaged over those that were pushed. */
-    if (pli_vec3_length_squared(push) > 0.0f) { cluster_contact_apply(contact, pli_vec3_neg(push)); }
-}
-
-void plii_cluster_contact_solve(plii_cluster_contact* contact) {
-    (contact->as_bullet ? cluster_contact_solve_as_bullet : cluster_contact_solve_own)(contact);
 }
 
 void plii_cluster_contact_finish(plii_cluster_contact* contact) {

@@ -9,7 +9,7 @@ static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_prepare(&state->contacts[i], step, body->world->joint_iterations);
+        plii_cluster_contact_prepare(&state->contacts[i], step, body->world->joint_iterations, &state->rows[i]);
     }
 }
 
@@ -18,7 +18,7 @@ static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* 
     (void)step;
     plii_cluster_contacts* state = data;
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_solve(&state->contacts[i]);
+        plii_cluster_contact_solve(&state->contacts[i], &state->rows[i]);
     }
 }
 
@@ -86,6 +86,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_release(context, state->rows, (size_t)state->row_capacity * sizeof *state->rows);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
@@ -98,6 +99,7 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
     size_t bytes = (size_t)state->capacity * sizeof *state->contacts +
+                   (size_t)state->row_capacity * sizeof *state->rows +
                    (size_t)state->box_capacity * sizeof *state->boxes +
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +

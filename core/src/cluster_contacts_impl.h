@@ -5,6 +5,7 @@
    pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
 
 #include "box_tree.h"
+#include "cluster_contact_row.h"
 #include "edge_set.h"
 #include "joint_side.h"
 #include "pair_memory.h"
@@ -16,11 +17,7 @@ typedef struct plii_cluster_contact_as_bullet {
 } plii_cluster_contact_as_bullet;
 
 typedef struct plii_cluster_contact_own {
-    float depth, included_speed; /* m; and the part of the speed along the normal that `depth` includes, m/s */
-    float wanted_speed;          /* along the normal, m/s */
-    pli_vec3 tangents[2];
-    float normal_mass, tangent_masses[2];      /* kg */
-    float normal_impulse, tangent_impulses[2]; /* N s, of this step so far */
+    float depth; /* m */
 } plii_cluster_contact_own;
 
 typedef struct plii_cluster_contact {
@@ -71,6 +68,8 @@ typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_cluster_contact* contacts;
     int count, capacity;
+    plii_contact_row* rows; /* of `contacts`, but for those as_bullet; of the step that is solved */
+    int row_capacity;
     plii_pair_memory memory;
     plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
     int manifold_count, manifold_capacity; /* those that have been in use */
@@ -96,8 +95,10 @@ extern const plii_feature_class plii_cluster_contacts_class;
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
-void plii_cluster_contact_solve(plii_cluster_contact* contact);
+/* `row` is for contacts that are not as_bullet. */
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations,
+                                  plii_contact_row* row);
+void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row* row);
 void plii_cluster_contact_finish(plii_cluster_contact* contact);
 
 // ---------------------------------------------------------------------------------------------------------- distances
@@ -133,7 +134,8 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
 
 // --------------------------------------------------------------------------------------------------------- manifolds
 
-/* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin` are what they depend on besides the frames. */
+/* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
+ * are what they depend on besides the frames. */
 void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                                 float margin, plii_manifold* manifold);
 /* Writes the contacts of the pair that `info` names as they are now and returns their number, or 0 when they have to be
