@@ -218,23 +218,27 @@ static void clusters_update(pli_body* body, void* state, const plii_step* step) 
 static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
                            pli_vec3 displacement, pli_vec3 turn) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&turn);
+    const plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, 1.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), cluster->frame.origin);
-        const pli_vec3 moved = pli_vec3_scale(pli_vec3_add(displacement, pli_vec3_cross(turn, arm)), members[i].rest.w);
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
+        const plii_float4 moved = plii_float4_add(all, plii_lanes_cross(axis, plii_lanes_xyz(arm)));
         pli_vec4* sum = &clusters->node_sums[members[i].node];
-        plii_set_xyz(sum, pli_vec3_add(plii_xyz(*sum), moved));
-        sum->w += members[i].rest.w;
+        plii_float4_to(
+            sum, plii_float4_add(plii_float4_from(sum), plii_float4_mul(moved, plii_float4_all(members[i].rest.w))));
     }
 }
 
 static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
+    const plii_float4 zero = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
         pli_vec4* sum = &clusters->node_sums[i];
         if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.as_bullet)) {
-            plii_set_xyz(&body->positions[i],
-                         pli_vec3_add(plii_xyz(body->positions[i]), plii_vec3_divide(plii_xyz(*sum), sum->w)));
+            const plii_float4 moved = plii_float4_mul(plii_float4_from(sum), plii_float4_all(1.0f / sum->w));
+            plii_float4_to(&body->positions[i],
+                           plii_float4_add(plii_float4_from(&body->positions[i]), plii_lanes_xyz(moved)));
         }
-        *sum = (pli_vec4){0, 0, 0, 0};
+        plii_float4_to(sum, zero);
     }
 }
 
