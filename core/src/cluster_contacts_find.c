@@ -213,14 +213,25 @@ static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direct
     return *(const pli_vec3*)user;
 }
 
-static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, float margin) {
+/* The hull ends before the point along a direction; of any length. */
+static bool cluster_contacts_ends_before(const plii_convex* hull, pli_vec3 point, pli_vec3 direction, float margin) {
+    const pli_vec3 gap = pli_vec3_sub(point, hull->support(hull->user, direction));
+    return pli_vec3_dot(gap, direction) > margin * pli_vec3_length(direction);
+}
+
+/* `hub` is a point of the hull, or near it. What is easy to see first. */
+static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin) {
     if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
         return false;
     }
-    if (plii_support_groups_has_near(hull->groups, point, margin)) { return true; }
+    if (plii_support_groups_has_near(hull->groups, hub, point, margin)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
     const plii_convex b = plii_cluster_hull_convex(hull);
+    if (cluster_contacts_ends_before(&b, point, pli_vec3_sub(point, b.centre), margin) ||
+        cluster_contacts_ends_before(&b, point, pli_vec3_sub(point, pli_vec3_sub(hub, hull->origin)), margin)) {
+        return false;
+    }
     return plii_cluster_contacts_are_near(&a, &b, margin);
 }
 
@@ -272,7 +283,10 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
         const pli_vec3 corner =
             plii_cluster_contacts_rigid_point(info, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
         const float above = pli_vec3_dot(pli_vec3_sub(info->witness, corner), n);
-        if (!(above < margin + radius) || !cluster_contacts_is_near_hull(corner, &hull, margin + radius)) { continue; }
+        if (!(above < margin + radius) ||
+            !cluster_contacts_is_near_hull(corner, &hull, info->witness, margin + radius)) {
+            continue;
+        }
         const near_node node = {pli_vec3_add(corner, pli_vec3_scale(n, above)), n, above - radius};
         near_nodes_add_beside(found, node, margin);
     }
@@ -481,7 +495,9 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_c
     }
     for (int i = 1; i < candidates.count; ++i) {
         const near_node* node = &candidates.kept[i];
-        if (cluster_contacts_is_near_hull(node->point, &other, margin)) { near_nodes_add_beside(found, *node, margin); }
+        if (cluster_contacts_is_near_hull(node->point, &other, info->other_witness, margin)) {
+            near_nodes_add_beside(found, *node, margin);
+        }
     }
 }
 

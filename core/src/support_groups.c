@@ -184,26 +184,27 @@ int plii_support_groups_query(const pli_vec4* positions, const plii_support_grou
                                   : support_query_groups(positions, groups, direction);
 }
 
-bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 point, float distance) {
+bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance) {
     if (groups->packed == NULL) { return false; }
-    float best[PLII_SUPPORT_LANES];
-    for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
-        best[lane] = INFINITY;
-    }
-    const int block_count = (int)support_block_count(groups);
-    for (int b = 0; b < block_count; ++b) {
-        const plii_support_block* block = &groups->packed[b];
-        for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
-            const float x = block->x[lane] - point.x, y = block->y[lane] - point.y, z = block->z[lane] - point.z;
-            const float squared = x * x + y * y + z * z;
-            best[lane] = squared < best[lane] ? squared : best[lane];
+    const plii_vec3x4 from = plii_vec3x4_all(hub), arm = plii_vec3x4_all(pli_vec3_sub(point, hub));
+    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
+    const plii_float4 tiny = plii_float4_all(FLT_MIN);
+    plii_float4 nearest = plii_float4_all(INFINITY);
+    const plii_support_block* end = groups->packed + support_block_count(groups);
+    for (const plii_support_block* block = groups->packed; block < end; ++block) {
+        for (int h = 0; h < SUPPORT_HALVES; ++h) {
+            const plii_vec3x4 node = {plii_float4_load(&block->x[PLII_LANES * h]),
+                                      plii_float4_load(&block->y[PLII_LANES * h]),
+                                      plii_float4_load(&block->z[PLII_LANES * h])};
+            const plii_vec3x4 spoke = plii_vec3x4_sub(node, from);
+            const plii_float4 length_squared = plii_lanes_max(plii_vec3x4_dot(spoke, spoke), tiny);
+            plii_float4 share = plii_float4_div(plii_vec3x4_dot(arm, spoke), length_squared);
+            share = plii_lanes_min(plii_lanes_max(share, zero), one);
+            const plii_vec3x4 gap = plii_vec3x4_sub(arm, plii_vec3x4_scale(spoke, share));
+            nearest = plii_lanes_min(plii_vec3x4_dot(gap, gap), nearest);
         }
     }
-    float nearest = best[0];
-    for (int lane = 1; lane < PLII_SUPPORT_LANES; ++lane) {
-        nearest = best[lane] < nearest ? best[lane] : nearest;
-    }
-    return nearest < distance * distance;
+    return support_least(nearest) < distance * distance;
 }
 
 void plii_support_groups_release(pli_context* context, plii_support_groups* groups) {
