@@ -273,16 +273,20 @@ static void clusters_apply_drift_impulses(pli_body* body, plii_clusters* cluster
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
+    const plii_float4 linear = plii_lanes_from_vec3(&cluster->linear_velocity);
+    const plii_float4 angular = plii_lanes_from_vec3(&cluster->angular_velocity);
+    const plii_float4 damping = plii_float4_all(cluster->settings.node_damping);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
         if (!(body->positions[node].w > 0.0f)) { continue; }
-        const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->previous[node]), cluster->frame.origin);
-        const pli_vec3 rigid = pli_vec3_add(cluster->linear_velocity, pli_vec3_cross(cluster->angular_velocity, arm));
-        const pli_vec3 own = plii_xyz(body->velocities[node]);
-        if (pli_vec3_length_squared(rigid) <= pli_vec3_length_squared(own)) {
-            const pli_vec3 change = pli_vec3_scale(pli_vec3_sub(rigid, own), cluster->settings.node_damping);
-            plii_set_xyz(&body->velocities[node], pli_vec3_add(own, change));
-        }
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->previous[node]), centre);
+        const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
+        const plii_float4 own = plii_float4_from(&body->velocities[node]);
+        const plii_float4 damped = plii_float4_add(own, plii_float4_mul(plii_float4_sub(rigid, own), damping));
+        const plii_mask4 is_slower = plii_lanes_at_most(plii_float4_all(plii_lanes_dot(rigid, rigid)),
+                                                        plii_float4_all(plii_lanes_dot(own, own)));
+        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, own));
     }
 }
 

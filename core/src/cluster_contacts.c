@@ -5,11 +5,17 @@
 #include "contact_order.h"
 #include "world_impl.h"
 
+/* NULL where all contacts are as_bullet. */
+static plii_contact_row* cluster_contacts_row(const plii_cluster_contacts* state, int contact) {
+    return state->rows != NULL ? &state->rows[contact] : NULL;
+}
+
 static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_prepare(&state->contacts[i], step, body->world->joint_iterations, &state->rows[i]);
+        plii_cluster_contact_prepare(&state->contacts[i], step, body->world->joint_iterations,
+                                     cluster_contacts_row(state, i));
     }
 }
 
@@ -18,7 +24,7 @@ static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* 
     (void)step;
     plii_cluster_contacts* state = data;
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_solve(&state->contacts[i], &state->rows[i]);
+        plii_cluster_contact_solve(&state->contacts[i], cluster_contacts_row(state, i));
     }
 }
 

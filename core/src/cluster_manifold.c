@@ -4,10 +4,20 @@
 
 #include "cluster_contacts_impl.h"
 
-#define MANIFOLD_MAX_AGE 12    /* steps */
-#define MANIFOLD_SLACK 0.3f    /* of the margin: how far a point may move along the other side */
-#define MANIFOLD_APPROACH 1.4f /* of the slack, along the normal */
-#define MANIFOLD_TURN 0.0025f  /* square of the angle that the sides may turn against each other, rad^2 */
+/* How long and how far a pair is followed. */
+typedef struct manifold_limits {
+    int age;               /* steps */
+    float aside, approach; /* of the margin: how far a point may move along the other side, and along the normal */
+    float turn;            /* square of the angle that the sides may turn against each other, rad^2 */
+} manifold_limits;
+
+/* Against rigid bodies less: bodies that lie on plates came to rest later with the limits of two clusters. */
+static const manifold_limits manifold_rigid_limits = {12, 0.3f, 0.42f, 0.0025f};
+static const manifold_limits manifold_soft_limits = {20, 0.5f, 0.42f, 0.006f};
+
+static const manifold_limits* manifold_limits_of(const pli_cluster_contact* info) {
+    return info->other != NULL ? &manifold_soft_limits : &manifold_rigid_limits;
+}
 
 static pli_transform manifold_other_frame(const pli_cluster_contact* info) {
     return info->other != NULL ? plii_body_clusters(info->other)->items[info->other_cluster].frame
@@ -36,26 +46,25 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
     manifold->key = key;
     manifold->margin = margin;
     /* Not all pairs of a pile are measured in the same step. */
-    manifold->age = (pair->cluster + pair->other_cluster) % (MANIFOLD_MAX_AGE / 2);
+    manifold->age = (pair->cluster + pair->other_cluster) % (manifold_limits_of(pair)->age / 2);
 }
 
-static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn) {
+static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn, float limit) {
     float trace = 0.0f; /* 1 + 2 cos(angle) */
     for (int i = 0; i < 3; ++i) {
         trace += pli_vec3_dot(manifold->turn.rows[i], turn.rows[i]);
     }
-    return !(trace > 3.0f - MANIFOLD_TURN);
+    return !(trace > 3.0f - limit);
 }
 
 int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
                                  plii_manifold* manifold, pli_cluster_contact* contacts) {
-    if (++manifold->age > MANIFOLD_MAX_AGE || manifold->key != key ||
-        manifold->margin != margin) {
-        return 0;
-    }
+    const manifold_limits* limits = manifold_limits_of(info);
+    if (++manifold->age > limits->age || manifold->key != key || manifold->margin != margin) { return 0; }
     const pli_transform a = plii_body_clusters(body)->items[info->cluster].frame, b = manifold_other_frame(info);
-    if (manifold_has_turned(manifold, manifold_turn(a, b))) { return 0; }
-    const float slack = MANIFOLD_SLACK * body->collision_margin;
+    if (manifold_has_turned(manifold, manifold_turn(a, b), limits->turn)) { return 0; }
+    const float aside_limit = limits->aside * body->collision_margin;
+    const float approach_limit = limits->approach * body->collision_margin;
     for (int i = 0; i < manifold->count; ++i) {
         const plii_manifold_point* point = &manifold->points[i];
         pli_cluster_contact* contact = &contacts[i];
@@ -67,7 +76,7 @@ int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact
         contact->distance = pli_vec3_dot(gap, contact->normal);
         const pli_vec3 aside = pli_vec3_sub(gap, pli_vec3_scale(contact->normal, contact->distance));
         const float moved = fabsf(contact->distance - point->distance);
-        if (!(pli_vec3_length_squared(aside) < slack * slack && moved < MANIFOLD_APPROACH * slack)) { return 0; }
+        if (!(pli_vec3_length_squared(aside) < aside_limit * aside_limit && moved < approach_limit)) { return 0; }
     }
     return manifold->count;
 }

@@ -143,10 +143,10 @@ static int support_query_packed(const plii_support_groups* groups, pli_vec3 dire
     const plii_support_block* end = groups->packed + support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
         for (int h = 0; h < SUPPORT_HALVES; ++h) {
-            const plii_float4 reach = plii_float4_add(
-                plii_float4_add(plii_float4_mul(plii_float4_load(&block->x[PLII_LANES * h]), x),
-                                plii_float4_mul(plii_float4_load(&block->y[PLII_LANES * h]), y)),
-                plii_float4_mul(plii_float4_load(&block->z[PLII_LANES * h]), z));
+            const plii_float4 reach =
+                plii_float4_add(plii_float4_add(plii_float4_mul(plii_float4_load(&block->x[PLII_LANES * h]), x),
+                                                plii_float4_mul(plii_float4_load(&block->y[PLII_LANES * h]), y)),
+                                plii_float4_mul(plii_float4_load(&block->z[PLII_LANES * h]), z));
             found[h] = plii_lanes_select(plii_lanes_less(best[h], reach), place[h], found[h]);
             best[h] = plii_lanes_max(reach, best[h]);
             place[h] = plii_float4_add(place[h], step);

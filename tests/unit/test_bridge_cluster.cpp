@@ -247,7 +247,8 @@ void test_reference_mode_holds_a_torus(void**) {
     }
 }
 
-// The core's own distances and those of Bullet, for the same pairs.
+// The core's own distances and those of Bullet, for the same pairs. Both are distances of points of the two sides, so
+// the smaller is the better one; Bullet's search sometimes ends a little early.
 void test_distances_equal_those_of_bullet(void**) {
     StockWorld stock;
     stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0), btQuaternion(btVector3(1, 0, 0), btScalar(0.1)));
@@ -260,7 +261,7 @@ void test_distances_equal_those_of_bullet(void**) {
     pli_body* torus = add_clusters(bridge, make_torus(bridge.context(), 0.8f, 0.3f, pli_vec3_make(0.2f, 1, 0.1f)), 8, 6,
                                    contacts_def);
     int compared = 0;
-    double largest = 0;
+    double longer = 0, shorter = 0;
     bridge.set_before_solve([&] {
         std::vector<pli_cluster_contact> contacts(64);
         const int count = pli_body_get_cluster_contacts(torus, 64, contacts.data());
@@ -272,15 +273,17 @@ void test_distances_equal_those_of_bullet(void**) {
             pli_cluster_contact theirs = ours;
             if (!is_first || ours.distance < 0.01f) { continue; }
             assert_true(pliant::bullet_cluster_distance(torus, &theirs, &bridge));
-            largest = std::fmax(largest, std::fabs(static_cast<double>(ours.distance - theirs.distance)));
+            longer = std::fmax(longer, static_cast<double>(ours.distance - theirs.distance));
+            shorter = std::fmax(shorter, static_cast<double>(theirs.distance - ours.distance));
             assert_true(pli_vec3_dot(ours.normal, theirs.normal) > 0.999f);
             ++compared;
         }
     });
     stock.step(200);
-    print_message("           %d distances, apart by at most %.3g m\n", compared, largest);
+    print_message("           %d distances, longer by at most %.3g m, shorter by %.3g m\n", compared, longer, shorter);
     assert_true(compared > 100);
-    check_at_most(largest, 1e-4);
+    check_at_most(longer, 1e-5);
+    check_at_most(shorter, 5e-3);
     pli_rigid_def foreign_def = pli_rigid_def_default();
     pli_cluster_contact foreign = {};
     assert_int_equal(pli_rigid_create(bridge.world(), &foreign_def, &foreign.rigid), PLI_OK);
