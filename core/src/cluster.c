@@ -62,10 +62,10 @@ static void cluster_update_velocities(const pli_body* body, const plii_clusters*
     plii_lanes_to_vec3(&momentum, momentum_sum);
     plii_lanes_to_vec3(&spin, spin_sum);
     const pli_cluster_settings* settings = &cluster->settings;
-    cluster->linear_velocity =
-        pli_vec3_scale(pli_vec3_scale(momentum, cluster->inverse_mass), 1.0f - settings->linear_damping);
-    cluster->angular_velocity =
-        pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin), 1.0f - settings->angular_damping);
+    plii_set_xyz(&cluster->linear_velocity,
+                 pli_vec3_scale(pli_vec3_scale(momentum, cluster->inverse_mass), 1.0f - settings->linear_damping));
+    plii_set_xyz(&cluster->angular_velocity,
+                 pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin), 1.0f - settings->angular_damping));
 }
 
 /* The frame is known; what follows from it. */
@@ -101,7 +101,7 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     plii_lanes_to_vec3(&bounds.min, low);
     plii_lanes_to_vec3(&bounds.max, high);
     if (clusters->def.as_bullet && cluster->has_bounds) {
-        const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(cluster->linear_velocity, body->step.dt), 3.0f);
+        const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
         plii_fat_box_update(&cluster->bounds, bounds, motion, body->collision_margin);
     } else {
         cluster->bounds = bounds;
@@ -274,8 +274,8 @@ static void clusters_apply_drift_impulses(pli_body* body, plii_clusters* cluster
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
-    const plii_float4 linear = plii_lanes_from_vec3(&cluster->linear_velocity);
-    const plii_float4 angular = plii_lanes_from_vec3(&cluster->angular_velocity);
+    const plii_float4 linear = plii_float4_from(&cluster->linear_velocity);
+    const plii_float4 angular = plii_float4_from(&cluster->angular_velocity);
     const plii_float4 damping = plii_float4_all(cluster->settings.node_damping);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;

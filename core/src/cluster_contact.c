@@ -144,7 +144,8 @@ void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row*
     }
 }
 
-void plii_cluster_contact_finish(plii_cluster_contact* contact) {
+void plii_cluster_contact_finish(plii_cluster_contact* contact, const plii_contact_row* row) {
+    if (!contact->as_bullet) { plii_contact_row_finish(row); }
     if (!(contact->split > 0.0f)) { return; }
     pli_vec3 drift = contact->split_drift;
     if (contact->is_self) {

@@ -75,8 +75,8 @@ void plii_contact_row_make(const plii_joint_target targets[2], const pli_vec3 ar
 /* Linear and angular. */
 PLII_SIMD_INLINE void row_take_velocity(const plii_joint_target* target, plii_float4* linear, plii_float4* angular) {
     if (target->cluster != NULL) {
-        *linear = plii_lanes_from_vec3(&target->cluster->linear_velocity);
-        *angular = plii_lanes_from_vec3(&target->cluster->angular_velocity);
+        *linear = plii_float4_from(&target->cluster->linear_velocity);
+        *angular = plii_float4_from(&target->cluster->angular_velocity);
     } else if (target->rigid != NULL) {
         *linear = plii_lanes_from_vec3(&target->rigid->state.linear_velocity);
         *angular = plii_lanes_from_vec3(&target->rigid->state.angular_velocity);
@@ -98,23 +98,46 @@ PLII_SIMD_INLINE plii_float4 row_sum(const pli_vec4 records[3], plii_float4 x, p
                            plii_float4_mul(plii_float4_from(&records[2]), z));
 }
 
-PLII_SIMD_INLINE void row_add(pli_vec3* v, plii_float4 change) {
-    plii_lanes_to_vec3(v, plii_float4_add(plii_lanes_from_vec3(v), change));
-}
-
-PLII_SIMD_INLINE void row_push_cluster(plii_cluster* cluster, plii_float4 impulse, plii_float4 moment) {
-    const plii_float4 change = plii_float4_mul(impulse, plii_float4_all(cluster->inverse_mass));
+PLII_SIMD_INLINE plii_float4 row_turn(const plii_cluster* cluster, plii_float4 moment) {
     const pli_vec3* rows = cluster->inverse_inertia.rows;
     plii_float4 turns[4] = {plii_float4_mul(plii_lanes_from_vec3(&rows[0]), moment),
                             plii_float4_mul(plii_lanes_from_vec3(&rows[1]), moment),
                             plii_float4_mul(plii_lanes_from_vec3(&rows[2]), moment), plii_float4_all(0.0f)};
     plii_float4_turn(turns);
-    const plii_float4 turn = plii_float4_add(plii_float4_add(turns[0], turns[1]), turns[2]);
-    row_add(&cluster->linear_velocity, change);
-    row_add(&cluster->angular_velocity, turn);
-    row_add(&cluster->velocity_impulse, change);
-    row_add(&cluster->angular_velocity_impulse, turn);
+    return plii_float4_add(plii_float4_add(turns[0], turns[1]), turns[2]);
+}
+
+PLII_SIMD_INLINE void row_push(plii_cluster* cluster, plii_float4 impulse, plii_float4 moment) {
+    const plii_float4 change = plii_float4_mul(impulse, plii_float4_all(cluster->inverse_mass));
+    plii_float4_to(&cluster->linear_velocity, plii_float4_add(plii_float4_from(&cluster->linear_velocity), change));
+    plii_float4_to(&cluster->angular_velocity,
+                   plii_float4_add(plii_float4_from(&cluster->angular_velocity), row_turn(cluster, moment)));
+}
+
+/* What the iterations did to the velocity of a cluster its nodes have still to follow. */
+static void row_finish_side(const plii_contact_row* row, int side, plii_float4 x, plii_float4 y, plii_float4 z) {
+    plii_cluster* cluster = row->targets[side].cluster;
+    if (cluster == NULL) { return; }
+    plii_float4 change = plii_float4_mul(row_sum(row->directions, x, y, z), plii_float4_all(cluster->inverse_mass));
+    plii_float4 turn = row_turn(cluster, row_sum(row->turns[side], x, y, z));
+    if (side == 1) {
+        change = plii_float4_negate(change);
+        turn = plii_float4_negate(turn);
+    }
+    const plii_float4 linear = plii_lanes_from_vec3(&cluster->velocity_impulse);
+    const plii_float4 angular = plii_lanes_from_vec3(&cluster->angular_velocity_impulse);
+    plii_lanes_to_vec3(&cluster->velocity_impulse, plii_float4_add(linear, change));
+    plii_lanes_to_vec3(&cluster->angular_velocity_impulse, plii_float4_add(angular, turn));
     cluster->velocity_impulse_count += 1;
+}
+
+void plii_contact_row_finish(const plii_contact_row* row) {
+    /* The motions of clusters that share nodes are averaged over those that were pushed. */
+    if (row->impulses[0] == 0.0f && row->impulses[1] == 0.0f && row->impulses[2] == 0.0f) { return; }
+    const plii_float4 x = plii_float4_all(row->impulses[0]), y = plii_float4_all(row->impulses[1]);
+    const plii_float4 z = plii_float4_all(row->impulses[2]);
+    row_finish_side(row, 0, x, y, z);
+    row_finish_side(row, 1, x, y, z);
 }
 
 void plii_contact_row_solve(plii_contact_row* row, const pli_vec3* rigid_arm) {
@@ -147,14 +170,10 @@ void plii_contact_row_solve(plii_contact_row* row, const pli_vec3* rigid_arm) {
     row->impulses[1] = first;
     row->impulses[2] = second;
     const plii_float4 push = row_sum(row->directions, x, y, z);
-    /* The motions of clusters that share nodes are averaged over those that were pushed. */
-    if (!(plii_lanes_dot(push, push) > 0.0f)) { return; }
-    if (row->targets[0].cluster != NULL) {
-        row_push_cluster(row->targets[0].cluster, push, row_sum(row->turns[0], x, y, z));
-    }
+    if (row->targets[0].cluster != NULL) { row_push(row->targets[0].cluster, push, row_sum(row->turns[0], x, y, z)); }
     const plii_float4 back = plii_float4_negate(push);
     if (row->targets[1].cluster != NULL) {
-        row_push_cluster(row->targets[1].cluster, back, plii_float4_negate(row_sum(row->turns[1], x, y, z)));
+        row_push(row->targets[1].cluster, back, plii_float4_negate(row_sum(row->turns[1], x, y, z)));
     } else if (row->targets[1].rigid != NULL) {
         pli_vec3 impulse;
         plii_lanes_to_vec3(&impulse, back);

@@ -21,5 +21,7 @@ void plii_contact_row_make(const plii_joint_target targets[2], const pli_vec3 ar
                            plii_contact_row* row);
 /* `rigid_arm` is that of a side 1 that is a rigid body. */
 void plii_contact_row_solve(plii_contact_row* row, const pli_vec3* rigid_arm);
+/* Hands the impulses of all iterations on to the nodes of the clusters. */
+void plii_contact_row_finish(const plii_contact_row* row);
 
 #endif

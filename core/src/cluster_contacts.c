@@ -35,7 +35,8 @@ static void cluster_contacts_finish(pli_body* body, void* data, const plii_step*
     (void)step;
     plii_cluster_contacts* state = data;
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_finish(&state->contacts[i == 0 ? 0 : state->count - i]);
+        const int place = i == 0 ? 0 : state->count - i;
+        plii_cluster_contact_finish(&state->contacts[place], cluster_contacts_row(state, place));
     }
 }
 

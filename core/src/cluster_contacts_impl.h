@@ -99,7 +99,7 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations,
                                   plii_contact_row* row);
 void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row* row);
-void plii_cluster_contact_finish(plii_cluster_contact* contact);
+void plii_cluster_contact_finish(plii_cluster_contact* contact, const plii_contact_row* row);
 
 // ---------------------------------------------------------------------------------------------------------- distances
 

@@ -198,8 +198,8 @@ pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_v
         .frame = item->frame,
         .inverse_mass = item->inverse_mass,
         .inverse_inertia_world = item->inverse_inertia,
-        .linear_velocity = item->linear_velocity,
-        .angular_velocity = item->angular_velocity,
+        .linear_velocity = plii_xyz(item->linear_velocity),
+        .angular_velocity = plii_xyz(item->angular_velocity),
         .contains_pinned_node = item->contains_pinned_node,
     };
     return PLI_OK;

@@ -26,7 +26,7 @@ typedef struct plii_cluster {
     pli_transform frame; /* this and what follows is of the step in progress; current only when `has_frame` */
     pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not with as_bullet */
     pli_mat3 inverse_inertia;
-    pli_vec3 linear_velocity, angular_velocity;
+    pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
     /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
     pli_vec3 velocity_impulse, angular_velocity_impulse;
     pli_vec3 drift_impulse, angular_drift_impulse;

@@ -135,7 +135,7 @@ void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clu
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
     cluster->turn = pli_quat_identity();
-    cluster->linear_velocity = cluster->angular_velocity = pli_vec3_make(0, 0, 0);
+    cluster->linear_velocity = cluster->angular_velocity = (pli_vec4){0};
     cluster->has_bounds = false;
 }
 

@@ -62,7 +62,7 @@ float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli
 
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target) {
     if (target->rigid != NULL) { return target->rigid->state.angular_velocity; }
-    return target->cluster != NULL ? target->cluster->angular_velocity : pli_vec3_make(0, 0, 0);
+    return target->cluster != NULL ? plii_xyz(target->cluster->angular_velocity) : pli_vec3_make(0, 0, 0);
 }
 
 void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
@@ -81,7 +81,7 @@ void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 i
     if (cluster == NULL) { return; }
     const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
     cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
-    cluster->angular_velocity = pli_vec3_add(cluster->angular_velocity, turn);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), turn));
     cluster->velocity_impulse_count += 1;
 }
 

@@ -37,7 +37,9 @@ float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli
 static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, pli_vec3 offset) {
     if (target->rigid != NULL) { return plii_rigid_velocity_at(target->rigid, offset); }
     if (target->cluster == NULL) { return pli_vec3_make(0, 0, 0); }
-    return pli_vec3_add(target->cluster->linear_velocity, pli_vec3_cross(target->cluster->angular_velocity, offset));
+    const plii_cluster* cluster = target->cluster;
+    return pli_vec3_add(plii_xyz(cluster->linear_velocity),
+                        pli_vec3_cross(plii_xyz(cluster->angular_velocity), offset));
 }
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
 
@@ -50,9 +52,9 @@ static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli
     const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
     const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
     cluster->velocity_impulse = pli_vec3_add(cluster->velocity_impulse, change);
-    cluster->linear_velocity = pli_vec3_add(cluster->linear_velocity, change);
+    plii_set_xyz(&cluster->linear_velocity, pli_vec3_add(plii_xyz(cluster->linear_velocity), change));
     cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
-    cluster->angular_velocity = pli_vec3_add(cluster->angular_velocity, turn);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), turn));
     cluster->velocity_impulse_count += 1;
 }
 void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);
