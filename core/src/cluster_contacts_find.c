@@ -663,6 +663,8 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
 #define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
 /* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
 #define CLUSTER_CONTACTS_PER_CLUSTER 12
+/* With rigid bodies, where a body of few clusters lies in a heap of them. */
+#define CLUSTER_CONTACTS_MORE_PAIRS 8
 
 static int cluster_contacts_least(int a, int b) {
     return a < b ? a : b;
@@ -690,7 +692,8 @@ void plii_cluster_contacts_make_room(pli_body* body, void* data) {
     if (state->def.with_rigids && world->rigid_count > 0) {
         contacts += cluster_contacts_least(CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 4);
         if (world->has_convex_shapes) {
-            pairs += cluster_contacts_least(clusters + clusters / 2, CLUSTER_CONTACTS_MAX_ROOM);
+            pairs += cluster_contacts_least(clusters + clusters / 2, CLUSTER_CONTACTS_MAX_ROOM) +
+                     CLUSTER_CONTACTS_MORE_PAIRS;
         }
         if (world->has_other_shapes) {
             (void)PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count);
