@@ -144,16 +144,13 @@ pli_status append_parts(const btCollisionShape& shape, const btTransform& pose, 
     return status;
 }
 
-// 64-bit FNV-1a.
-void add_to_hash(std::uint64_t& hash, const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) {
-        hash = (hash ^ bytes[i]) * 1099511628211u;
-    }
-}
-
-template <typename T> void add_to_hash(std::uint64_t& hash, const T& value) {
-    add_to_hash(hash, &value, sizeof value);
+// As FNV-1a, a value at a time: bytes are a chain of fifty multiplications for each object and step.
+template <typename T> void add_to_hash(std::uint64_t& hash, T value) {
+    static_assert(sizeof value <= sizeof hash);
+    std::uint64_t word = 0;
+    std::memcpy(&word, &value, sizeof value);
+    hash = (hash ^ word) * 1099511628211u;
+    hash ^= hash >> 32; // products do not reach lower bits
 }
 
 void add_to_hash(std::uint64_t& hash, const btVector3& v) {

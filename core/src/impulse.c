@@ -3,16 +3,32 @@
 
 #include "rigid_impl.h"
 
+/* Without the products by zero of the cross and the diagonal matrices. */
 pli_mat3 plii_impulse_matrix(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset) {
-    const pli_mat3 cross = plii_mat3_cross(offset);
-    const pli_mat3 turn = pli_mat3_mul(pli_mat3_mul(cross, rigid_inverse_inertia), cross);
-    pli_mat3 response = plii_mat3_diagonal(rigid_inverse_mass, rigid_inverse_mass, rigid_inverse_mass);
+    const pli_vec3* w = rigid_inverse_inertia.rows;
+    const float x = offset.x, y = offset.y, z = offset.z;
+    /* [offset]x W */
+    const pli_vec3 turned[3] = {pli_vec3_sub(pli_vec3_scale(w[2], y), pli_vec3_scale(w[1], z)),
+                                pli_vec3_sub(pli_vec3_scale(w[0], z), pli_vec3_scale(w[2], x)),
+                                pli_vec3_sub(pli_vec3_scale(w[1], x), pli_vec3_scale(w[0], y))};
+    float response[3][3];
     for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_sub(response.rows[i], turn.rows[i]);
+        const pli_vec3 t = turned[i];
+        response[i][0] = t.z * y - t.y * z;
+        response[i][1] = t.x * z - t.z * x;
+        response[i][2] = t.y * x - t.x * y;
+        response[i][i] = point_inverse_mass + (rigid_inverse_mass + response[i][i]);
     }
-    const pli_mat3 point = plii_mat3_diagonal(point_inverse_mass, point_inverse_mass, point_inverse_mass);
+    pli_mat3 sum;
+    for (int i = 0; i < 3; ++i) {
+        sum.rows[i] = pli_vec3_make(response[i][0], response[i][1], response[i][2]);
+    }
+    pli_mat3 matrix = plii_mat3_inverse(sum);
     const float inverse_dt = 1.0f / dt;
-    return pli_mat3_mul(plii_mat3_diagonal(inverse_dt, inverse_dt, inverse_dt),
-                        plii_mat3_inverse(plii_mat3_add(point, response)));
+    for (int i = 0; i < 3; ++i) {
+        /* The sum with a product by zero makes negative zeros positive. */
+        matrix.rows[i] = pli_vec3_add(pli_vec3_scale(matrix.rows[i], inverse_dt), pli_vec3_make(0, 0, 0));
+    }
+    return matrix;
 }

@@ -1,28 +1,37 @@
 /* Matrix helpers; the order of operations follows btMatrix3x3. */
 
+#include "lanes.h"
+
 #include "vec.h"
 
-/* The range of row . p over the box; an axis that the row does not see must not bring in its infinity. */
-static void bounds_project(pli_bounds local, pli_vec3 row, float offset, float* low, float* high) {
-    const float weights[3] = {row.x, row.y, row.z};
-    const float mins[3] = {local.min.x, local.min.y, local.min.z};
-    const float maxs[3] = {local.max.x, local.max.y, local.max.z};
-    *low = *high = offset;
-    for (int i = 0; i < 3; ++i) {
-        if (weights[i] == 0.0f) { continue; }
-        const bool is_positive = weights[i] > 0.0f;
-        *low += weights[i] * (is_positive ? mins[i] : maxs[i]);
-        *high += weights[i] * (is_positive ? maxs[i] : mins[i]);
-    }
-    if (isnan(*low)) { *low = -INFINITY; }
-    if (isnan(*high)) { *high = INFINITY; }
+/* Rows times the range of one axis: 0 where they do not see the axis, whose infinity must not come in. */
+static void bounds_add_axis(plii_float4 weights, float min, float max, plii_float4* low, plii_float4* high) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
+    const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
+    const plii_mask4 is_blind = plii_lanes_both(plii_lanes_at_most(weights, zero), plii_lanes_at_most(zero, weights));
+    const plii_mask4 is_positive = plii_lanes_less(zero, weights);
+    const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
+    const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
+    *low = plii_float4_add(*low, plii_lanes_select(is_blind, zero, least));
+    *high = plii_float4_add(*high, plii_lanes_select(is_blind, zero, most));
 }
 
 pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose) {
+    const pli_vec3* rows = pose.rotation.rows;
+    plii_float4 columns[4] = {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]),
+                              plii_lanes_from_vec3(&rows[2]), plii_float4_all(0.0f)};
+    plii_float4_turn(columns);
+    plii_float4 low = plii_lanes_from_vec3(&pose.origin), high = low;
+    bounds_add_axis(columns[0], local.min.x, local.max.x, &low, &high);
+    bounds_add_axis(columns[1], local.min.y, local.max.y, &low, &high);
+    bounds_add_axis(columns[2], local.min.z, local.max.z, &low, &high);
+    /* Where infinities met there is no number. */
+    low = plii_lanes_select(plii_lanes_at_most(low, low), low, plii_float4_all(-INFINITY));
+    high = plii_lanes_select(plii_lanes_at_most(high, high), high, plii_float4_all(INFINITY));
     pli_bounds world;
-    bounds_project(local, pose.rotation.rows[0], pose.origin.x, &world.min.x, &world.max.x);
-    bounds_project(local, pose.rotation.rows[1], pose.origin.y, &world.min.y, &world.max.y);
-    bounds_project(local, pose.rotation.rows[2], pose.origin.z, &world.min.z, &world.max.z);
+    plii_lanes_to_vec3(&world.min, low);
+    plii_lanes_to_vec3(&world.max, high);
     return world;
 }
 
