@@ -226,7 +226,7 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 // ------------------------------------------------------------------------------------------ derived quantities
 
 void plii_body_refresh(pli_body* body) {
-    plii_body_update_bounds(body);
+    if (!plii_solver_update_bounds(body)) { return; }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
 }
 
@@ -332,6 +332,13 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     PLII_TRY(body_check_idle(body, __func__));
     if (!plii_transform_is_finite(transform)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 moved = pli_transform_point(transform, plii_xyz(body->positions[i]));
+        const pli_vec3 turned = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
+        if (!plii_vec3_is_finite(moved) || !plii_vec3_is_finite(turned)) {
+            return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform takes node %d out of range", i);
+        }
     }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], pli_transform_point(transform, plii_xyz(body->positions[i])));

@@ -97,7 +97,8 @@ extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 
-void plii_body_update_bounds(pli_body* body);
+/* True when all nodes are finite. */
+bool plii_body_update_bounds(pli_body* body);
 /* The first one, or PLI_NULL_INDEX. */
 int plii_body_find_non_finite_node(const pli_body* body);
 static inline float plii_link_stiffness(const pli_body* body, int link) {
@@ -109,7 +110,7 @@ static inline float plii_link_mass_term(const pli_body* body, int link) {
     const int* nodes = body->links[link].nodes;
     return (body->positions[nodes[0]].w + body->positions[nodes[1]].w) / plii_link_stiffness(body, link);
 }
-/* REFRESH stage outside of a step, after positions were set. */
+/* What follows from positions, after they were set. */
 void plii_body_refresh(pli_body* body);
 
 /* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
@@ -121,10 +122,11 @@ extern const plii_solver_class plii_position_solver;
 /* PLI_OK when the body may take up or leave `solver_class`; not while stepping, nor from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
-/* Puts a body with a node that is NaN or infinite back to the start of the step and freezes it, with an event. */
-bool plii_solver_freeze_if_not_finite(pli_body* body);
-/* At the end of a prediction: bounds of the predicted positions, or of the whole way where a feature looks at it. */
-void plii_solver_update_bounds(pli_body* body);
+/* Bounds of the nodes. False when one is NaN or infinite: the body is put back to the start of the step and frozen
+   then, with an event. */
+bool plii_solver_update_bounds(pli_body* body);
+/* At the end of a prediction: the same, of the whole way where a feature looks at it. */
+bool plii_solver_update_predicted_bounds(pli_body* body);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);

@@ -173,6 +173,9 @@ size_t plii_feature_bytes(const pli_body* body);
 /* At most `capacity` of those that are enabled; returns how many there are. */
 int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features);
 
+static inline bool plii_stage_is_empty(const plii_pipeline* pipeline, plii_stage stage) {
+    return pipeline->begin[stage] == pipeline->begin[stage + 1];
+}
 void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
 
 #endif

@@ -5,31 +5,32 @@
 #include "body_impl.h"
 
 /* Two chains, since each comparison waits for the one before. */
-void plii_body_update_bounds(pli_body* body) {
+bool plii_body_update_bounds(pli_body* body) {
     const pli_vec4* positions = body->positions;
     const int count = body->node_count;
     plii_float4 low[2], high[2];
+    plii_mask4 finite[2];
     low[0] = low[1] = high[0] = high[1] = plii_float4_from(&positions[0]);
+    finite[0] = finite[1] = plii_lanes_finite(low[0]);
     for (int i = 1; i + 1 < count; i += 2) {
         const plii_float4 a = plii_float4_from(&positions[i]), b = plii_float4_from(&positions[i + 1]);
         low[0] = plii_lanes_min(a, low[0]);
         high[0] = plii_lanes_max(a, high[0]);
         low[1] = plii_lanes_min(b, low[1]);
         high[1] = plii_lanes_max(b, high[1]);
+        finite[0] = plii_lanes_both(finite[0], plii_lanes_finite(a));
+        finite[1] = plii_lanes_both(finite[1], plii_lanes_finite(b));
     }
     const plii_float4 last = plii_float4_from(&positions[count - 1]);
     pli_bounds bounds;
     plii_lanes_to_vec3(&bounds.min, plii_lanes_min(last, plii_lanes_min(low[1], low[0])));
     plii_lanes_to_vec3(&bounds.max, plii_lanes_max(last, plii_lanes_max(high[1], high[0])));
     body->bounds = plii_bounds_grow(bounds, body->collision_margin);
+    const plii_mask4 all = plii_lanes_both(plii_lanes_finite(last), plii_lanes_both(finite[0], finite[1]));
+    return (plii_lanes_bits(all) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
 int plii_body_find_non_finite_node(const pli_body* body) {
-    plii_mask4 all = plii_lanes_finite(plii_float4_all(0.0f));
-    for (int i = 0; i < body->node_count; ++i) {
-        all = plii_lanes_both(all, plii_lanes_finite(plii_float4_from(&body->positions[i])));
-    }
-    if ((plii_lanes_bits(all) & PLII_LANES_XYZ) == PLII_LANES_XYZ) { return PLI_NULL_INDEX; }
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_vec3_is_finite(plii_xyz(body->positions[i]))) { return i; }
     }

@@ -226,8 +226,7 @@ static void implicit_predict(pli_body* body, float dt) {
     implicit_add_solution(body, system->solution, step->dt);
 
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
-    if (plii_solver_freeze_if_not_finite(body)) { return; }
-    plii_solver_update_bounds(body);
+    plii_solver_update_predicted_bounds(body);
 }
 
 // -------------------------------------------------------------------------------------------- anchors and contacts

@@ -85,8 +85,7 @@ static void xpbd_predict(pli_body* body, float dt) {
         plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, whole_dt)));
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
-    if (plii_solver_freeze_if_not_finite(body)) { return; }
-    plii_solver_update_bounds(body);
+    plii_solver_update_predicted_bounds(body);
 }
 
 /* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements

@@ -9,9 +9,9 @@
 
 // ------------------------------------------------------------------------------------------------ finiteness
 
-bool plii_solver_freeze_if_not_finite(pli_body* body) {
+bool plii_solver_update_bounds(pli_body* body) {
+    if (plii_body_update_bounds(body)) { return true; }
     const int node = plii_body_find_non_finite_node(body);
-    if (node == PLI_NULL_INDEX) { return false; }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
         body->velocities[i] = (pli_vec4){0};
@@ -19,7 +19,7 @@ bool plii_solver_freeze_if_not_finite(pli_body* body) {
     body->is_frozen = true;
     plii_body_update_bounds(body);
     plii_world_add_event(body->world, (pli_event){PLI_EVENT_BODY_FROZEN, body, node});
-    return true;
+    return false;
 }
 
 // ------------------------------------------------------------------------------------------------ prediction
@@ -59,26 +59,45 @@ static void solver_move(pli_body* body, float dt) {
     }
 }
 
-void plii_solver_update_bounds(pli_body* body) {
+/* All of it in one pass, where nothing but gravity pulls. */
+static void solver_fly(pli_body* body, float dt) {
+    const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
+    const plii_float4 added = plii_lanes_from_vec3(&change), zero = plii_float4_all(0.0f), step = plii_float4_all(dt);
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 position = plii_float4_from(&body->positions[i]),
+                          start = plii_float4_from(&body->velocities[i]);
+        const plii_mask4 is_free = plii_lanes_less(zero, plii_lanes_all_w(position));
+        const plii_float4 velocity = plii_lanes_select(is_free, plii_float4_add(start, added), start);
+        plii_float4_to(&body->velocities[i], velocity);
+        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
+        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, step)));
+    }
+}
+
+bool plii_solver_update_predicted_bounds(pli_body* body) {
     const pli_bounds before = body->bounds;
-    plii_body_update_bounds(body);
-    if (body->sweeping_features > 0) {
+    const bool is_finite = plii_solver_update_bounds(body);
+    if (is_finite && body->sweeping_features > 0) {
         body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
         body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
     }
+    return is_finite;
 }
 
 static void solver_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
-    solver_add_gravity(body, step->dt);
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-    if (body->forces != NULL) { solver_add_forces(body, step->dt); }
-    solver_move(body, step->dt);
+    if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
+        solver_fly(body, step->dt);
+    } else {
+        solver_add_gravity(body, step->dt);
+        plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+        if (body->forces != NULL) { solver_add_forces(body, step->dt); }
+        solver_move(body, step->dt);
+    }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
-    if (plii_solver_freeze_if_not_finite(body)) { return; }
-    plii_solver_update_bounds(body);
+    plii_solver_update_predicted_bounds(body);
 }
 
 // ------------------------------------------------------------------------------------------------- iterations
@@ -129,7 +148,7 @@ static void solver_solve(pli_body* body) {
     }
     if (settings->drift_iterations > 0) {
         /* The drift solve measures from the solved positions, which must be good to fall back to. */
-        if (plii_solver_freeze_if_not_finite(body)) { return; }
+        if (!plii_solver_update_bounds(body)) { return; }
         for (int i = 0; i < body->node_count; ++i) {
             plii_set_xyz(&body->previous[i], plii_xyz(body->positions[i]));
         }

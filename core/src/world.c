@@ -330,7 +330,7 @@ pli_status pli_world_solve(pli_world* world) {
     plii_world_profile(world, "refresh", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (!body->is_frozen && !plii_solver_freeze_if_not_finite(body)) { plii_body_refresh(body); }
+        if (!body->is_frozen) { plii_body_refresh(body); }
     }
     plii_world_profile(world, "refresh", NULL, false);
     world->is_stepping = false;
