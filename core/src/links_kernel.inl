@@ -136,6 +136,13 @@ static void links_blocks(const plii_links_task* task, int begin, int end) {
         const uint32_t(*places)[2][PLII_LINK_GROUP] =
             (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
         const plii_link_tag* tags = colors->block_tags + first;
+        if (count == 1) { /* the next colour waits for this one: not by way of memory */
+            links_group group;
+            links_measure_block(&group, positions, places[0], rest,
+                                inverse_stiffnesses[tags[0] & (PLII_LINK_TAG_BENDING - 1)]);
+            links_move_block(&group, positions, places[0]);
+            return;
+        }
         for (int i = 0; i < count; ++i) {
             links_measure_block(&groups[i], positions, places[i], rest + (ptrdiff_t)PLII_LINK_GROUP * i,
                                 inverse_stiffnesses[tags[i] & (PLII_LINK_TAG_BENDING - 1)]);
