@@ -152,7 +152,15 @@ PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed
                          _mm256_permute2f128_ps(r4, r5, 0x31), _mm256_permute2f128_ps(r6, r7, 0x31)}};
 }
 
-/* x, y, z of each record plus or minus those of b times the number in its lane, w as it is. */
+/* x, y, z of each record times the number in its lane, w 0. */
+PLII_SIMD_INLINE plii_packed8 plii_packed8_scale_xyz(plii_packed8 a, plii_float8 factors) {
+    const __m256 zero = _mm256_setzero_ps();
+    return (plii_packed8){{_mm256_blend_ps(_mm256_mul_ps(a.pairs[0], _mm256_permute_ps(factors, 0x00)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[1], _mm256_permute_ps(factors, 0x55)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[2], _mm256_permute_ps(factors, 0xaa)), zero, 0x88),
+                           _mm256_blend_ps(_mm256_mul_ps(a.pairs[3], _mm256_permute_ps(factors, 0xff)), zero, 0x88)}};
+}
+/* Those added or taken away, for records that are in registers. */
 PLII_SIMD_INLINE plii_packed8 plii_packed8_add_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
     const __m256 s0 = _mm256_mul_ps(b.pairs[0], _mm256_permute_ps(factors, 0x00));
     const __m256 s1 = _mm256_mul_ps(b.pairs[1], _mm256_permute_ps(factors, 0x55));

@@ -11,7 +11,7 @@ enum { XPBD_LINKS_BATCH = 8 }; /* groups */
 typedef struct xpbd_links_group {
     plii_packed8 delta; /* from the first nodes to the others */
     plii_float8 length_squared;
-    plii_float8 motion;         /* along delta in this substep, where it is damped */
+    plii_float8 motion;         /* along delta in this substep, only where it is damped */
     plii_float8 mass_a, mass_b; /* inverse masses, later moves along delta */
 } xpbd_links_group;
 
@@ -30,7 +30,6 @@ PLII_SIMD_INLINE void xpbd_links_measure(xpbd_links_group* group, xpbd_links_nod
                                     plii_packed8_sub(b.displacements, a.displacements));
     const plii_records8 d = plii_packed8_turn(group->delta);
     group->length_squared = xpbd_links_dot(d.x, d.y, d.z, d.x, d.y, d.z);
-    group->motion = plii_float8_all(0.0f);
     group->mass_a = plii_packed8_turn(a.displacements).w;
     group->mass_b = plii_packed8_turn(b.displacements).w;
 }
@@ -44,6 +43,13 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
     group->motion = xpbd_links_dot(d.x, d.y, d.z, motion.x, motion.y, motion.z);
 }
 
+PLII_SIMD_INLINE bool xpbd_links_is_damped(const plii_xpbd_link_softness* softness) {
+    return softness->gamma > 0.0f;
+}
+PLII_SIMD_INLINE bool xpbd_links_is_soft(const plii_xpbd_link_softness* softness) {
+    return softness->alpha > 0.0f;
+}
+
 PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
     a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
     return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
@@ -51,18 +57,20 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
 
 /* plii_xpbd_multiplier, then the moves. Links without length have no direction; lanes without a link have an infinite
    value, and so no finite change. */
-PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness, bool is_soft,
+PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
                                         const float* rest_lengths, float* multipliers) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(group->length_squared);
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
     plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length), move;
-    if (is_soft) {
+    if (xpbd_links_is_soft(softness)) {
         const plii_float8 inverse =
             plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
         const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
-        force = plii_float8_sub(plii_float8_sub(force, plii_float8_mul(alpha, plii_float8_load(multipliers))),
-                                plii_float8_mul(gamma, plii_float8_mul(group->motion, inverse)));
+        force = plii_float8_sub(force, plii_float8_mul(alpha, plii_float8_load(multipliers)));
+        if (xpbd_links_is_damped(softness)) {
+            force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(group->motion, inverse)));
+        }
         const plii_float8 divisor =
             plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
         const plii_float8 change =
@@ -77,12 +85,6 @@ PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd
     group->mass_b = plii_float8_mul(group->mass_b, move);
 }
 
-PLII_SIMD_INLINE bool xpbd_links_is_damped(const plii_xpbd_link_softness* softness) {
-    return softness->gamma > 0.0f;
-}
-PLII_SIMD_INLINE bool xpbd_links_is_soft(const plii_xpbd_link_softness* softness) {
-    return softness->alpha > 0.0f;
-}
 PLII_SIMD_INLINE const plii_xpbd_link_softness* xpbd_links_softness(const plii_xpbd_links_task* task,
                                                                     plii_link_tag tag) {
     return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
@@ -105,7 +107,7 @@ PLII_SIMD_INLINE void xpbd_links_load_motion(xpbd_links_group* group, const plii
 PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end,
                                      ptrdiff_t stride, ptrdiff_t offset) {
     const plii_xpbd_link_softness* softness = xpbd_links_softness(task, run->tag);
-    const bool is_soft = xpbd_links_is_soft(softness), is_damped = xpbd_links_is_damped(softness);
+    const bool is_damped = xpbd_links_is_damped(softness);
     const ptrdiff_t step = PLII_LINK_GROUP * stride;
     const bool is_mixed = stride == 2 && offset == 1;
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
@@ -128,7 +130,7 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
             if (is_damped) { xpbd_links_load_motion(&groups[i], task->substep, a, a + offset, stride); }
         }
         for (int i = 0; i < count; ++i) {
-            xpbd_links_divide(&groups[i], softness, is_soft, task->rest_lengths + slot + PLII_LINK_GROUP * i,
+            xpbd_links_divide(&groups[i], softness, task->rest_lengths + slot + PLII_LINK_GROUP * i,
                               task->multipliers + slot + PLII_LINK_GROUP * i);
         }
         for (int i = 0; i < count; ++i) {
@@ -141,8 +143,8 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
                 a = plii_packed8_load(at, stride);
                 b = plii_packed8_load(at + offset, stride);
             }
-            a = plii_packed8_sub_scaled(a, g->delta, g->mass_a);
-            b = plii_packed8_add_scaled(b, g->delta, g->mass_b);
+            a = plii_packed8_sub(a, plii_packed8_scale_xyz(g->delta, g->mass_a));
+            b = plii_packed8_add(b, plii_packed8_scale_xyz(g->delta, g->mass_b));
             if (is_mixed) {
                 plii_packed8_store_mixed(at, a, b);
             } else {
@@ -184,10 +186,10 @@ PLII_SIMD_INLINE void xpbd_links_measure_block(xpbd_links_group* group, const pl
 }
 PLII_SIMD_INLINE void xpbd_links_move_block(const xpbd_links_group* g, pli_vec4* displacements, const uint32_t* a,
                                             const uint32_t* b) {
-    const plii_packed8 moved_a = plii_packed8_sub_scaled(plii_packed8_gather(displacements, a), g->delta, g->mass_a);
-    const plii_packed8 moved_b = plii_packed8_add_scaled(plii_packed8_gather(displacements, b), g->delta, g->mass_b);
-    plii_packed8_scatter(displacements, a, moved_a);
-    plii_packed8_scatter(displacements, b, moved_b);
+    const plii_packed8 change_a = plii_packed8_scale_xyz(g->delta, g->mass_a);
+    plii_packed8_scatter(displacements, a, plii_packed8_sub(plii_packed8_gather(displacements, a), change_a));
+    const plii_packed8 change_b = plii_packed8_scale_xyz(g->delta, g->mass_b);
+    plii_packed8_scatter(displacements, b, plii_packed8_add(plii_packed8_gather(displacements, b), change_b));
 }
 
 static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int end) {
@@ -205,8 +207,7 @@ static void xpbd_links_blocks(const plii_xpbd_links_task* task, int begin, int e
         }
         for (int i = 0; i < count; ++i) {
             const plii_xpbd_link_softness* softness = xpbd_links_softness(task, colors->block_tags[first + i]);
-            xpbd_links_divide(&groups[i], softness, xpbd_links_is_soft(softness),
-                              task->rest_lengths + slot + PLII_LINK_GROUP * i,
+            xpbd_links_divide(&groups[i], softness, task->rest_lengths + slot + PLII_LINK_GROUP * i,
                               task->multipliers + slot + PLII_LINK_GROUP * i);
         }
         for (int i = 0; i < count; ++i) {
@@ -244,8 +245,9 @@ static void xpbd_links_serial(const plii_xpbd_links_task* task) {
         }
         const plii_xpbd_link_softness* softness = xpbd_links_softness(task, plii_link_colors_tag(body, link));
         xpbd_links_group group;
+        group.motion = plii_float8_all(0.0f);
         xpbd_links_measure_block(&group, task, places[0], places[1], xpbd_links_is_damped(softness));
-        xpbd_links_divide(&group, softness, xpbd_links_is_soft(softness), rests, multipliers);
+        xpbd_links_divide(&group, softness, rests, multipliers);
         xpbd_links_move_block(&group, task->substep->displacements, places[0], places[1]);
         task->multipliers[first_slot + i] = multipliers[last];
     }
