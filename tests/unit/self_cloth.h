@@ -133,4 +133,26 @@ static inline void self_steps(self_scene* scene, int steps) {
     }
 }
 
+/* Loose nodes, no gravity. */
+static inline pli_body* self_make_loose(self_scene* scene, int count, const pli_vec3* positions, const float* masses) {
+    assert_int_equal(pli_world_set_gravity(scene->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(scene->context, &mesh), PLI_OK);
+    for (int i = 0; i < count; ++i) {
+        assert_int_equal(pli_mesh_append_node(mesh, positions[i], masses[i], NULL), PLI_OK);
+    }
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+static inline pli_self_collision_def self_make_def(float thickness, float friction, float speed_limit_ratio) {
+    pli_self_collision_def def = pli_self_collision_def_default();
+    def.thickness = thickness;
+    def.friction = friction;
+    def.speed_limit_ratio = speed_limit_ratio;
+    return def;
+}
+
 #endif

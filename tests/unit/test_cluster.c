@@ -467,20 +467,23 @@ static void test_bad_input(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_every_node_is_in_a_cluster, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_inverted_body_recovers, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_way, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_node_damping_takes_out_deformation, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_linear_damping_is_seen_by_the_cluster, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_degenerate_clusters_stay_finite, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pinned_nodes_never_move, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_clusters_follow_a_cut, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_clusters_as_they_were, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_every_node_is_in_a_cluster, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_clusters_are_replaced_and_removed, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_enabling_again_keeps_clusters, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_frame_follows_a_rigid_motion, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_inverted_body_recovers, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_way, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_node_damping_takes_out_deformation, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_linear_damping_is_seen_by_the_cluster, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_degenerate_clusters_stay_finite, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_never_move, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_clusters_follow_a_cut, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_clusters_as_they_were, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_bad_input, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

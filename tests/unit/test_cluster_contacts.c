@@ -619,20 +619,24 @@ static void test_bad_input(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bodies_come_to_rest, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_slabs_stack, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_frozen_bodies_take_no_impulses, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pinned_clusters_meet_dynamic_bodies_only, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_contacts_go_with_what_they_name, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_switched_off_kinds_make_no_contacts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_useless_distances_are_harmless, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_out_of_memory_is_survived, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bodies_come_to_rest, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_slabs_stack, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_large_cluster_finds_the_nearest_node, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_folded_ribbon_stays_above_itself, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_frozen_bodies_take_no_impulses, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_clusters_meet_dynamic_bodies_only, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_go_with_what_they_name, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_switched_off_kinds_make_no_contacts, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_useless_distances_are_harmless, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_out_of_memory_is_survived, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bad_input, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,33 +4,11 @@
 /* A world, soft bodies with clusters and rigid bodies, and sums over them; for the tests of clusters, joints and
    cluster contacts. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #include <string.h>
-
-static pli_context* context;
-static pli_world* world;
-
-/* No gravity. */
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    pli_world_def def = pli_world_def_default();
-    def.gravity = pli_vec3_make(0, 0, 0);
-    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 /* Takes the mesh. */
 static inline pli_body* make_body(pli_mesh* mesh, float margin) {

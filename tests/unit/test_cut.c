@@ -4,6 +4,7 @@
 #include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
+#include "world_fixture.h"
 
 #include <pliant/pliant.h>
 
@@ -12,27 +13,6 @@
 #include <string.h>
 
 static const float dt = 1.0f / 60.0f;
-
-typedef struct fixture {
-    pli_context* context;
-    pli_world* world;
-} fixture;
-
-static int setup(void** state) {
-    fixture* f = calloc(1, sizeof *f);
-    if (f == NULL || pli_context_create(NULL, &f->context) != PLI_OK) { return -1; }
-    *state = f;
-    return pli_world_create(f->context, NULL, &f->world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    fixture* f = *state;
-    pli_world_destroy(f->world);
-    const size_t left = pli_context_allocated_bytes(f->context);
-    pli_context_destroy(f->context);
-    free(f);
-    return left == 0 ? 0 : -1;
-}
 
 static pli_body* take_mesh(const fixture* f, pli_mesh* mesh) {
     pli_body* body = NULL;
@@ -1034,7 +1014,7 @@ static void test_lack_of_memory_changes_nothing(void** state) {
 }
 
 int main(void) {
-#define CUT_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define CUT_TEST(name) cmocka_unit_test_setup_teardown(name, setup_fixture, teardown_fixture)
     const struct CMUnitTest tests[] = {
         CUT_TEST(test_wall_parts_a_sheet),
         CUT_TEST(test_refine_without_cut_keeps_one_part),

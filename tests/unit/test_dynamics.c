@@ -1,27 +1,8 @@
 /* The step against closed forms: free fall, pendulum, spring, catenary; invariants; freezing of bodies that blow up. */
 
-#include "check.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #include <string.h>
-
-static pli_context* context;
-static pli_world* world;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 static pli_body* make_rope(pli_vec3 from, pli_vec3 to, int inner_nodes, int pins, float stiffness, int iterations) {
     pli_mesh* mesh = NULL;
@@ -298,7 +279,7 @@ static void test_profile_names_what_a_step_does(void** unused) {
     assert_int_equal(log.calls, calls);
 }
 
-#define DYNAMICS_TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define DYNAMICS_TEST(name) cmocka_unit_test_setup_teardown(name, setup_world, teardown_world)
 
 int main(void) {
     const struct CMUnitTest tests[] = {

@@ -1,32 +1,12 @@
 /* Aerodynamics, pressure, volume conservation: forces against their formulas, limits, what they cost, bad input. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #include <string.h>
 
-static pli_context* context;
-static pli_world* world;
 static const float dt = 1.0f / 60.0f;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    pli_world_def def = pli_world_def_default();
-    def.gravity = pli_vec3_make(0, 0, 0);
-    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 /* Takes the mesh over. Without position iterations velocities stay as predicted, so that they show the forces. */
 static pli_body* make_body(pli_mesh* mesh, int position_iterations) {
@@ -316,16 +296,6 @@ static void test_running_out_of_memory_leaves_nothing(void** unused) {
 
 // ---------------------------------------------------------------------------------------------------- errors
 
-#define check_refused(call, expected_status, expected_text)                                                            \
-    do {                                                                                                               \
-        const size_t bytes = pli_context_allocated_bytes(context);                                                     \
-        assert_int_equal(call, expected_status);                                                                       \
-        if (strstr(pli_last_error(context), expected_text) == NULL) {                                                  \
-            fail_msg("\"%s\" does not say \"%s\"", pli_last_error(context), expected_text);                            \
-        }                                                                                                              \
-        assert_int_equal(pli_context_allocated_bytes(context), bytes);                                                 \
-    } while (0)
-
 static void test_bad_input_is_refused(void** unused) {
     (void)unused;
     pli_body* ball = make_ball(1);
@@ -368,16 +338,19 @@ static void test_bad_input_is_refused(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_drag_follows_the_formula_of_each_model, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_drag_never_turns_a_light_sheet_round, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pinned_nodes_stay_in_a_storm, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pressure_pushes_along_the_normals, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_no_volume_no_pressure, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_volume_conservation_acts_against_the_change, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_disabling_gives_the_memory_back, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steps_do_not_allocate, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_drag_follows_the_formula_of_each_model, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_drag_never_turns_a_light_sheet_round, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_stay_in_a_storm, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pressure_pushes_along_the_normals, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_no_volume_no_pressure, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_volume_conservation_acts_against_the_change, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_disabling_gives_the_memory_back, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steps_do_not_allocate, setup_weightless_world, teardown_world),
         cmocka_unit_test(test_running_out_of_memory_leaves_nothing),
-        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

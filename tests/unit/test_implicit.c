@@ -1,28 +1,9 @@
 /* The implicit solver against closed forms and against the linear system assembled dense in double; stability for
    extreme stiffness, masses and steps; its work with forces, anchors, contacts and cuts; misuse. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
-
-static pli_context* context;
-static pli_world* world;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
+#include "test_world.h"
 
 static pli_body* make_body(pli_mesh* mesh, const pli_implicit_def* def) {
     pli_body* body = NULL;
@@ -695,7 +676,7 @@ static void test_bodies_may_be_refined_between_steps(void** unused) {
 
 // ---------------------------------------------------------------------------------------------------------- misuse
 
-static void check_refused(pli_body* body, const pli_implicit_def* def, pli_status status, const char* text) {
+static void check_body_refused(pli_body* body, const pli_implicit_def* def, pli_status status, const char* text) {
     assert_int_equal(pli_body_enable_implicit(body, def), status);
     if (strstr(pli_last_error(context), text) == NULL) { fail_msg("'%s' not in '%s'", text, pli_last_error(context)); }
 }
@@ -725,34 +706,34 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     pli_mesh_destroy(mesh);
     pli_implicit_def def = good;
     def.sweeps = 0;
-    check_refused(body, &def, PLI_ERROR_INVALID_VALUE, "0 sweeps are not stable");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_VALUE, "0 sweeps are not stable");
     def = good;
     def.stiffness = NAN;
-    check_refused(body, &def, PLI_ERROR_NOT_FINITE, "stiffness is nan");
+    check_body_refused(body, &def, PLI_ERROR_NOT_FINITE, "stiffness is nan");
     def.stiffness = -2.0f;
-    check_refused(body, &def, PLI_ERROR_INVALID_VALUE, "stiffness is -2");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_VALUE, "stiffness is -2");
     def = good;
     def.damping = INFINITY;
-    check_refused(body, &def, PLI_ERROR_NOT_FINITE, "damping is inf");
+    check_body_refused(body, &def, PLI_ERROR_NOT_FINITE, "damping is inf");
     def = good;
     def.method = (pli_implicit_method)3;
-    check_refused(body, &def, PLI_ERROR_INVALID_VALUE, "no method 3");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_VALUE, "no method 3");
     def = good;
     def.start = (pli_implicit_start)2;
-    check_refused(body, &def, PLI_ERROR_INVALID_VALUE, "no start 2");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_VALUE, "no start 2");
     def = good;
     def.tolerance = 0.0f;
-    check_refused(body, &def, PLI_ERROR_INVALID_VALUE, "tolerance 0");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_VALUE, "tolerance 0");
     def = good;
     def.cookie = 0;
-    check_refused(body, &def, PLI_ERROR_INVALID_DEF, "pli_implicit_def_default");
-    check_refused(body, NULL, PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_body_refused(body, &def, PLI_ERROR_INVALID_DEF, "pli_implicit_def_default");
+    check_body_refused(body, NULL, PLI_ERROR_NULL_ARGUMENT, "def is null");
     assert_int_equal(pli_body_enable_implicit(NULL, &good), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_body_disable_implicit(NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_body_get_implicit_report(NULL).iterations, 0);
 
     assert_int_equal(pli_world_predict(world, 0.01f), PLI_OK);
-    check_refused(body, &good, PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_body_refused(body, &good, PLI_ERROR_WRONG_STATE, "between predict and solve");
     assert_int_equal(pli_world_solve(world), PLI_OK);
     assert_int_equal(pli_body_enable_implicit(body, &good), PLI_OK);
     assert_int_equal(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE);
@@ -777,28 +758,29 @@ static void test_a_force_beyond_all_numbers_freezes_the_body(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_sweeps_converge_to_the_dense_solution, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_accelerated_methods_solve_the_same_system, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_conjugate_gradient_stops_at_its_tolerance, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_spring_follows_backward_euler, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_damping_is_implicit, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_firm_compression_acts_across, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_firm_compression_keeps_stiff_sheets_calm, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_free_flight_start_falls_with_g, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_literal_start_falls_short_by_the_formula, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_springs_give_no_net_impulse, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hanging_chain_has_the_static_elongation, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_forces_act_as_in_free_flight, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_extremes_stay_finite_and_bounded, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_sheet_drapes_over_a_ball, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steady_steps_do_not_allocate_and_repeat_bit_for_bit, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bodies_may_be_refined_between_steps, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_velocities_follow_pose_matching, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_force_beyond_all_numbers_freezes_the_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_sweeps_converge_to_the_dense_solution, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_accelerated_methods_solve_the_same_system, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_conjugate_gradient_stops_at_its_tolerance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_spring_follows_backward_euler, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_damping_is_implicit, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_firm_compression_acts_across, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_firm_compression_keeps_stiff_sheets_calm, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_free_flight_start_falls_with_g, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_literal_start_falls_short_by_the_formula, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_springs_give_no_net_impulse, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_hanging_chain_has_the_static_elongation, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_forces_act_as_in_free_flight, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_extremes_stay_finite_and_bounded, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_sheet_drapes_over_a_ball, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steady_steps_do_not_allocate_and_repeat_bit_for_bit, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bodies_may_be_refined_between_steps, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_velocities_follow_pose_matching, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_force_beyond_all_numbers_freezes_the_body, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,8 @@
 /* Anchors and contacts in the system of the implicit solver: what hangs and what lies stays where statics wants it,
    momentum is shared with rigid bodies, friction is Coulomb's. */
 
-#include "check.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #define CHECK_OK(call) assert_int_equal(call, PLI_OK)
 
@@ -16,23 +14,6 @@ static const bool is_fast = true;
 #else
 static const bool is_fast = false;
 #endif
-
-static pli_context* context;
-static pli_world* world;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 static pli_implicit_def gradient_def(float stiffness) {
     pli_implicit_def def = pli_implicit_def_default();
@@ -475,14 +456,14 @@ static void test_box_rests_on_a_pinned_sheet(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_rope_hangs_from_its_anchor_without_sinking, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_box_hangs_where_the_springs_are_in_balance, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_box_hangs_on_an_anchored_sheet, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_anchors_share_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_sheets_rest_without_sinking_or_creeping, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_contacts_share_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_box_rests_on_a_pinned_sheet, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rope_hangs_from_its_anchor_without_sinking, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_box_hangs_where_the_springs_are_in_balance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_box_hangs_on_an_anchored_sheet, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_anchors_share_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_sheets_rest_without_sinking_or_creeping, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_share_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_box_rests_on_a_pinned_sheet, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -442,19 +442,21 @@ static void test_bad_input(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_motor_reaches_its_speed, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_useless_controllers_are_harmless, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_frozen_body_takes_no_impulses, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_ids_become_stale, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_joints_go_with_what_they_hold, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_added_clusters_keep_joints, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_joints_as_they_were, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_motor_reaches_its_speed, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_useless_controllers_are_harmless, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_frozen_body_takes_no_impulses, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_ids_become_stale, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_joints_go_with_what_they_hold, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_added_clusters_keep_joints, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steady_steps_allocate_nothing, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_out_of_memory_leaves_joints_as_they_were, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_bad_input, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,32 +1,12 @@
 /* Pose matching: rigid motion is recovered and left alone, the rest shape comes back, degenerate shapes stay finite. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #include <string.h>
 
-static pli_context* context;
-static pli_world* world;
 static const float dt = 1.0f / 60.0f;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    pli_world_def def = pli_world_def_default();
-    def.gravity = pli_vec3_make(0, 0, 0);
-    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 /* Takes the mesh over. */
 static pli_body* make_body(pli_mesh* mesh) {
@@ -287,15 +267,19 @@ static void test_bad_input_is_refused(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_the_pose_of_a_moved_body_is_the_motion, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_distance_removed, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_enabling_again_takes_a_new_rest_shape, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_memory_is_counted_and_given_back, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_the_pose_of_a_moved_body_is_the_motion, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_matching_is_the_share_of_the_distance_removed, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_matching_keeps_the_momentum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_degenerate_shapes_stay_finite, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_shape_squashed_flat_stays_finite, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_enabling_again_takes_a_new_rest_shape, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_memory_is_counted_and_given_back, setup_weightless_world, teardown_world),
         cmocka_unit_test(test_running_out_of_memory_leaves_nothing),
-        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_bad_input_is_refused, setup_weightless_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

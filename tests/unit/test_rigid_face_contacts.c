@@ -4,6 +4,7 @@
 #include "check.h"
 
 #include "pierced.h"
+#include "world_fixture.h"
 
 #include <pliant/anchor.h>
 #include <pliant/contact.h>
@@ -14,27 +15,6 @@
 #include <stdlib.h>
 
 static const pli_vec3 gravity = {0, -10, 0};
-
-typedef struct fixture {
-    pli_context* context;
-    pli_world* world;
-} fixture;
-
-static int setup(void** state) {
-    fixture* f = calloc(1, sizeof *f);
-    if (f == NULL || pli_context_create(NULL, &f->context) != PLI_OK) { return -1; }
-    *state = f;
-    return pli_world_create(f->context, NULL, &f->world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    fixture* f = *state;
-    pli_world_destroy(f->world);
-    const size_t left = pli_context_allocated_bytes(f->context);
-    pli_context_destroy(f->context);
-    free(f);
-    return left == 0 ? 0 : -1;
-}
 
 /* 1 m x 1 m in cells of 10 cm, 0.2 kg, at y = 0. */
 static pli_body* make_cloth(pli_world* world, int pins, float margin, int iterations) {
@@ -778,30 +758,33 @@ static void test_face_contacts_refuse_bad_input(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_balls_do_not_pass_a_coarse_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_balls_pass_without_face_contacts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_boxes_and_sticks_do_not_pass_a_coarse_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_heavy_boxes_do_not_pass_a_coarse_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_heavy_boxes_come_to_rest, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bodies_go_back_to_their_side, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_triangle_meshes_do_not_pass_a_coarse_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_peak_of_a_mesh_holds_a_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_edges_of_a_flat_mesh_do_not_catch, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_static_point_stops_a_falling_cloth, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_stick_does_not_pass_a_rope, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_face_contacts_keep_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_pinned_face_stops_a_ball_at_the_margin, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hosts_that_move_bodies_before_the_solve, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_face_contacts_come_and_go, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_cutting_ends_face_contacts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steps_with_face_contacts_allocate_nothing, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_faces_with_anchored_nodes, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_planes_have_no_face_contacts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_balls_do_not_pass_a_coarse_cloth, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_balls_pass_without_face_contacts, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_boxes_and_sticks_do_not_pass_a_coarse_cloth, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_heavy_boxes_do_not_pass_a_coarse_cloth, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_heavy_boxes_come_to_rest, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_bodies_go_back_to_their_side, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_triangle_meshes_do_not_pass_a_coarse_cloth, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_peak_of_a_mesh_holds_a_cloth, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_edges_of_a_flat_mesh_do_not_catch, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_static_point_stops_a_falling_cloth, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_stick_does_not_pass_a_rope, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_face_contacts_keep_momentum, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_pinned_face_stops_a_ball_at_the_margin, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_hosts_that_move_bodies_before_the_solve, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_face_contacts_come_and_go, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_cutting_ends_face_contacts, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_steps_with_face_contacts_allocate_nothing, setup_fixture,
+                                        teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_faces_with_anchored_nodes, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_planes_have_no_face_contacts, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup_fixture, teardown_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

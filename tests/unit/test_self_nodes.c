@@ -110,34 +110,12 @@ static void test_hash_of_a_collapsed_body_stays_bounded(void** data) {
 
 // ----------------------------------------------------------------------------------------------------- the response
 
-/* Loose nodes, no gravity. */
-static pli_body* make_loose(self_scene* scene, int count, const pli_vec3* positions, const float* masses) {
-    assert_int_equal(pli_world_set_gravity(scene->world, pli_vec3_make(0, 0, 0)), PLI_OK);
-    pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create(scene->context, &mesh), PLI_OK);
-    for (int i = 0; i < count; ++i) {
-        assert_int_equal(pli_mesh_append_node(mesh, positions[i], masses[i], NULL), PLI_OK);
-    }
-    pli_body* body = NULL;
-    assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
-    pli_mesh_destroy(mesh);
-    return body;
-}
-
-static pli_self_collision_def make_def(float thickness, float friction, float speed_limit_ratio) {
-    pli_self_collision_def def = pli_self_collision_def_default();
-    def.thickness = thickness;
-    def.friction = friction;
-    def.speed_limit_ratio = speed_limit_ratio;
-    return def;
-}
-
 static void test_pairs_are_parted_by_inverse_mass(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[4] = {{0, 0, 0}, {1, 0, 0}, {0, 5, 0}, {1, 5, 0}};
     const float masses[4] = {1, 3, 0, 2};
-    pli_body* body = make_loose(scene, 4, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0, 0);
+    pli_body* body = self_make_loose(scene, 4, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     const pli_vec3 near[4] = {{0, 0, 0}, {0.06f, 0, 0}, {0, 5, 0}, {0.06f, 5, 0}};
     assert_int_equal(pli_body_set_state(body, near, NULL), PLI_OK);
@@ -158,8 +136,8 @@ static void test_smaller_distance_at_rest_is_kept_instead(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[3] = {{0, 0, 0}, {0.05f, 0, 0}, {0.05f, 0, 0}};
     const float masses[3] = {1, 1, 1};
-    pli_body* body = make_loose(scene, 3, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0, 0);
+    pli_body* body = self_make_loose(scene, 3, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     self_steps(scene, 1);
     check_near(self_smallest_distance(body), 0.0, 0.0); /* as at rest: nothing happens */
@@ -175,8 +153,8 @@ static void test_coinciding_nodes_part_in_a_fixed_direction(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
     const float masses[3] = {1, 1, 1};
-    pli_body* body = make_loose(scene, 3, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0.5f, 0);
+    pli_body* body = self_make_loose(scene, 3, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0.5f, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     const pli_vec3 near[3] = {{3, 3, 3}, {3, 3, 3}, {9, 0, 0}};
     uint64_t hashes[2];
@@ -194,8 +172,8 @@ static void test_friction_moves_a_pair_to_its_mean(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}};
     const float masses[2] = {1, 3};
-    pli_body* body = make_loose(scene, 2, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0.25f, 0);
+    pli_body* body = self_make_loose(scene, 2, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0.25f, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     const pli_vec3 near[2] = {{0, 0, 0}, {0.09f, 0, 0}}, velocities[2] = {{0, 0.6f, 0}, {0, -0.6f, 0}};
     assert_int_equal(pli_body_set_state(body, near, velocities), PLI_OK);
@@ -211,8 +189,8 @@ static void test_speed_limit_holds_and_can_be_off(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}}, velocities[2] = {{0, 30, 0}, {0, 0.1f, 0}};
     const float masses[2] = {1, 1};
-    pli_body* body = make_loose(scene, 2, rest, masses);
-    pli_self_collision_def def = make_def(0.1f, 0, 0.2f);
+    pli_body* body = self_make_loose(scene, 2, rest, masses);
+    pli_self_collision_def def = self_make_def(0.1f, 0, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
     self_steps(scene, 1);
@@ -236,7 +214,7 @@ static pli_body* make_folding_cloth(self_scene* scene, bool has_self_collision, 
     self_scene_add_floor(scene);
     pli_mesh* mesh = self_sheet_mesh(scene->context, FOLD_NODES, fold_spacing, pli_vec3_make(0, 0.27f, 0), true);
     pli_body* body = self_make_body(scene, mesh, 0.01f, 0.02f);
-    const pli_self_collision_def def = make_def(fold_thickness, 0.1f, speed_limit_ratio);
+    const pli_self_collision_def def = self_make_def(fold_thickness, 0.1f, speed_limit_ratio);
     if (has_self_collision) { assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK); }
     return body;
 }
@@ -331,7 +309,7 @@ static void test_cut_body_keeps_its_shape_at_rest(void** data) {
     pli_mesh* mesh = self_sheet_mesh(scene->context, 8, 0.1f, pli_vec3_make(0, 1, 0), false);
     pli_body* body = self_make_body(scene, mesh, 0.01f, 0);
     assert_int_equal(pli_world_set_gravity(scene->world, pli_vec3_make(0, 0, 0)), PLI_OK);
-    const pli_self_collision_def def = make_def(0.09f, 0, 0);
+    const pli_self_collision_def def = self_make_def(0.09f, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     self_steps(scene, 1);
     const int nodes = pli_body_get_view(body).node_count;
@@ -350,21 +328,21 @@ static void test_misuse_is_refused(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}};
     const float masses[2] = {1, 1};
-    pli_body* body = make_loose(scene, 2, rest, masses);
+    pli_body* body = self_make_loose(scene, 2, rest, masses);
     const size_t bytes = pli_body_bytes(body);
     assert_int_equal(pli_body_enable_self_collision(body, NULL), PLI_ERROR_NULL_ARGUMENT);
     pli_self_collision_def def = {0};
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_ERROR_INVALID_DEF);
-    def = make_def(NAN, 0, 0);
+    def = self_make_def(NAN, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_ERROR_NOT_FINITE);
-    def = make_def(0, 0, 0);
+    def = self_make_def(0, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_ERROR_INVALID_VALUE);
     assert_non_null(strstr(pli_last_error(scene->context), "thickness is 0"));
-    def = make_def(1, 1.5f, 0);
+    def = self_make_def(1, 1.5f, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_ERROR_INVALID_VALUE);
-    def = make_def(1, 0, -1);
+    def = self_make_def(1, 0, -1);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_ERROR_INVALID_VALUE);
-    def = make_def(0.1f, 0, 0);
+    def = self_make_def(0.1f, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
     assert_true(pli_body_bytes(body) == bytes);
     assert_int_equal(pli_world_predict(scene->world, 0.01f), PLI_OK);

@@ -16,36 +16,14 @@ static void enable_xpbd(pli_body* body, int substeps, bool has_links) {
 
 // ----------------------------------------------------------------------------------------------------- the response
 
-/* Loose nodes, no gravity; one substep, so that a step can be told by hand. */
-static pli_body* make_loose(self_scene* scene, int count, const pli_vec3* positions, const float* masses) {
-    assert_int_equal(pli_world_set_gravity(scene->world, pli_vec3_make(0, 0, 0)), PLI_OK);
-    pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create(scene->context, &mesh), PLI_OK);
-    for (int i = 0; i < count; ++i) {
-        assert_int_equal(pli_mesh_append_node(mesh, positions[i], masses[i], NULL), PLI_OK);
-    }
-    pli_body* body = NULL;
-    assert_int_equal(pli_body_create(scene->world, mesh, NULL, &body), PLI_OK);
-    pli_mesh_destroy(mesh);
-    return body;
-}
-
-static pli_self_collision_def make_def(float thickness, float friction, float speed_limit_ratio) {
-    pli_self_collision_def def = pli_self_collision_def_default();
-    def.thickness = thickness;
-    def.friction = friction;
-    def.speed_limit_ratio = speed_limit_ratio;
-    return def;
-}
-
 static void test_pairs_are_parted_by_inverse_mass(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[4] = {{0, 0, 0}, {1, 0, 0}, {0, 5, 0}, {1, 5, 0}};
     const float masses[4] = {1, 3, 0, 2};
     const pli_vec3 near[4] = {{0, 0, 0}, {0.06f, 0, 0}, {0, 5, 0}, {0.06f, 5, 0}};
     for (int order = 0; order < 2; ++order) { /* of enabling */
-        pli_body* body = make_loose(scene, 4, rest, masses);
-        const pli_self_collision_def def = make_def(0.1f, 0, 0);
+        pli_body* body = self_make_loose(scene, 4, rest, masses);
+        const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
         if (order == 0) { enable_xpbd(body, 1, false); }
         assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
         if (order == 1) { enable_xpbd(body, 1, false); }
@@ -68,8 +46,8 @@ static void test_smaller_distance_at_rest_is_kept_instead(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[3] = {{0, 0, 0}, {0.05f, 0, 0}, {0.05f, 0, 0}}, near[3] = {{0, 0, 0}, {0.02f, 0, 0}, {9, 0, 0}};
     const float masses[3] = {1, 1, 1};
-    pli_body* body = make_loose(scene, 3, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0, 0);
+    pli_body* body = self_make_loose(scene, 3, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0, 0);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     enable_xpbd(body, 1, false);
     self_steps(scene, 1);
@@ -88,8 +66,8 @@ static void test_friction_takes_its_share_in_each_substep(void** data) {
     const pli_vec3 velocities[2] = {{0, 0.006f, 0}, {0, -0.006f, 0}};
     const float masses[2] = {1, 3};
     for (int substeps = 1; substeps <= 4; substeps *= 4) {
-        pli_body* body = make_loose(scene, 2, rest, masses);
-        const pli_self_collision_def def = make_def(0.1f, 0.25f, 0);
+        pli_body* body = self_make_loose(scene, 2, rest, masses);
+        const pli_self_collision_def def = self_make_def(0.1f, 0.25f, 0);
         assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
         enable_xpbd(body, substeps, false);
         assert_int_equal(pli_body_set_state(body, near, velocities), PLI_OK);
@@ -109,8 +87,8 @@ static void test_speed_limit_is_that_of_a_substep(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[2] = {{0, 0, 0}, {1, 0, 0}}, velocities[2] = {{0, 30, 0}, {0, 10, 0}};
     const float masses[2] = {1, 1};
-    pli_body* body = make_loose(scene, 2, rest, masses);
-    const pli_self_collision_def def = make_def(0.1f, 0, 0.2f);
+    pli_body* body = self_make_loose(scene, 2, rest, masses);
+    const pli_self_collision_def def = self_make_def(0.1f, 0, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     enable_xpbd(body, 10, false);
     assert_int_equal(pli_body_set_state(body, rest, velocities), PLI_OK);
@@ -153,7 +131,7 @@ static double run_fold(self_scene* scene, const pli_body* body, int frames) {
 static void test_folding_cloth_keeps_its_distance(void** data) {
     self_scene* scene = *data;
     pli_body* body = make_folding_cloth(scene);
-    const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+    const pli_self_collision_def def = self_make_def(fold_thickness, 0.1f, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     const double smallest = run_fold(scene, body, 600);
     print_message("smallest distance %.3f thicknesses, speed %.4f m/s\n", smallest, fold_speed(body));
@@ -165,7 +143,7 @@ static void test_folding_cloth_keeps_its_distance(void** data) {
 static void test_full_friction_is_stable(void** data) {
     self_scene* scene = *data;
     pli_body* body = make_folding_cloth(scene);
-    const pli_self_collision_def def = make_def(fold_thickness, 1.0f, 0.2f);
+    const pli_self_collision_def def = self_make_def(fold_thickness, 1.0f, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     const double smallest = run_fold(scene, body, 400);
     print_message("friction 1: smallest distance %.3f thicknesses, speed %.4f m/s\n", smallest, fold_speed(body));
@@ -272,7 +250,7 @@ static void test_twisted_cloth_without_self_collision_crosses(void** data) {
 static void test_solver_can_be_changed_on_the_way(void** data) {
     self_scene* scene = *data;
     pli_body* body = make_folding_cloth(scene);
-    const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+    const pli_self_collision_def def = self_make_def(fold_thickness, 0.1f, 0.2f);
     assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
     self_steps(scene, 60);
     assert_int_equal(pli_body_disable_xpbd(body), PLI_OK);
@@ -293,7 +271,7 @@ static void test_steps_repeat_bit_for_bit_without_allocation(void** unused) {
         assert_int_equal(self_scene_setup(&data), 0);
         self_scene* scene = data;
         pli_body* body = make_folding_cloth(scene);
-        const pli_self_collision_def def = make_def(fold_thickness, 0.1f, 0.2f);
+        const pli_self_collision_def def = self_make_def(fold_thickness, 0.1f, 0.2f);
         assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
         self_steps(scene, 200);
         const uint64_t allocations = pli_context_allocation_count(scene->context);

@@ -1,27 +1,9 @@
 /* Step smoothing: nothing while steps are equal, free flight untouched, energy under steps that change by 16, cuts, bad
    input. */
 
-#include "check.h"
+#include "test_world.h"
 
-#include <pliant/pliant.h>
-
-static pli_context* context;
-static pli_world* world;
 static const float long_dt = 1.0f / 15.0f, short_dt = 1.0f / 240.0f;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 static pli_body* make_sheet(int pins) {
     pli_patch_def def = pli_patch_def_default();
@@ -151,11 +133,11 @@ static void test_step_smoothing_refuses_bad_input(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_step_smoothing_leaves_equal_steps_alone, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_step_smoothing_lets_bodies_fall, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_step_smoothing_keeps_energy, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_step_smoothing_follows_cuts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_step_smoothing_refuses_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_leaves_equal_steps_alone, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_lets_bodies_fall, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_keeps_energy, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_follows_cuts, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_step_smoothing_refuses_bad_input, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,29 +1,11 @@
 /* Tethers: what they measure, how far nodes and rigid bodies get under each solver, cuts, what they cost, bad input. */
 
-#include "check.h"
 #include "failing_allocator.h"
-
-#include <pliant/pliant.h>
+#include "test_world.h"
 
 #include <string.h>
 
-static pli_context* context;
-static pli_world* world;
 static const float dt = 1.0f / 60.0f;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
 
 /* Nodes 0 to 9 along x, 2 m, node 0 pinned, the others 10 g each. */
 static pli_body* make_rope(void) {
@@ -308,16 +290,16 @@ static void test_tethers_refuse_bad_input(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_tethers_follow_the_links, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_follow_rest_lengths_and_masses, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_follow_cuts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_hold_a_heavy_node, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_hold_a_rigid_body, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_pull_back_slowly, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_leave_slack_bodies_alone, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_cost_little, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_survive_failing_memory, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tethers_refuse_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_tethers_follow_the_links, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_follow_rest_lengths_and_masses, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_follow_cuts, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_hold_a_heavy_node, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_hold_a_rigid_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_pull_back_slowly, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_leave_slack_bodies_alone, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_cost_little, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_survive_failing_memory, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tethers_refuse_bad_input, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,28 +1,9 @@
 /* The XPBD solver against closed forms: elongation that does not depend on steps and substeps, hinges, volumes,
    anchors, Coulomb friction; stiff sheets; conservation of momentum; misuse. */
 
-#include "check.h"
 #include "failing_allocator.h"
 #include "sample_mesh.h"
-
-#include <pliant/pliant.h>
-
-static pli_context* context;
-static pli_world* world;
-
-static int setup(void** unused) {
-    (void)unused;
-    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
-    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** unused) {
-    (void)unused;
-    pli_world_destroy(world);
-    const bool is_empty = pli_context_allocated_bytes(context) == 0;
-    pli_context_destroy(context);
-    return is_empty ? 0 : -1;
-}
+#include "test_world.h"
 
 #define CHECK_OK(expression) assert_int_equal(expression, PLI_OK)
 
@@ -714,7 +695,7 @@ static void test_bodies_may_be_cut_between_steps(void** unused) {
     check_at_most(rms_stretch(body), 0.05);
 }
 
-static void check_refused(pli_status status, pli_status expected, const char* text) {
+static void check_body_refused(pli_status status, pli_status expected, const char* text) {
     assert_int_equal(status, expected);
     if (strstr(pli_last_error(context), text) == NULL) { fail_msg("'%s' not in '%s'", text, pli_last_error(context)); }
 }
@@ -732,48 +713,50 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
     const pli_implicit_def implicit = pli_implicit_def_default();
 
-    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
-    check_refused(pli_body_enable_xpbd_anchors(body, 0), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
-    check_refused(pli_body_enable_xpbd(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_body_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
+    check_body_refused(pli_body_enable_xpbd_anchors(body, 0), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
+    check_body_refused(pli_body_enable_xpbd(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
     pli_xpbd_def bad = good;
     bad.substeps = 0;
-    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "substeps is 0");
+    check_body_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "substeps is 0");
     bad = good;
     bad.sweeps = -1;
-    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "sweeps is -1");
+    check_body_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "sweeps is -1");
     bad = good;
     bad.cookie = 0;
-    check_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_DEF, "pli_xpbd_def_default");
+    check_body_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_DEF, "pli_xpbd_def_default");
     CHECK_OK(pli_body_enable_implicit(body, &implicit));
-    check_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "implicit solver");
-    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "implicit solver");
+    check_body_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "implicit solver");
+    check_body_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "implicit solver");
     CHECK_OK(pli_body_disable_implicit(body));
     CHECK_OK(pli_body_enable_xpbd(body, &good));
-    check_refused(pli_body_enable_implicit(body, &implicit), PLI_ERROR_WRONG_STATE, "XPBD solver");
-    check_refused(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE, "XPBD solver");
+    check_body_refused(pli_body_enable_implicit(body, &implicit), PLI_ERROR_WRONG_STATE, "XPBD solver");
+    check_body_refused(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE, "XPBD solver");
 
     bad_links.compliance = -1.0f;
-    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_VALUE, "compliance is -1");
+    check_body_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_VALUE, "compliance is -1");
     bad_links = links;
     bad_links.damping = NAN;
-    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_NOT_FINITE, "damping is nan");
+    check_body_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_NOT_FINITE, "damping is nan");
     bad_links.cookie = 0;
-    check_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_DEF, "pli_xpbd_links_def_default");
-    check_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_MESH, "the body has none");
+    check_body_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_DEF,
+                       "pli_xpbd_links_def_default");
+    check_body_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_MESH, "the body has none");
     bending.cookie = 0;
-    check_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_DEF, "bending_def_default");
-    check_refused(pli_body_enable_xpbd_tetras(body, 0), PLI_ERROR_INVALID_MESH, "no tetrahedra");
-    check_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
-    check_refused(pli_body_enable_xpbd_volume(body, 0, 1), PLI_ERROR_INVALID_MESH, "no faces");
-    check_refused(pli_body_enable_xpbd_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
+    check_body_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_DEF, "bending_def_default");
+    check_body_refused(pli_body_enable_xpbd_tetras(body, 0), PLI_ERROR_INVALID_MESH, "no tetrahedra");
+    check_body_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
+    check_body_refused(pli_body_enable_xpbd_volume(body, 0, 1), PLI_ERROR_INVALID_MESH, "no faces");
+    check_body_refused(pli_body_enable_xpbd_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
     contacts.friction = -0.5f;
-    check_refused(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_ERROR_INVALID_VALUE, "friction is -0.5");
-    check_refused(pli_body_enable_xpbd_soft_contacts(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_body_refused(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_ERROR_INVALID_VALUE,
+                       "friction is -0.5");
+    check_body_refused(pli_body_enable_xpbd_soft_contacts(body, NULL), PLI_ERROR_NULL_ARGUMENT, "def is null");
 
     CHECK_OK(pli_world_predict(world, 0.01f));
-    check_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "between predict and solve");
-    check_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "between predict and solve");
-    check_refused(pli_body_disable_xpbd(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_body_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_body_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "between predict and solve");
+    check_body_refused(pli_body_disable_xpbd(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     CHECK_OK(pli_world_solve(world));
     assert_int_equal(pli_body_enable_xpbd(NULL, &good), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_body_disable_xpbd(NULL), PLI_ERROR_NULL_ARGUMENT);
@@ -782,29 +765,33 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_elongation_does_not_depend_on_step_or_substeps, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_free_fall_is_exact, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_large_stiff_sheets_stay_finite, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hinge_bends_by_torque_times_compliance, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_contact_shares_momentum_with_a_rigid_body, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_sheet_lies_on_another_one, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_share_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_steady_steps_do_not_allocate_and_repeat_bit_for_bit, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_bodies_may_be_cut_between_steps, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_elongation_does_not_depend_on_step_or_substeps, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_free_fall_is_exact, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_links_keep_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_damping_slows_compliant_links, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_stiff_sheet_stretches_less_with_every_doubling, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_large_stiff_sheets_stay_finite, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_hinge_bends_by_torque_times_compliance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_hinge_returns_to_rest_from_both_sides_and_keeps_momentum, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_tetra_returns_to_its_volume, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_tetra_yields_by_its_compliance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contact_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_sheet_lies_on_another_one, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_share_momentum, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_steady_steps_do_not_allocate_and_repeat_bit_for_bit, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_lack_of_memory_leaves_nothing_behind, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_disabling_returns_to_links_on_positions, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bodies_may_be_cut_between_steps, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_misuse_is_refused_with_a_message, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,48 @@
+#ifndef TESTS_UNIT_TEST_WORLD_H
+#define TESTS_UNIT_TEST_WORLD_H
+
+/* An empty world for each test, and that nothing of it stays. */
+
+#include "check.h"
+
+#include <pliant/pliant.h>
+
+#include <string.h>
+
+static pli_context* context;
+static pli_world* world;
+
+static inline int setup_world(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    return pli_world_create(context, NULL, &world) == PLI_OK ? 0 : -1;
+}
+
+static inline int setup_weightless_world(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+static inline int teardown_world(void** unused) {
+    (void)unused;
+    pli_world_destroy(world);
+    const bool is_empty = pli_context_allocated_bytes(context) == 0;
+    pli_context_destroy(context);
+    return is_empty ? 0 : -1;
+}
+
+/* A call that fails with a message, and takes no memory. */
+#define check_refused(call, expected_status, expected_text)                                                            \
+    do {                                                                                                               \
+        const size_t bytes = pli_context_allocated_bytes(context);                                                     \
+        assert_int_equal(call, expected_status);                                                                       \
+        if (strstr(pli_last_error(context), expected_text) == NULL) {                                                  \
+            fail_msg("\"%s\" does not say \"%s\"", pli_last_error(context), expected_text);                            \
+        }                                                                                                              \
+        assert_int_equal(pli_context_allocated_bytes(context), bytes);                                                 \
+    } while (0)
+
+#endif
