@@ -170,9 +170,10 @@ static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int no
     return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
-/* The nearest point of a face, relative to the node, unless it is certainly farther than `reach`. */
+/* The nearest point of a face, relative to the node, and its weights where they come with it, unless it is certainly
+   farther than `reach`. */
 static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, float reach,
-                                  pli_vec3* point, float* distance_squared) {
+                                  pli_vec3* point, float* distance_squared, pli_vec3* weights) {
     if (pass->use_boxes) {
         return plii_project_origin_on_triangle(a, b, c, PLII_EPSILON, PLII_EPSILON, point, distance_squared);
     }
@@ -183,8 +184,9 @@ static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pl
                                    plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(ac)));
     const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
     if (!(area_squared > plii_max(min_area * min_area, FLT_MIN))) { return false; }
-    plii_triangle_feature feature;
-    *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &feature);
+    plii_triangle_place place;
+    *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &place);
+    *weights = place.weights;
     *distance_squared = pli_vec3_length_squared(*point);
     return true;
 }
@@ -197,15 +199,15 @@ static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, f
     const pli_vec3 origin = soft_contacts_position(pass->node_body, node);
     const pli_vec3 x[3] = {soft_contacts_position(face_body, face[0]), soft_contacts_position(face_body, face[1]),
                            soft_contacts_position(face_body, face[2])};
-    pli_vec3 point;
+    pli_vec3 point, weights;
     float distance_squared;
     if (!soft_contacts_project(pass, pli_vec3_sub(x[0], origin), pli_vec3_sub(x[1], origin), pli_vec3_sub(x[2], origin),
-                               margin, &point, &distance_squared)) {
+                               margin, &point, &distance_squared, &weights)) {
         return PLI_OK;
     }
     if (!(distance_squared < margin * margin)) { return PLI_OK; }
 
-    const pli_vec3 weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin));
+    if (pass->use_boxes) { weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin)); }
     const float node_response = pass->node_body->positions[node].w;
     const float w[3] = {face_body->positions[face[0]].w, face_body->positions[face[1]].w,
                         face_body->positions[face[2]].w};

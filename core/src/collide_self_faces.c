@@ -142,13 +142,12 @@ static pli_vec3 self_faces_nearest(const pli_vec3 p[4], bool is_edges, float wei
         weights[2] = t - 1.0f;
         weights[3] = -t;
     } else {
-        plii_triangle_feature feature;
-        const pli_vec3 q = plii_closest_point_on_triangle(p[0], p[1], p[2], p[3], &feature);
-        const pli_vec3 shares = plii_barycentric_by_areas(p[1], p[2], p[3], q);
+        plii_triangle_place place;
+        (void)plii_closest_point_on_triangle(p[0], p[1], p[2], p[3], &place);
         weights[0] = 1.0f;
-        weights[1] = -shares.x;
-        weights[2] = -shares.y;
-        weights[3] = -shares.z;
+        weights[1] = -place.weights.x;
+        weights[2] = -place.weights.y;
+        weights[3] = -place.weights.z;
     }
     pli_vec3 apart = pli_vec3_make(0, 0, 0);
     for (int k = 1; k < 4; ++k) { /* about node 0: weights sum up to 0 */

@@ -30,8 +30,8 @@ typedef struct hull_data {
 
 static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
     const int* v = hull->triangles[triangle];
-    plii_triangle_feature feature;
-    return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &feature);
+    plii_triangle_place place;
+    return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &place);
 }
 
 static float hull_measure(int triangle, pli_vec3 p, const void* user) {

@@ -44,15 +44,15 @@ typedef struct surface_data {
 
 // ------------------------------------------------------------------------------------------------------- queries
 
-static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_triangle_feature* feature) {
+static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_triangle_place* place) {
     const int* v = surface->triangles[triangle].vertices;
     return plii_closest_point_on_triangle(p, surface->vertices[v[0]].position, surface->vertices[v[1]].position,
-                                          surface->vertices[v[2]].position, feature);
+                                          surface->vertices[v[2]].position, place);
 }
 
 static float surface_measure(int triangle, pli_vec3 p, const void* user) {
-    plii_triangle_feature feature;
-    return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &feature)));
+    plii_triangle_place place;
+    return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &place)));
 }
 
 static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
@@ -106,8 +106,9 @@ static int surface_nearest_candidate(const surface_candidates* candidates, pli_v
 
 static float surface_distance(const surface_data* surface, pli_vec3 p, int nearest, pli_vec3* normal) {
     const surface_triangle* triangle = &surface->triangles[nearest];
-    plii_triangle_feature feature;
-    const pli_vec3 foot = surface_closest(surface, nearest, p, &feature);
+    plii_triangle_place place;
+    const pli_vec3 foot = surface_closest(surface, nearest, p, &place);
+    const plii_triangle_feature feature = place.feature;
     const pli_vec3 offset = pli_vec3_sub(p, foot);
     pli_vec3 pseudo_normal = triangle->normal;
     bool is_border = false;

@@ -123,8 +123,8 @@ void plii_soup_free(plii_soup* soup) {
 static float soup_measure(int triangle, pli_vec3 point, const void* user) {
     const plii_soup_triangle* t = &((const plii_soup*)user)->triangles[triangle];
     if (t->is_hidden) { return FLT_MAX; }
-    plii_triangle_feature feature;
-    const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &feature);
+    plii_triangle_place place;
+    const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &place);
     return pli_vec3_length_squared(pli_vec3_sub(point, foot));
 }
 
