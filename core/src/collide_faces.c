@@ -392,7 +392,7 @@ static void soft_contacts_hit(int item, void* user) {
     search->hits[search->hit_count++] = item;
 }
 
-/* Faces whose contacts with a node are to be looked for, ascending. */
+/* Faces whose contacts with a node are to be looked for: ascending, or in the order of the curve. */
 static void soft_contacts_find(const soft_contacts_pass* pass, soft_contacts_node near) {
     soft_contacts_state* search = pass->search;
     search->hit_count = 0;
@@ -405,7 +405,7 @@ static void soft_contacts_find(const soft_contacts_pass* pass, soft_contacts_nod
     for (int i = 0; i < search->hit_count; ++i) {
         search->hits[i] = search->faces[search->hits[i]];
     }
-    soft_contacts_sort(search->hits, search->hit_count);
+    if (pass->use_boxes) { soft_contacts_sort(search->hits, search->hit_count); }
 }
 
 /* The faces around the one that a node lies on would push it along that one, out of the whole surface. */
