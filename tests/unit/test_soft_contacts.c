@@ -107,31 +107,36 @@ static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float m
     pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
     assert_non_null(contacts);
     pli_body_get_soft_contacts(nodes, count, contacts);
-    int next = 0;
+    int next = 0, matched = 0;
     for (int i = 0; i < a.node_count; ++i) {
+        /* In ascending order of nodes; of the faces of a node in any. */
+        const int first = next;
+        for (; next < count && contacts[next].node == i; ++next) {}
         const pli_vec3 p = xyz(a.positions[i]);
         const double reach = (double)margins + 2 * (double)pli_vec3_length(pli_vec3_sub(p, xyz(a.previous[i])));
         for (int k = 0; k < b.face_count; ++k) {
             const int* face = &b.face_nodes[3 * k];
             const pli_vec3 x[3] = {xyz(b.positions[face[0]]), xyz(b.positions[face[1]]), xyz(b.positions[face[2]])};
             const double distance = brute_distance(p, x[0], x[1], x[2]);
-            /* In ascending order of node and face. */
-            const bool is_contact = next < count && contacts[next].node == i && contacts[next].face == k;
+            const pli_soft_contact* contact = &contacts[first];
+            for (; contact < &contacts[next] && contact->face != k; ++contact) {}
+            const bool is_contact = contact < &contacts[next];
             if (distance < reach - 1e-5) { assert_true(is_contact); }
             if (distance > reach + 1e-5) { assert_false(is_contact); }
             if (!is_contact) { continue; }
-            const float* w = contacts[next].weights;
+            const float* w = contact->weights;
             const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(x[0], w[0]), pli_vec3_scale(x[1], w[1])),
                                                 pli_vec3_scale(x[2], w[2]));
             const pli_vec3 offset = pli_vec3_sub(p, point);
             check_near(pli_vec3_length(offset), distance, 2e-5);
-            check_near(pli_vec3_dot(offset, contacts[next].normal), distance, 2e-5);
-            check_near(contacts[next].margin, reach, 1e-6);
-            assert_ptr_equal(contacts[next].face_body, faces);
-            ++next;
+            check_near(pli_vec3_dot(offset, contact->normal), distance, 2e-5);
+            check_near(contact->margin, reach, 1e-6);
+            assert_ptr_equal(contact->face_body, faces);
+            ++matched;
         }
     }
     assert_int_equal(next, count);
+    assert_int_equal(matched, count);
     free(contacts);
     return count;
 }
