@@ -126,7 +126,7 @@ pli_status plii_solver_check_change(const pli_body* body, const plii_solver_clas
    then, with an event. */
 bool plii_solver_update_bounds(pli_body* body);
 /* At the end of a prediction: the same, of the whole way where a feature looks at it. */
-bool plii_solver_update_predicted_bounds(pli_body* body);
+void plii_solver_update_predicted_bounds(pli_body* body);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);

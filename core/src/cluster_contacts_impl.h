@@ -135,7 +135,7 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
 // --------------------------------------------------------------------------------------------------------- manifolds
 
 /* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
- * are what they depend on besides the frames. */
+   are what they depend on besides the frames. */
 void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                                 float margin, plii_manifold* manifold);
 /* Writes the contacts of the pair that `info` names as they are now and returns their number, or 0 when they have to be

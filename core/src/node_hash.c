@@ -104,7 +104,8 @@ static void node_hash_place_grid(plii_node_hash* hash, int count, const pli_vec3
 static bool node_hash_reserve(pli_context* context, plii_node_hash* hash, int count, int size) {
     bool has_room = PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
                     PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
-                    PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, count + PLII_LANES - 1);
+                    PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, count + PLII_LANES - 1) &&
+                    PLII_RESERVE(context, &hash->columns, &hash->column_capacity, count + PLII_LANES - 1);
     for (int k = 0; k < 3; ++k) {
         has_room = has_room &&
                    PLII_RESERVE(context, &hash->components[k], &hash->component_capacities[k], count + PLII_LANES - 1);
@@ -138,12 +139,8 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
     }
     hash->count = 0;
     if (!node_hash_reserve(context, hash, count, (int)most)) { return false; }
-    node_hash_place_grid(hash, count, positions, cell_size, shift, most);
-    if (!node_hash_is_grid(hash) &&
-        !PLII_RESERVE(context, &hash->columns, &hash->column_capacity, count + PLII_LANES - 1)) {
-        return false;
-    }
     hash->count = count;
+    node_hash_place_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {

@@ -31,8 +31,9 @@ typedef struct plii_node_hash {
     int* starts;                /* [mask + 2] first entry of each bucket */
     plii_node_hash_cell* cells; /* [count] by node */
     /* By bucket, then by node; with room to read four from any place. */
-    int* nodes;        /* [count] */
-    uint64_t* columns; /* [count] where columns are hashed: of the cell. Others in a run of the table are not near. */
+    int* nodes; /* [count] */
+    uint64_t*
+        columns; /* [count] set where columns are hashed: of the cell. Others in a run of the table are not near. */
     float* components[3]; /* [count] of positions */
     int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacities[3];
 } plii_node_hash;

@@ -74,14 +74,11 @@ static void solver_fly(pli_body* body, float dt) {
     }
 }
 
-bool plii_solver_update_predicted_bounds(pli_body* body) {
+void plii_solver_update_predicted_bounds(pli_body* body) {
     const pli_bounds before = body->bounds;
-    const bool is_finite = plii_solver_update_bounds(body);
-    if (is_finite && body->sweeping_features > 0) {
-        body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
-        body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
-    }
-    return is_finite;
+    if (!plii_solver_update_bounds(body) || body->sweeping_features == 0) { return; }
+    body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
+    body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }
 
 static void solver_predict(pli_body* body, float dt) {

@@ -205,6 +205,10 @@ static pli_status position_of_unknown_node(void) {
 static pli_status position_of_nan(void) {
     return pli_body_set_node_position(body, 3, not_a_number);
 }
+static pli_status transform_out_of_range(void) {
+    return pli_body_transform(
+        body, (pli_transform){{{{3e38f, 3e38f, 3e38f}, {3e38f, 3e38f, 3e38f}, {3e38f, 3e38f, 3e38f}}}, {0, 0, 0}});
+}
 static pli_status velocity_of_infinity(void) {
     return pli_body_set_node_velocity(body, 3, pli_vec3_make(INFINITY, 0, 0));
 }
@@ -328,6 +332,7 @@ static const bad_case bad_cases[] = {
     {settings_that_damp_twice, PLI_ERROR_INVALID_VALUE, "pli_body_set_solver_settings", "velocity_damping 2"},
     {time_scale_of_zero, PLI_ERROR_INVALID_VALUE, "pli_body_set_solver_settings", "time_scale 0"},
     {position_of_unknown_node, PLI_ERROR_INDEX_OUT_OF_RANGE, "pli_body_set_node_position", "node 20"},
+    {transform_out_of_range, PLI_ERROR_NOT_FINITE, "pli_body_transform", "node "},
     {position_of_nan, PLI_ERROR_NOT_FINITE, "pli_body_set_node_position", "nan"},
     {velocity_of_infinity, PLI_ERROR_NOT_FINITE, "pli_body_set_node_velocity", "inf"},
     {body_mass_negative, PLI_ERROR_INVALID_VALUE, "pli_body_set_node_mass", "-1"},

@@ -3,6 +3,7 @@
 
 #include "check.h"
 #include "sample_mesh.h"
+#include "world_fixture.h"
 
 #include "pliant/contact.h"
 #include "pliant/generate.h"
@@ -15,27 +16,10 @@
 
 static const float dt = 1.0f / 60.0f;
 
-typedef struct fixture {
-    pli_context* context;
-    pli_world* world;
-} fixture;
-
 static int setup(void** state) {
-    fixture* f = calloc(1, sizeof *f);
-    if (f == NULL || pli_context_create(NULL, &f->context) != PLI_OK) { return -1; }
-    *state = f;
-    pli_world_def def = pli_world_def_default();
-    def.gravity = pli_vec3_make(0, 0, 0);
-    return pli_world_create(f->context, &def, &f->world) == PLI_OK ? 0 : -1;
-}
-
-static int teardown(void** state) {
-    fixture* f = *state;
-    pli_world_destroy(f->world);
-    const size_t left = pli_context_allocated_bytes(f->context);
-    pli_context_destroy(f->context);
-    free(f);
-    return left == 0 ? 0 : -1;
+    if (setup_fixture(state) != 0) { return -1; }
+    const fixture* f = *state;
+    return pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)) == PLI_OK ? 0 : -1;
 }
 
 static pli_body* make_body(const fixture* f, pli_mesh* mesh, float margin, bool bullet_boxes) {
@@ -466,19 +450,19 @@ static void test_soft_contacts_with_springs_keep_momentum(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_sweeps, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_gradients, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_with_springs_keep_momentum, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_sweeps, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_gradients, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_with_springs_keep_momentum, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
