@@ -25,7 +25,10 @@ PairAlgorithm::~PairAlgorithm() {
 void PairAlgorithm::processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*,
                                      const btDispatcherInfo&, btManifoldResult*) {
     // Bullet keeps contacts of such objects without solving them; soft contacts without response have no use.
-    if (soft.hasContactResponse() && other.hasContactResponse()) { soft.bridge().collect(*this); }
+    if (!soft.hasContactResponse() || !other.hasContactResponse()) { return; }
+    const bool acts =
+        other_soft == nullptr || (pli_body_meets_bodies(soft.body()) && pli_body_meets_bodies(other_soft->body()));
+    if (acts) { soft.bridge().collect(*this); }
 }
 
 btScalar PairAlgorithm::calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,

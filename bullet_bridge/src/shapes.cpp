@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
@@ -159,9 +160,21 @@ void add_to_hash(std::uint64_t& hash, const btVector3& v) {
     }
 }
 
+// Shapes of which these numbers say all.
+bool has_dimensions(int type) {
+    return type == BOX_SHAPE_PROXYTYPE || type == SPHERE_SHAPE_PROXYTYPE;
+}
+
 void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     add_to_hash(hash, &shape);
     add_to_hash(hash, shape.getShapeType());
+    if (has_dimensions(shape.getShapeType())) {
+        const auto& convex = static_cast<const btConvexInternalShape&>(shape);
+        add_to_hash(hash, convex.getMarginNV());
+        add_to_hash(hash, convex.getLocalScalingNV());
+        add_to_hash(hash, convex.getImplicitShapeDimensions());
+        return;
+    }
     add_to_hash(hash, shape.getMargin());
     add_to_hash(hash, shape.getLocalScaling());
     if (shape.isConvex()) {

@@ -1,11 +1,12 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
+#include "rigid_lanes.h"
+
 #include "anchor_impl.h"
 #include "body_impl.h"
 #include "hold.h"
 #include "id_pool.h"
-#include "rigid_impl.h"
 
 #include <string.h>
 
@@ -14,9 +15,11 @@ typedef struct anchor_item {
     pli_rigid* rigid;
     pli_vec3 pivot; /* in the frame of the rigid body */
     float influence;
-    float displacement; /* of the node per unit of impulse, s/kg; this and what follows hold for one step */
-    pli_vec3 offset;    /* from the centre of the rigid body, world axes */
-    pli_mat3 impulse_matrix;
+    /* For one step: */
+    pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: displacement of the node per impulse */
+    pli_vec4 goal;        /* of the node */
+    pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
+    pli_vec4 matrix[3];   /* columns of the impulse matrix */
 } anchor_item;
 
 /* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
@@ -27,37 +30,57 @@ typedef struct anchor_state {
     plii_id_pool ids;
 } anchor_state;
 
+PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const anchor_item* anchor, plii_float4 offset, float dt) {
+    return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
+}
+
 static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
     anchor_state* anchors = state;
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_item* anchor = &anchors->items[i];
         pli_rigid* rigid = anchor->rigid;
+        const pli_rigid_state* rigid_state = &rigid->state;
         const float inverse_mass = body->positions[anchor->node].w;
-        anchor->offset = pli_mat3_mul_vec3(rigid->state.pose.rotation, anchor->pivot);
-        anchor->impulse_matrix = plii_impulse_matrix(step->dt, inverse_mass, rigid->state.inverse_mass,
-                                                     rigid->state.inverse_inertia_world, anchor->offset);
-        anchor->displacement = step->dt * inverse_mass;
+        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
+        const plii_float4 offset = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&anchor->pivot));
+        plii_float4_to(&anchor->offset, offset);
+        anchor->offset.w = step->dt * inverse_mass;
+        plii_float4_to(&anchor->goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
+        plii_float4_to(&anchor->goal_motion, anchor_goal_motion(anchor, offset, step->dt));
+        const plii_lanes_mat3 matrix = plii_lanes_impulse_matrix(step->dt, inverse_mass, rigid_state->inverse_mass,
+                                                                 &rigid_state->inverse_inertia_world, offset);
+        plii_float4_to(&anchor->matrix[0], matrix.columns[0]);
+        plii_float4_to(&anchor->matrix[1], matrix.columns[1]);
+        plii_float4_to(&anchor->matrix[2], matrix.columns[2]);
         rigid->was_touched = true;
     }
 }
 
 static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     const anchor_state* anchors = state;
+    const plii_float4 hardness = plii_float4_all(anchors->hardness);
     if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
-        const pli_vec3 node = plii_xyz(body->positions[anchor->node]);
-        const pli_vec3 goal = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
-        const pli_vec3 goal_motion = pli_vec3_scale(plii_rigid_velocity_at(anchor->rigid, anchor->offset), step->dt);
-        const pli_vec3 node_motion = pli_vec3_sub(node, plii_xyz(body->previous[anchor->node]));
-        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(goal_motion, node_motion),
-                                            pli_vec3_scale(pli_vec3_sub(goal, node), anchors->hardness));
-        const pli_vec3 impulse = pli_vec3_scale(pli_mat3_mul_vec3(anchor->impulse_matrix, error), anchor->influence);
+        const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
+        const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
+        const plii_float4 offset = plii_float4_from(&anchor->offset);
+        const plii_float4 goal_motion =
+            is_fixed ? plii_float4_from(&anchor->goal_motion) : anchor_goal_motion(anchor, offset, step->dt);
+        const plii_float4 node_motion = plii_float4_sub(node, plii_float4_from(&body->previous[anchor->node]));
+        const plii_float4 way = plii_float4_sub(plii_float4_from(&anchor->goal), node);
+        const plii_float4 error =
+            plii_float4_add(plii_float4_sub(goal_motion, node_motion), plii_float4_mul(way, hardness));
+        const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->matrix[0]), plii_float4_from(&anchor->matrix[1]),
+                                         plii_float4_from(&anchor->matrix[2])}};
+        const plii_float4 impulse =
+            plii_float4_mul(plii_lanes_mat3_mul(&matrix, error), plii_float4_all(anchor->influence));
         /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
            numbers and must not take the rigid body along. */
-        if (!plii_vec3_is_finite(impulse)) { continue; }
-        plii_set_xyz(&body->positions[anchor->node], pli_vec3_add(node, pli_vec3_scale(impulse, anchor->displacement)));
-        plii_rigid_apply_impulse(anchor->rigid, pli_vec3_neg(impulse), anchor->offset);
+        if (!plii_lanes_xyz_finite(impulse)) { continue; }
+        const plii_float4 pushed = plii_lanes_xyz(plii_float4_mul(impulse, plii_lanes_all_w(offset)));
+        plii_float4_to(&body->positions[anchor->node], plii_float4_add(node, pushed));
+        if (!is_fixed) { plii_lanes_rigid_apply_impulse(anchor->rigid, plii_float4_negate(impulse), offset); }
     }
 }
 

@@ -2,13 +2,12 @@
    and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
-#include "lanes.h"
+#include "rigid_lanes.h"
 
 #include "body_impl.h"
 #include "contact_order.h"
 #include "hold.h"
 #include "pliant/contact.h"
-#include "rigid_impl.h"
 #include "shape_impl.h"
 #include "world_impl.h"
 
@@ -18,16 +17,18 @@
 typedef struct rigid_contact {
     pli_rigid* rigid;
     int node, shape;
-    pli_vec3 normal;
-    float offset;            /* dot(normal, x) + offset = distance to the surface that is kept free */
-    pli_mat3 impulse_matrix; /* Bullet: c0 */
-    pli_vec3 lever;          /* from the rigid body's centre of mass to the node. Bullet: c1 */
-    float node_response;     /* displacement of the node per impulse. Bullet: c2 */
-    float slip;              /* share of the tangential displacement that stays. Bullet: c3 */
-    float hardness;          /* Bullet: c4 */
-    float distance;
-    bool is_still; /* the rigid body neither moves nor takes impulses */
+    pli_vec4 normal;    /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
+    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
+    pli_vec4 lever; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
+    bool is_still;  /* the rigid body neither moves nor takes impulses */
 } rigid_contact;
+
+/* In w of the columns. */
+enum {
+    RIGID_CONTACT_SLIP,     /* share of the tangential displacement that stays. Bullet: c3 */
+    RIGID_CONTACT_HARDNESS, /* Bullet: c4 */
+    RIGID_CONTACT_DISTANCE
+};
 
 typedef struct rigid_contacts_state {
     pli_rigid_contacts_def def;
@@ -46,60 +47,67 @@ pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
 
 // ------------------------------------------------------------------------------------------------ making contacts
 
-/* plii_impulse_matrix without its products by zero, for a rigid body that nothing moves. */
-static pli_mat3 rigid_contacts_matrix_of_node(float dt, float inverse_mass) {
+/* The impulse matrix for a rigid body that nothing moves, by columns; of w nothing is kept. */
+static plii_lanes_mat3 rigid_contacts_matrix_of_node(float dt, float inverse_mass) {
     const float cofactor = inverse_mass * inverse_mass;
     const float own = 1.0f / dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
-    return plii_mat3_diagonal(own, own, own);
+    return (plii_lanes_mat3){
+        {plii_lanes_xyzw(own, 0, 0, 0), plii_lanes_xyzw(0, own, 0, 0), plii_lanes_xyzw(0, 0, own, 0)}};
 }
 
 /* One node closer than the margin. */
 static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape, int node,
-                                     pli_vec3 normal, float distance) {
-    const float dt = body->step.dt;
+                                     plii_float4 normal, float distance) {
+    const float step = body->step.dt;
     const float node_inverse_mass = body->positions[node].w;
     const float rigid_inverse_mass = rigid->state.inverse_mass;
     if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+    if (state->count == state->capacity &&
+        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
-    const pli_vec3 x = plii_xyz(body->positions[node]);
+    const plii_float4 x = plii_float4_from(&body->positions[node]), dt = plii_float4_all(step);
     rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
     contact->node = node;
     contact->shape = shape;
-    contact->normal = normal;
-    contact->offset = -pli_vec3_dot(normal, pli_vec3_sub(x, pli_vec3_scale(normal, distance)));
-    contact->distance = distance;
-    contact->lever = pli_vec3_sub(x, rigid->state.pose.origin);
+    plii_float4_to(&contact->normal, normal);
+    contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
+    const plii_float4 lever = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
+    plii_float4_to(&contact->lever, lever);
+    contact->lever.w = node_inverse_mass * step;
 
     /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
        may exceed 1, as in Bullet; the sliding is then reversed. */
-    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), dt);
-    const pli_vec3 node_motion = pli_vec3_sub(x, plii_xyz(body->previous[node]));
-    const pli_vec3 motion = pli_vec3_sub(node_motion, rigid_motion);
-    const float along_normal = pli_vec3_dot(motion, normal);
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(normal, along_normal));
+    const plii_float4 rigid_motion = plii_float4_mul(plii_lanes_rigid_velocity_at(rigid, lever), dt);
+    const plii_float4 node_motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
+    const plii_float4 motion = plii_float4_sub(node_motion, rigid_motion);
+    const float along_normal = plii_lanes_dot(motion, normal);
+    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
     const float friction = state->def.friction * rigid->friction;
-    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
-    contact->slip = sticks ? 0.0f : 1.0f - friction;
+    const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
 
     contact->is_still = rigid_inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world) &&
                         plii_vec3_is_zero(rigid->state.linear_velocity) &&
                         plii_vec3_is_zero(rigid->state.angular_velocity);
-    contact->impulse_matrix = contact->is_still
-                                  ? rigid_contacts_matrix_of_node(dt, node_inverse_mass)
-                                  : plii_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
-                                                        rigid->state.inverse_inertia_world, contact->lever);
-    contact->node_response = node_inverse_mass * dt;
-    contact->hardness = rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    const plii_lanes_mat3 matrix = contact->is_still
+                                       ? rigid_contacts_matrix_of_node(step, node_inverse_mass)
+                                       : plii_lanes_impulse_matrix(step, node_inverse_mass, rigid_inverse_mass,
+                                                                   &rigid->state.inverse_inertia_world, lever);
+    plii_float4_to(&contact->matrix[0], matrix.columns[0]);
+    plii_float4_to(&contact->matrix[1], matrix.columns[1]);
+    plii_float4_to(&contact->matrix[2], matrix.columns[2]);
+    contact->matrix[RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
+    contact->matrix[RIGID_CONTACT_HARDNESS].w =
+        rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    contact->matrix[RIGID_CONTACT_DISTANCE].w = distance;
     rigid->was_touched = true;
     return PLI_OK;
 }
 
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
 static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape_index,
-                                       pli_transform pose, int count, const int* nodes, const pli_vec3* points) {
+                                       const pli_transform* pose, int count, const int* nodes, const pli_vec3* points) {
     const pli_shape* shape = rigid->shapes[shape_index];
     const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
     float distances[RIGID_CONTACTS_BATCH];
@@ -107,8 +115,11 @@ static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* sta
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         const float distance = distances[i] - margin;
-        if (!(distance < reach) || !plii_is_finite(distance) || !plii_vec3_is_finite(normals[i])) { continue; }
-        const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
+        if (!(distance < reach) || !plii_is_finite(distance)) { continue; }
+        const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
+        if (!plii_lanes_xyz_finite(local)) { continue; }
+        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose->rotation);
+        const plii_float4 normal = plii_lanes_mat3_mul(&rotation, local);
         PLII_TRY(rigid_contacts_add(body, state, rigid, shape_index, nodes[i], normal, distance));
     }
     return PLI_OK;
@@ -122,6 +133,11 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
                                              body->collision_margin * (1.0f + body->solver_class->contact_reach));
     if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     const plii_float4 low = plii_lanes_from_vec3(&near.min), high = plii_lanes_from_vec3(&near.max);
+    const plii_float4 origin = plii_lanes_from_vec3(&pose.origin);
+    /* By rows, so that the product is the one with the transpose. */
+    const plii_lanes_mat3 inverse = {{plii_lanes_from_vec3(&pose.rotation.rows[0]),
+                                      plii_lanes_from_vec3(&pose.rotation.rows[1]),
+                                      plii_lanes_from_vec3(&pose.rotation.rows[2])}};
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
@@ -131,13 +147,13 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         nodes[count] = i;
-        points[count++] = pli_transform_inverse_point(pose, plii_xyz(body->positions[i]));
+        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&inverse, plii_float4_sub(x, origin)));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, pose, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, &pose, count, nodes, points));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(body, state, rigid, shape_index, pose, count, nodes, points) : PLI_OK;
+    return count > 0 ? rigid_contacts_batch(body, state, rigid, shape_index, &pose, count, nodes, points) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
@@ -157,47 +173,45 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 
 // -------------------------------------------------------------------------------------------------------- solving
 
-/* With a body that is still: what the general way comes to without its products by zero. */
-static void rigid_contacts_solve_still(pli_body* body, const rigid_contact* contact) {
-    const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
-    const plii_float4 motion = plii_lanes_xyz(plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])));
-    const plii_float4 normal = plii_lanes_from_vec3(&contact->normal);
+/* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. For a rigid body
+   that is still it leaves out products by zero. */
+PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float margin, plii_float4 x,
+                                             plii_float4 motion, plii_float4* impulse) {
+    const plii_float4 normal = plii_float4_from(&contact->normal);
     const float along_normal = plii_lanes_dot(motion, normal);
-    if (!(along_normal <= PLII_EPSILON)) { return; }
-    const float gap = plii_min(plii_lanes_dot(x, normal) + contact->offset, body->collision_margin);
+    if (!(along_normal <= PLII_EPSILON)) { return false; }
+    const float gap = plii_min(plii_lanes_dot(x, normal) + contact->normal.w, margin);
     const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const plii_float4 slip = plii_float4_all(contact->matrix[RIGID_CONTACT_SLIP].w);
+    const plii_float4 pull = plii_float4_all(gap * contact->matrix[RIGID_CONTACT_HARDNESS].w);
     const plii_float4 error =
-        plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, plii_float4_all(contact->slip))),
-                        plii_float4_mul(normal, plii_float4_all(gap * contact->hardness)));
-    const plii_float4 impulse = plii_float4_mul(plii_float4_all(contact->impulse_matrix.rows[0].x), error);
-    plii_float4_to(&body->positions[contact->node],
-                   plii_float4_sub(x, plii_float4_mul(impulse, plii_float4_all(contact->node_response))));
+        plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, slip)), plii_float4_mul(normal, pull));
+    if (contact->is_still) {
+        *impulse = plii_lanes_xyz(plii_float4_mul(plii_float4_all(contact->matrix[0].x), error));
+        return true;
+    }
+    const plii_lanes_mat3 matrix = {{plii_float4_from(&contact->matrix[0]), plii_float4_from(&contact->matrix[1]),
+                                     plii_float4_from(&contact->matrix[2])}};
+    *impulse = plii_lanes_xyz(plii_lanes_mat3_mul(&matrix, error));
+    return true;
 }
 
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const rigid_contacts_state* state = data;
-    const float margin = body->collision_margin;
     if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
-        if (contact->is_still) {
-            rigid_contacts_solve_still(body, contact);
-            continue;
+        const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
+        const plii_float4 lever = plii_float4_from(&contact->lever);
+        plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])), impulse;
+        if (!contact->is_still) {
+            const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, lever);
+            motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(step->dt)));
         }
-        pli_vec4* position = &body->positions[contact->node];
-        const pli_vec3 x = plii_xyz(*position);
-        const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), step->dt);
-        const pli_vec3 node_motion = pli_vec3_sub(x, plii_xyz(body->previous[contact->node]));
-        const pli_vec3 motion = pli_vec3_sub(node_motion, rigid_motion);
-        const float along_normal = pli_vec3_dot(motion, contact->normal);
-        if (!(along_normal <= PLII_EPSILON)) { continue; }
-        const float gap = plii_min(pli_vec3_dot(x, contact->normal) + contact->offset, margin);
-        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(contact->normal, along_normal));
-        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(motion, pli_vec3_scale(sliding, contact->slip)),
-                                            pli_vec3_scale(contact->normal, gap * contact->hardness));
-        const pli_vec3 impulse = pli_mat3_mul_vec3(contact->impulse_matrix, error);
-        plii_set_xyz(position, pli_vec3_sub(x, pli_vec3_scale(impulse, contact->node_response)));
-        plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
+        if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
+        const plii_float4 pushed = plii_float4_mul(impulse, plii_lanes_all_w(lever));
+        plii_float4_to(&body->positions[contact->node], plii_float4_sub(x, pushed));
+        if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, lever); }
     }
 }
 
@@ -210,10 +224,10 @@ static int rigid_contacts_list_holds(const pli_body* body, const void* data, int
     (void)body;
     for (int i = 0; i < state->count && i < capacity; ++i) {
         const rigid_contact* contact = &state->contacts[i];
-        holds[i] = (plii_hold){.node = contact->node, .rigid = contact->rigid, .normal = contact->normal};
-        holds[i].offset = contact->offset;
+        holds[i] = (plii_hold){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
+        holds[i].offset = contact->normal.w;
         holds[i].friction = state->def.friction * contact->rigid->friction;
-        holds[i].hardness = contact->hardness;
+        holds[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
         holds[i].influence = 1.0f;
     }
     return state->count;
@@ -345,8 +359,8 @@ int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_co
         contacts[i].node = contact->node;
         contacts[i].rigid = contact->rigid;
         contacts[i].shape = contact->shape;
-        contacts[i].normal = contact->normal;
-        contacts[i].distance = contact->distance;
+        contacts[i].normal = plii_xyz(contact->normal);
+        contacts[i].distance = contact->matrix[RIGID_CONTACT_DISTANCE].w;
     }
     return state->count;
 }

@@ -57,6 +57,10 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
+    pipeline->meets_bodies = false;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        pipeline->meets_bodies = pipeline->meets_bodies || pipeline->features[i].klass->collide_body != NULL;
+    }
 }
 
 static void feature_drop_user(pli_body* body, const plii_feature_class* klass);
@@ -238,7 +242,7 @@ static void feature_run_stage_profiled(pli_body* body, const plii_pipeline* pipe
     }
 }
 
-void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
     if (body->world->profile != NULL) {
         feature_run_stage_profiled(body, pipeline, stage, step);
         return;

@@ -157,6 +157,7 @@ typedef struct plii_pipeline {
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
+    bool meets_bodies; /* a feature has collide_body */
 } plii_pipeline;
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
@@ -176,6 +177,11 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 static inline bool plii_stage_is_empty(const plii_pipeline* pipeline, plii_stage stage) {
     return pipeline->begin[stage] == pipeline->begin[stage + 1];
 }
-void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
+/* What a stage has, which is something. */
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
+static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                  const plii_step* step) {
+    if (!plii_stage_is_empty(pipeline, stage)) { plii_run_entries(body, pipeline, stage, step); }
+}
 
 #endif

@@ -47,6 +47,15 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 0, 2, 1));
 }
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(0, 0, 0, 0));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(1, 1, 1, 1));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
+    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(2, 2, 2, 2));
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 3, 3, 3));
 }
@@ -99,6 +108,15 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     const float32x4_t turned = vextq_f32(a, a, 1); /* y, z, w, x */
     return vsetq_lane_f32(vgetq_lane_f32(a, 3), vsetq_lane_f32(vgetq_lane_f32(a, 0), turned, 2), 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
+    return vdupq_laneq_f32(a, 0);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
+    return vdupq_laneq_f32(a, 1);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
+    return vdupq_laneq_f32(a, 2);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return vdupq_laneq_f32(a, 3);
@@ -154,6 +172,15 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[0], a.lanes[3]}};
 }
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
+    return plii_float4_all(a.lanes[0]);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
+    return plii_float4_all(a.lanes[1]);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
+    return plii_float4_all(a.lanes[2]);
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return plii_float4_all(a.lanes[3]);
 }
@@ -191,6 +218,29 @@ PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
 /* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
 PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
     return plii_lanes_at_most(plii_float4_sub(a, a), plii_float4_all(0.0f));
+}
+
+/* x, y and z are finite. */
+PLII_SIMD_INLINE bool plii_lanes_xyz_finite(plii_float4 a) {
+    return (plii_lanes_bits(plii_lanes_finite(a)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+}
+
+/* A matrix by columns; w of each is what its user puts there. */
+typedef struct plii_lanes_mat3 {
+    plii_float4 columns[3];
+} plii_lanes_mat3;
+
+PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
+    plii_float4 rows[4] = {plii_lanes_from_vec3(&m->rows[0]), plii_lanes_from_vec3(&m->rows[1]),
+                           plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)};
+    plii_float4_turn(rows);
+    return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
+}
+/* pli_mat3_mul_vec3 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_float4 v) {
+    return plii_float4_add(plii_float4_add(plii_float4_mul(m->columns[0], plii_lanes_all_x(v)),
+                                           plii_float4_mul(m->columns[1], plii_lanes_all_y(v))),
+                           plii_float4_mul(m->columns[2], plii_lanes_all_z(v)));
 }
 
 /* Vectors of four nodes by components. */
@@ -238,18 +288,44 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, p
     if (w != NULL) { *w = rows[3]; }
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
+/* Of four vectors one after the other. */
+#if defined(PLII_SIMD_SSE2)
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
-    plii_float4 rows[4] = {plii_lanes_from_vec3(&vectors[0]), plii_lanes_from_vec3(&vectors[1]),
-                           plii_lanes_from_vec3(&vectors[2]), plii_lanes_from_vec3(&vectors[3])};
-    plii_float4_turn(rows);
-    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+    const float* source = (const float*)vectors;
+    const __m128 a = _mm_loadu_ps(source), b = _mm_loadu_ps(source + 4), c = _mm_loadu_ps(source + 8);
+    const __m128 yz = _mm_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)); /* of the first two */
+    const __m128 xy = _mm_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2)); /* of the last two */
+    return (plii_vec3x4){_mm_shuffle_ps(a, xy, _MM_SHUFFLE(2, 0, 3, 0)),
+                         _mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0)),
+                         _mm_shuffle_ps(yz, c, _MM_SHUFFLE(3, 0, 3, 1))};
 }
-PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 a) {
-    plii_float4 rows[4] = {a.x, a.y, a.z, a.z};
-    plii_float4_turn(rows);
+PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
+    float* target = (float*)vectors;
+    const __m128 xy = _mm_shuffle_ps(v.x, v.y, _MM_SHUFFLE(2, 0, 2, 0)); /* of the vectors 0, 2 */
+    const __m128 yz = _mm_shuffle_ps(v.y, v.z, _MM_SHUFFLE(3, 1, 3, 1)); /* 1, 3 */
+    const __m128 zx = _mm_shuffle_ps(v.z, v.x, _MM_SHUFFLE(3, 1, 2, 0)); /* z of 0, 2, x of 1, 3 */
+    _mm_storeu_ps(target, _mm_shuffle_ps(xy, zx, _MM_SHUFFLE(2, 0, 2, 0)));
+    _mm_storeu_ps(target + 4, _mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0)));
+    _mm_storeu_ps(target + 8, _mm_shuffle_ps(zx, yz, _MM_SHUFFLE(3, 1, 3, 1)));
+}
+#elif defined(PLII_SIMD_NEON)
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
+    const float32x4x3_t v = vld3q_f32((const float*)vectors);
+    return (plii_vec3x4){v.val[0], v.val[1], v.val[2]};
+}
+PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
+    vst3q_f32((float*)vectors, (float32x4x3_t){{v.x, v.y, v.z}});
+}
+#else
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* v) {
+    return (plii_vec3x4){
+        {{v[0].x, v[1].x, v[2].x, v[3].x}}, {{v[0].y, v[1].y, v[2].y, v[3].y}}, {{v[0].z, v[1].z, v[2].z, v[3].z}}};
+}
+PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
     for (int k = 0; k < 4; ++k) {
-        plii_lanes_to_vec3(&vectors[k], rows[k]);
+        vectors[k] = pli_vec3_make(v.x.lanes[k], v.y.lanes[k], v.z.lanes[k]);
     }
 }
+#endif
 
 #endif

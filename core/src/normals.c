@@ -7,10 +7,10 @@
 
 #include <string.h>
 
-static plii_float4 normals_face_cross(const pli_body* body, const int face[3]) {
-    const plii_float4 x0 = plii_float4_from(&body->positions[face[0]]);
-    return plii_lanes_cross(plii_float4_sub(plii_float4_from(&body->positions[face[1]]), x0),
-                            plii_float4_sub(plii_float4_from(&body->positions[face[2]]), x0));
+PLII_SIMD_INLINE plii_float4 normals_face_cross(const pli_vec4* positions, const int face[3]) {
+    const plii_float4 x0 = plii_float4_from(&positions[face[0]]);
+    return plii_lanes_cross(plii_float4_sub(plii_float4_from(&positions[face[1]]), x0),
+                            plii_float4_sub(plii_float4_from(&positions[face[2]]), x0));
 }
 
 // --------------------------------------------------------------------------------------------------- normals
@@ -20,7 +20,7 @@ typedef struct normals_state {
 } normals_state;
 
 /* Of four nodes; those without faces keep their zero. */
-static void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
+PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
     const plii_vec3x4 sum = plii_vec3x4_from_records(sums, NULL);
     const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(sum, sum));
     const plii_float4 one = plii_float4_all(1.0f);
@@ -31,15 +31,17 @@ static void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
 
 static void normals_refresh(pli_body* body, void* data, const plii_step* step) {
     (void)step;
-    pli_vec4* sums = ((normals_state*)data)->sums;
-    const int count = body->node_count;
+    pli_vec4* restrict sums = ((normals_state*)data)->sums;
+    const pli_vec4* restrict positions = body->positions;
+    const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
+    const int count = body->node_count, face_count = body->topology->face_count;
     memset(sums, 0, (size_t)count * sizeof *sums);
-    for (int i = 0; i < body->topology->face_count; ++i) {
-        const int* face = body->topology->faces[i];
-        const plii_float4 cross = normals_face_cross(body, face);
-        for (int k = 0; k < 3; ++k) {
-            plii_float4_to(&sums[face[k]], plii_float4_add(plii_float4_from(&sums[face[k]]), cross));
-        }
+    for (int i = 0; i < face_count; ++i) {
+        const plii_float4 cross = normals_face_cross(positions, faces[i]);
+        pli_vec4 *a = &sums[faces[i][0]], *b = &sums[faces[i][1]], *c = &sums[faces[i][2]];
+        plii_float4_to(a, plii_float4_add(plii_float4_from(a), cross));
+        plii_float4_to(b, plii_float4_add(plii_float4_from(b), cross));
+        plii_float4_to(c, plii_float4_add(plii_float4_from(c), cross));
     }
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {
@@ -117,7 +119,7 @@ static void face_normals_refresh(pli_body* body, void* state, const plii_step* s
     (void)step;
     for (int i = 0; i < body->topology->face_count; ++i) {
         pli_vec3 cross;
-        plii_lanes_to_vec3(&cross, normals_face_cross(body, body->topology->faces[i]));
+        plii_lanes_to_vec3(&cross, normals_face_cross(body->positions, body->topology->faces[i]));
         body->face_normals[i] = plii_vec3_safe_normalize(cross);
     }
 }
@@ -164,7 +166,7 @@ const plii_feature_class plii_face_normals_class = {
 };
 
 static float normals_doubled_area(const pli_body* body, const int face[3]) {
-    const plii_float4 cross = normals_face_cross(body, face);
+    const plii_float4 cross = normals_face_cross(body->positions, face);
     return sqrtf(plii_lanes_dot(cross, cross));
 }
 

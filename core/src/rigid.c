@@ -1,5 +1,7 @@
 /* Rigid proxies: state, shapes, and free motion for programs without a rigid-body engine. */
 
+#include "lanes.h"
+
 #include "shape_impl.h"
 #include "world_impl.h"
 
@@ -20,8 +22,22 @@ pli_rigid_def pli_rigid_def_default(void) {
     };
 }
 
+/* Also what a body of its kind does not use. */
+static bool rigid_state_is_finite(const pli_rigid_state* state) {
+    enum { COUNT = sizeof *state / sizeof(float) };
+    _Static_assert(sizeof *state == COUNT * sizeof(float) && COUNT % PLII_LANES == 0, "a state consists of floats");
+    const float* values = (const float*)state;
+    plii_float4 zeros = plii_float4_all(0.0f);
+    for (int i = 0; i < COUNT; i += PLII_LANES) {
+        const plii_float4 four = plii_float4_load(&values[i]);
+        zeros = plii_float4_add(zeros, plii_float4_sub(four, four));
+    }
+    return plii_lanes_bits(plii_lanes_finite(zeros)) == 15;
+}
+
 static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
                                     const char* function) {
+    if (rigid_state_is_finite(state) && (kind != PLI_RIGID_DYNAMIC || state->inverse_mass > 0.0f)) { return PLI_OK; }
     if (!plii_transform_is_finite(state->pose)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
     }

@@ -24,53 +24,73 @@ bool plii_solver_update_bounds(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------ prediction
 
-/* Pinned nodes keep their velocity. */
-static void solver_add_gravity(pli_body* body, float dt) {
-    const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
-    const plii_float4 added = plii_lanes_from_vec3(&change), zero = plii_float4_all(0.0f);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
-        const plii_mask4 is_free = plii_lanes_less(zero, plii_float4_all(body->positions[i].w));
-        plii_float4_to(&body->velocities[i], plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity));
-    }
+/* The arrays, which stores to them do not move. */
+typedef struct solver_nodes {
+    pli_vec4* restrict positions, * restrict previous, * restrict velocities;
+    int count;
+} solver_nodes;
+
+static solver_nodes solver_nodes_of(const pli_body* body) {
+    return (solver_nodes){body->positions, body->previous, body->velocities, body->node_count};
 }
 
-static void solver_add_forces(pli_body* body, float dt) {
-    const float limit = body->world->def.max_force_displacement / dt;
-    const plii_float4 low = plii_float4_all(-limit), high = plii_float4_all(limit), step = plii_float4_all(dt);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 inverse_mass = plii_float4_all(body->positions[i].w);
-        plii_float4 change = plii_lanes_from_vec3(&body->forces[i]);
-        change = plii_float4_mul(plii_float4_mul(change, inverse_mass), step);
-        change = plii_lanes_min(high, plii_lanes_max(low, change));
-        plii_float4_to(&body->velocities[i], plii_float4_add(plii_float4_from(&body->velocities[i]), change));
+/* Pinned nodes keep their velocity. */
+PLII_SIMD_INLINE plii_float4 solver_pull(plii_float4 velocity, plii_float4 position, plii_float4 added) {
+    const plii_mask4 is_free = plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(position));
+    return plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity);
+}
+
+static void solver_add_gravity(pli_body* body, float dt) {
+    const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
+    const plii_float4 added = plii_lanes_from_vec3(&change);
+    const solver_nodes nodes = solver_nodes_of(body);
+    for (int i = 0; i < nodes.count; ++i) {
+        const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
+        plii_float4_to(&nodes.velocities[i], solver_pull(velocity, plii_float4_from(&nodes.positions[i]), added));
     }
-    memset(body->forces, 0, (size_t)body->node_count * sizeof *body->forces);
 }
 
 /* The w of velocities is 0, and previous positions have none. */
+PLII_SIMD_INLINE void solver_move_node(solver_nodes nodes, int node, plii_float4 velocity, plii_float4 dt) {
+    const plii_float4 position = plii_float4_from(&nodes.positions[node]);
+    plii_float4_to(&nodes.previous[node], plii_lanes_xyz(position));
+    plii_float4_to(&nodes.positions[node], plii_float4_add(position, plii_float4_mul(velocity, dt)));
+}
+
 static void solver_move(pli_body* body, float dt) {
-    const plii_float4 step = plii_float4_all(dt);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 position = plii_float4_from(&body->positions[i]);
-        const plii_float4 motion = plii_float4_mul(plii_float4_from(&body->velocities[i]), step);
-        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
-        plii_float4_to(&body->positions[i], plii_float4_add(position, motion));
+    const solver_nodes nodes = solver_nodes_of(body);
+    for (int i = 0; i < nodes.count; ++i) {
+        solver_move_node(nodes, i, plii_float4_from(&nodes.velocities[i]), plii_float4_all(dt));
     }
+}
+
+static void solver_add_forces_and_move(pli_body* body, float dt) {
+    const float limit = body->world->def.max_force_displacement / dt;
+    const plii_float4 low = plii_float4_all(-limit), high = plii_float4_all(limit), step = plii_float4_all(dt);
+    const solver_nodes nodes = solver_nodes_of(body);
+    const pli_vec3* restrict forces = body->forces;
+    for (int i = 0; i < nodes.count; ++i) {
+        const plii_float4 inverse_mass = plii_lanes_all_w(plii_float4_from(&nodes.positions[i]));
+        const plii_float4 change =
+            plii_float4_mul(plii_float4_mul(plii_lanes_from_vec3(&forces[i]), inverse_mass), step);
+        const plii_float4 clamped = plii_lanes_min(high, plii_lanes_max(low, change));
+        const plii_float4 velocity = plii_float4_add(plii_float4_from(&nodes.velocities[i]), clamped);
+        plii_float4_to(&nodes.velocities[i], velocity);
+        solver_move_node(nodes, i, velocity, step);
+    }
+    memset(body->forces, 0, (size_t)nodes.count * sizeof *body->forces);
 }
 
 /* All of it in one pass, where nothing but gravity pulls. */
 static void solver_fly(pli_body* body, float dt) {
     const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
-    const plii_float4 added = plii_lanes_from_vec3(&change), zero = plii_float4_all(0.0f), step = plii_float4_all(dt);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 position = plii_float4_from(&body->positions[i]),
-                          start = plii_float4_from(&body->velocities[i]);
-        const plii_mask4 is_free = plii_lanes_less(zero, plii_lanes_all_w(position));
-        const plii_float4 velocity = plii_lanes_select(is_free, plii_float4_add(start, added), start);
-        plii_float4_to(&body->velocities[i], velocity);
-        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
-        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, step)));
+    const plii_float4 added = plii_lanes_from_vec3(&change), step = plii_float4_all(dt);
+    const solver_nodes nodes = solver_nodes_of(body);
+    for (int i = 0; i < nodes.count; ++i) {
+        const plii_float4 start = plii_float4_from(&nodes.velocities[i]);
+        const plii_float4 velocity = solver_pull(start, plii_float4_from(&nodes.positions[i]), added);
+        plii_float4_to(&nodes.velocities[i], velocity);
+        solver_move_node(nodes, i, velocity, step);
     }
 }
 
@@ -90,8 +110,11 @@ static void solver_predict(pli_body* body, float dt) {
     } else {
         solver_add_gravity(body, step->dt);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-        if (body->forces != NULL) { solver_add_forces(body, step->dt); }
-        solver_move(body, step->dt);
+        if (body->forces != NULL) {
+            solver_add_forces_and_move(body, step->dt);
+        } else {
+            solver_move(body, step->dt);
+        }
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     plii_solver_update_predicted_bounds(body);
@@ -106,22 +129,24 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
-static plii_float4 solver_moved(const pli_body* body, int node, float scale) {
+PLII_SIMD_INLINE plii_float4 solver_moved(solver_nodes nodes, int node, float scale) {
     const plii_float4 moved =
-        plii_float4_sub(plii_float4_from(&body->positions[node]), plii_float4_from(&body->previous[node]));
+        plii_float4_sub(plii_float4_from(&nodes.positions[node]), plii_float4_from(&nodes.previous[node]));
     return plii_lanes_xyz(plii_float4_mul(moved, plii_float4_all(scale)));
 }
 
 static void solver_velocities_from_positions(pli_body* body, float scale) {
-    for (int i = 0; i < body->node_count; ++i) {
-        plii_float4_to(&body->velocities[i], solver_moved(body, i, scale));
+    const solver_nodes nodes = solver_nodes_of(body);
+    for (int i = 0; i < nodes.count; ++i) {
+        plii_float4_to(&nodes.velocities[i], solver_moved(nodes, i, scale));
     }
 }
 
 static void solver_add_drift_to_velocities(pli_body* body, float scale) {
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 velocity = plii_float4_from(&body->velocities[i]);
-        plii_float4_to(&body->velocities[i], plii_float4_add(velocity, solver_moved(body, i, scale)));
+    const solver_nodes nodes = solver_nodes_of(body);
+    for (int i = 0; i < nodes.count; ++i) {
+        const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
+        plii_float4_to(&nodes.velocities[i], plii_float4_add(velocity, solver_moved(nodes, i, scale)));
     }
 }
 

@@ -272,13 +272,17 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     return PLI_OK;
 }
 
+bool pli_body_meets_bodies(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->pipeline.meets_bodies;
+}
+
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
     PLII_TRY(plii_check_world(world, __func__));
     PLII_TRY(plii_check_body(body_a, __func__));
     PLII_TRY(plii_check_body(body_b, __func__));
     PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
     if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
-    if (body_a->is_frozen || body_b->is_frozen) { return PLI_OK; }
+    if (body_a->is_frozen || body_b->is_frozen || !pli_body_meets_bodies(body_a)) { return PLI_OK; }
     for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body_a->pipeline.features[i];
         if (feature->klass->collide_body == NULL) { continue; }
@@ -367,6 +371,7 @@ static pli_status world_collide_soft_pairs(pli_world* world) {
         sweep[k] = moved;
     }
     for (int i = 0; i < world->body_count; ++i) {
+        if (!sweep[i]->pipeline.meets_bodies) { continue; }
         for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
             if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
             const bool in_order = sweep[i]->world_index < sweep[k]->world_index;

@@ -287,6 +287,17 @@ static void check_refused(const fixture* f, pli_status got, pli_status expected,
     }
 }
 
+static void test_soft_contacts_are_told_to_hosts(void** state) {
+    const fixture* f = *state;
+    assert_false(pli_body_meets_bodies(NULL));
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, 0), 1, 0.1f, false);
+    assert_true(pli_body_meets_bodies(node));
+    pli_body_disable_soft_contacts(node);
+    const pli_rigid_contacts_def rigid_contacts = pli_rigid_contacts_def_default();
+    assert_int_equal(pli_body_enable_rigid_contacts(node, &rigid_contacts), PLI_OK);
+    assert_false(pli_body_meets_bodies(node));
+}
+
 static void test_soft_contacts_refuse_bad_input(void** state) {
     fixture* f = *state;
     pli_body* triangle = make_triangle(f, 1, 1, 0.1f, true);
@@ -462,6 +473,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_sweeps, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_gradients, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_springs_keep_momentum, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_are_told_to_hosts, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_refuse_bad_input, setup, teardown_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -45,6 +45,9 @@ PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli
 PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
 PLI_API pli_status pli_world_solve(pli_world* world);
 
+/// False where no enabled feature looks at other bodies, so that a host need not hand in such pairs.
+PLI_API bool pli_body_meets_bodies(const pli_body* body);
+
 /// True between pli_world_predict and pli_world_solve.
 PLI_API bool pli_world_is_stepping(const pli_world* world);
 
