@@ -107,7 +107,8 @@ static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state
 
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
 static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape_index,
-                                       const pli_transform* pose, int count, const int* nodes, const pli_vec3* points) {
+                                       const plii_lanes_pose* pose, int count, const int* nodes,
+                                       const pli_vec3* points) {
     const pli_shape* shape = rigid->shapes[shape_index];
     const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
     float distances[RIGID_CONTACTS_BATCH];
@@ -118,8 +119,7 @@ static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* sta
         if (!(distance < reach) || !plii_is_finite(distance)) { continue; }
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
-        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose->rotation);
-        const plii_float4 normal = plii_lanes_mat3_mul(&rotation, local);
+        const plii_float4 normal = plii_lanes_mat3_mul(&pose->rotation, local);
         PLII_TRY(rigid_contacts_add(body, state, rigid, shape_index, nodes[i], normal, distance));
     }
     return PLI_OK;
@@ -128,16 +128,14 @@ static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* sta
 static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid,
                                                int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
-    const pli_bounds near = plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), pose),
-                                             body->collision_margin * (1.0f + body->solver_class->contact_reach));
-    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
-    const plii_float4 low = plii_lanes_from_vec3(&near.min), high = plii_lanes_from_vec3(&near.max);
-    const plii_float4 origin = plii_lanes_from_vec3(&pose.origin);
-    /* By rows, so that the product is the one with the transpose. */
-    const plii_lanes_mat3 inverse = {{plii_lanes_from_vec3(&pose.rotation.rows[0]),
-                                      plii_lanes_from_vec3(&pose.rotation.rows[1]),
-                                      plii_lanes_from_vec3(&pose.rotation.rows[2])}};
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(rigid, shape_index);
+    const pli_bounds local = shape->def.bounds(shape->def.user);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
+    const plii_float4 reach = plii_float4_all(body->collision_margin * (1.0f + body->solver_class->contact_reach));
+    const plii_float4 low = plii_float4_sub(bounds.low, reach), high = plii_float4_add(bounds.high, reach);
+    const plii_mask4 overlaps = plii_lanes_both(plii_lanes_at_most(low, plii_lanes_from_vec3(&body->bounds.max)),
+                                                plii_lanes_at_most(plii_lanes_from_vec3(&body->bounds.min), high));
+    if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
@@ -147,7 +145,7 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         nodes[count] = i;
-        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&inverse, plii_float4_sub(x, origin)));
+        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, &pose, count, nodes, points));
             count = 0;

@@ -243,6 +243,37 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_
                            plii_float4_mul(m->columns[2], plii_lanes_all_z(v)));
 }
 
+typedef struct plii_lanes_bounds {
+    plii_float4 low, high;
+} plii_lanes_bounds;
+
+/* One axis: rows times its range, 0 where they do not see the axis, whose infinity must not come in. */
+PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_add_axis(plii_lanes_bounds sum, plii_float4 weights, float min,
+                                                              float max) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
+    const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
+    const plii_mask4 is_blind = plii_lanes_both(plii_lanes_at_most(weights, zero), plii_lanes_at_most(zero, weights));
+    const plii_mask4 is_positive = plii_lanes_less(zero, weights);
+    const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
+    const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
+    return (plii_lanes_bounds){plii_float4_add(sum.low, plii_lanes_select(is_blind, zero, least)),
+                               plii_float4_add(sum.high, plii_lanes_select(is_blind, zero, most))};
+}
+
+/* plii_bounds_transform */
+PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_transform(const pli_bounds* local, const plii_lanes_mat3* rotation,
+                                                               plii_float4 origin) {
+    plii_lanes_bounds sum = {origin, origin};
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[0], local->min.x, local->max.x);
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[1], local->min.y, local->max.y);
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[2], local->min.z, local->max.z);
+    /* Where infinities met there is no number. */
+    const plii_float4 least = plii_float4_all(-INFINITY), most = plii_float4_all(INFINITY);
+    return (plii_lanes_bounds){plii_lanes_select(plii_lanes_at_most(sum.low, sum.low), sum.low, least),
+                               plii_lanes_select(plii_lanes_at_most(sum.high, sum.high), sum.high, most)};
+}
+
 /* Vectors of four nodes by components. */
 typedef struct plii_vec3x4 {
     plii_float4 x, y, z;

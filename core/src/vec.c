@@ -4,34 +4,12 @@
 
 #include "vec.h"
 
-/* Rows times the range of one axis: 0 where they do not see the axis, whose infinity must not come in. */
-static void bounds_add_axis(plii_float4 weights, float min, float max, plii_float4* low, plii_float4* high) {
-    const plii_float4 zero = plii_float4_all(0.0f);
-    const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
-    const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
-    const plii_mask4 is_blind = plii_lanes_both(plii_lanes_at_most(weights, zero), plii_lanes_at_most(zero, weights));
-    const plii_mask4 is_positive = plii_lanes_less(zero, weights);
-    const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
-    const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
-    *low = plii_float4_add(*low, plii_lanes_select(is_blind, zero, least));
-    *high = plii_float4_add(*high, plii_lanes_select(is_blind, zero, most));
-}
-
 pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose) {
-    const pli_vec3* rows = pose.rotation.rows;
-    plii_float4 columns[4] = {plii_lanes_from_vec3(&rows[0]), plii_lanes_from_vec3(&rows[1]),
-                              plii_lanes_from_vec3(&rows[2]), plii_float4_all(0.0f)};
-    plii_float4_turn(columns);
-    plii_float4 low = plii_lanes_from_vec3(&pose.origin), high = low;
-    bounds_add_axis(columns[0], local.min.x, local.max.x, &low, &high);
-    bounds_add_axis(columns[1], local.min.y, local.max.y, &low, &high);
-    bounds_add_axis(columns[2], local.min.z, local.max.z, &low, &high);
-    /* Where infinities met there is no number. */
-    low = plii_lanes_select(plii_lanes_at_most(low, low), low, plii_float4_all(-INFINITY));
-    high = plii_lanes_select(plii_lanes_at_most(high, high), high, plii_float4_all(INFINITY));
+    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose.rotation);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &rotation, plii_lanes_from_vec3(&pose.origin));
     pli_bounds world;
-    plii_lanes_to_vec3(&world.min, low);
-    plii_lanes_to_vec3(&world.max, high);
+    plii_lanes_to_vec3(&world.min, bounds.low);
+    plii_lanes_to_vec3(&world.max, bounds.high);
     return world;
 }
 
