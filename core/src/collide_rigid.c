@@ -47,69 +47,78 @@ pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
 
 // ------------------------------------------------------------------------------------------------ making contacts
 
-/* The impulse matrix for a rigid body that nothing moves, by columns; of w nothing is kept. */
-static plii_lanes_mat3 rigid_contacts_matrix_of_node(float dt, float inverse_mass) {
+/* A body that meets a shape of a rigid body, and what all contacts of the two have in common. */
+typedef struct rigid_contacts_meeting {
+    pli_body* body;
+    rigid_contacts_state* state;
+    pli_rigid* rigid;
+    int shape;
+    bool is_still; /* see rigid_contact */
+} rigid_contacts_meeting;
+
+/* The impulse matrix for a rigid body that nothing moves. */
+static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inverse_mass) {
     const float cofactor = inverse_mass * inverse_mass;
-    const float own = 1.0f / dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
+    const float own = inverse_dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
     return (plii_lanes_mat3){
         {plii_lanes_xyzw(own, 0, 0, 0), plii_lanes_xyzw(0, own, 0, 0), plii_lanes_xyzw(0, 0, own, 0)}};
 }
 
 /* One node closer than the margin. */
-static pli_status rigid_contacts_add(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape, int node,
-                                     plii_float4 normal, float distance) {
-    const float step = body->step.dt;
-    const float node_inverse_mass = body->positions[node].w;
+static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int node, plii_float4 normal,
+                                     float distance) {
+    const pli_body* body = meeting->body;
+    rigid_contacts_state* state = meeting->state;
+    pli_rigid* rigid = meeting->rigid;
+    const float dt = body->step.dt, node_inverse_mass = body->positions[node].w;
     const float rigid_inverse_mass = rigid->state.inverse_mass;
     if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
     if (state->count == state->capacity &&
         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
-    const plii_float4 x = plii_float4_from(&body->positions[node]), dt = plii_float4_all(step);
     rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
     contact->node = node;
-    contact->shape = shape;
+    contact->shape = meeting->shape;
+    contact->is_still = meeting->is_still;
+    const plii_float4 x = plii_float4_from(&body->positions[node]);
     plii_float4_to(&contact->normal, normal);
     contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
     const plii_float4 lever = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
     plii_float4_to(&contact->lever, lever);
-    contact->lever.w = node_inverse_mass * step;
+    contact->lever.w = node_inverse_mass * dt;
 
-    /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
-       may exceed 1, as in Bullet; the sliding is then reversed. */
-    const plii_float4 rigid_motion = plii_float4_mul(plii_lanes_rigid_velocity_at(rigid, lever), dt);
-    const plii_float4 node_motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
-    const plii_float4 motion = plii_float4_sub(node_motion, rigid_motion);
-    const float along_normal = plii_lanes_dot(motion, normal);
-    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
-    const float friction = state->def.friction * rigid->friction;
-    const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
-
-    contact->is_still = rigid_inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world) &&
-                        plii_vec3_is_zero(rigid->state.linear_velocity) &&
-                        plii_vec3_is_zero(rigid->state.angular_velocity);
-    const plii_lanes_mat3 matrix = contact->is_still
-                                       ? rigid_contacts_matrix_of_node(step, node_inverse_mass)
-                                       : plii_lanes_impulse_matrix(step, node_inverse_mass, rigid_inverse_mass,
-                                                                   &rigid->state.inverse_inertia_world, lever);
+    plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
+    plii_lanes_mat3 matrix;
+    if (meeting->is_still) {
+        matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
+    } else {
+        const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, lever);
+        motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
+        matrix = plii_lanes_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
+                                           &rigid->state.inverse_inertia_world, lever);
+    }
     plii_float4_to(&contact->matrix[0], matrix.columns[0]);
     plii_float4_to(&contact->matrix[1], matrix.columns[1]);
     plii_float4_to(&contact->matrix[2], matrix.columns[2]);
+    /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
+       may exceed 1, as in Bullet; the sliding is then reversed. */
+    const float along_normal = plii_lanes_dot(motion, normal), friction = state->def.friction * rigid->friction;
+    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
     contact->matrix[RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
     contact->matrix[RIGID_CONTACT_HARDNESS].w =
         rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
     contact->matrix[RIGID_CONTACT_DISTANCE].w = distance;
-    rigid->was_touched = true;
     return PLI_OK;
 }
 
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
-static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid, int shape_index,
-                                       const plii_lanes_pose* pose, int count, const int* nodes,
-                                       const pli_vec3* points) {
-    const pli_shape* shape = rigid->shapes[shape_index];
+static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, const plii_lanes_mat3* rotation,
+                                       int count, const int* nodes, const pli_vec3* points) {
+    const pli_body* body = meeting->body;
+    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
     const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
@@ -119,16 +128,16 @@ static pli_status rigid_contacts_batch(pli_body* body, rigid_contacts_state* sta
         if (!(distance < reach) || !plii_is_finite(distance)) { continue; }
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
-        const plii_float4 normal = plii_lanes_mat3_mul(&pose->rotation, local);
-        PLII_TRY(rigid_contacts_add(body, state, rigid, shape_index, nodes[i], normal, distance));
+        const plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
+        PLII_TRY(rigid_contacts_add(meeting, nodes[i], normal, distance));
     }
     return PLI_OK;
 }
 
-static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_state* state, pli_rigid* rigid,
-                                               int shape_index) {
-    const pli_shape* shape = rigid->shapes[shape_index];
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(rigid, shape_index);
+static pli_status rigid_contacts_collide_shape(const rigid_contacts_meeting* meeting) {
+    const pli_body* body = meeting->body;
+    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
     const pli_bounds local = shape->def.bounds(shape->def.user);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
     const plii_float4 reach = plii_float4_all(body->collision_margin * (1.0f + body->solver_class->contact_reach));
@@ -136,36 +145,43 @@ static pli_status rigid_contacts_collide_shape(pli_body* body, rigid_contacts_st
     const plii_mask4 overlaps = plii_lanes_both(plii_lanes_at_most(low, plii_lanes_from_vec3(&body->bounds.max)),
                                                 plii_lanes_at_most(plii_lanes_from_vec3(&body->bounds.min), high));
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
+    const pli_vec4* restrict positions = body->positions;
+    const uint8_t* restrict anchored = body->anchored;
+    const int node_count = body->node_count;
     int nodes[RIGID_CONTACTS_BATCH];
     pli_vec3 points[RIGID_CONTACTS_BATCH];
     int count = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 x = plii_float4_from(&body->positions[i]);
+    for (int i = 0; i < node_count; ++i) {
+        const plii_float4 x = plii_float4_from(&positions[i]);
         const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(low, x), plii_lanes_at_most(x, high));
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
-        if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
+        if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
         plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(body, state, rigid, shape_index, &pose, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(body, state, rigid, shape_index, &pose, count, nodes, points) : PLI_OK;
+    return count > 0 ? rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
     rigid_contacts_state* state = data;
     const int before = state->count;
-    const bool was_touched = rigid->was_touched;
+    const pli_rigid_state* motion = &rigid->state;
+    rigid_contacts_meeting meeting = {.body = body, .state = state, .rigid = rigid};
+    meeting.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
+                       plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     for (int i = 0; i < rigid->shape_count; ++i) {
-        const pli_status status = rigid_contacts_collide_shape(body, state, rigid, i);
+        meeting.shape = i;
+        const pli_status status = rigid_contacts_collide_shape(&meeting);
         if (status != PLI_OK) {
             state->count = before;
-            rigid->was_touched = was_touched;
             return status;
         }
     }
+    rigid->was_touched = rigid->was_touched || state->count > before;
     return PLI_OK;
 }
 

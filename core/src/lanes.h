@@ -72,7 +72,8 @@ PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
     return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(a, y), z));
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
-    return _mm_setr_ps(source->x, source->y, source->z, 0.0f);
+    const __m128i xy = _mm_loadl_epi64((const __m128i*)(const void*)source);
+    return _mm_movelh_ps(_mm_castsi128_ps(xy), _mm_load_ss(&source->z));
 }
 PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
     _mm_storel_pi((__m64*)(void*)target, a);

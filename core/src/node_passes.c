@@ -37,16 +37,37 @@ int plii_body_find_non_finite_node(const pli_body* body) {
     return PLI_NULL_INDEX;
 }
 
+/* Corners of four faces, from the origin. */
+PLII_SIMD_INLINE plii_vec3x4 body_corners(const pli_vec4* positions, const int (*faces)[3], int corner,
+                                          plii_vec3x4 origin) {
+    plii_float4 rows[4] = {
+        plii_float4_from(&positions[faces[0][corner]]), plii_float4_from(&positions[faces[1][corner]]),
+        plii_float4_from(&positions[faces[2][corner]]), plii_float4_from(&positions[faces[3][corner]])};
+    plii_float4_turn(rows);
+    return plii_vec3x4_sub((plii_vec3x4){rows[0], rows[1], rows[2]}, origin);
+}
+
 float plii_body_volume(const pli_body* body) {
-    const plii_topology* topology = body->topology;
-    const plii_float4 origin = plii_float4_from(&body->positions[0]);
+    const pli_vec4* positions = body->positions;
+    const int(*faces)[3] = (const int(*)[3])body->topology->faces;
+    const int count = body->topology->face_count;
+    const plii_vec3x4 origin = plii_vec3x4_all(plii_xyz(positions[0]));
     float volume = 0.0f;
-    for (int i = 0; i < topology->face_count; ++i) {
-        const int* face = topology->faces[i];
-        const plii_float4 a = plii_float4_sub(plii_float4_from(&body->positions[face[0]]), origin);
-        const plii_float4 b = plii_float4_sub(plii_float4_from(&body->positions[face[1]]), origin);
-        const plii_float4 c = plii_float4_sub(plii_float4_from(&body->positions[face[2]]), origin);
-        volume += plii_lanes_dot(a, plii_lanes_cross(b, c));
+    int i = 0;
+    for (; i + PLII_LANES <= count; i += PLII_LANES) {
+        const plii_vec3x4 a = body_corners(positions, &faces[i], 0, origin);
+        const plii_vec3x4 b = body_corners(positions, &faces[i], 1, origin);
+        const plii_vec3x4 c = body_corners(positions, &faces[i], 2, origin);
+        float parts[PLII_LANES];
+        plii_float4_store(parts, plii_vec3x4_dot(a, plii_vec3x4_cross(b, c)));
+        volume = volume + parts[0] + parts[1] + parts[2] + parts[3];
+    }
+    for (; i < count; ++i) {
+        const pli_vec3 x = plii_xyz(positions[0]);
+        const pli_vec3 a = pli_vec3_sub(plii_xyz(positions[faces[i][0]]), x);
+        const pli_vec3 b = pli_vec3_sub(plii_xyz(positions[faces[i][1]]), x);
+        const pli_vec3 c = pli_vec3_sub(plii_xyz(positions[faces[i][2]]), x);
+        volume += pli_vec3_dot(a, pli_vec3_cross(b, c));
     }
     return volume / 6.0f;
 }
