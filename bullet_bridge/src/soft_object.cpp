@@ -6,6 +6,8 @@
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <typeinfo>
+
 namespace pliant {
 
 namespace {
@@ -27,12 +29,12 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
     bridge_.predict_inside_step();
     const pli_bounds bounds = pli_body_get_bounds(body_);
-    const btVector3 ends[2] = {to_bullet(bounds.min), to_bullet(bounds.max)};
     if (transform == btTransform::getIdentity()) {
-        aabb_min = ends[0];
-        aabb_max = ends[1];
+        aabb_min = to_bullet(bounds.min);
+        aabb_max = to_bullet(bounds.max);
         return;
     }
+    const btVector3 ends[2] = {to_bullet(bounds.min), to_bullet(bounds.max)};
     // Compounds ask for the bounds in their own frame.
     aabb_min = aabb_max = transform * ends[0];
     for (int corner = 1; corner < 8; ++corner) {
@@ -76,7 +78,16 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), 
     m_internalType = CO_USER_TYPE;
     // Neither static nor kinematic, so that islands join over it and never sleep below it.
     m_collisionFlags = 0;
+    // Has the override called. The end of the last setIgnoreCollisionCheck takes it back, which costs time only.
+    m_checkCollideWith = 1;
     setCollisionShape(&shape_);
+}
+
+bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
+    if (!btCollisionObject::checkCollideWithOverride(other)) { return false; }
+    const bool is_soft = other->getInternalType() == CO_USER_TYPE && typeid(*other) == typeid(SoftObject);
+    return !is_soft ||
+           (pli_body_meets_bodies(body_) && pli_body_meets_bodies(static_cast<const SoftObject*>(other)->body_));
 }
 
 } // namespace pliant

@@ -53,6 +53,9 @@ public:
         return body_;
     }
 
+    /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.
+    bool checkCollideWithOverride(const btCollisionObject* other) const override;
+
     bool frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
 
     /// Null when the object is no soft body.

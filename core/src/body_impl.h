@@ -37,10 +37,14 @@ typedef struct plii_solver_class {
 } plii_solver_class;
 
 struct pli_body {
+    /* What hosts ask of every body and pair comes first, in one line of the cache. */
     uint32_t magic;
+    bool is_frozen;
+    bool meets_bodies; /* a feature has collide_body */
+    int world_index;   /* place in the world's list */
+    pli_bounds bounds; /* of the nodes, grown by the margin; in a step see sweeping_features */
     pli_world* world;
     pli_context* context;
-    int world_index; /* place in the world's list */
     void* user_data;
 
     int node_count, link_count, material_count;
@@ -59,10 +63,8 @@ struct pli_body {
     float collision_margin;
     const plii_solver_class* solver_class;
     pli_solver_settings solver;
-    pli_bounds bounds;    /* of the nodes, grown by the margin; in a step see sweeping_features */
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
-    bool is_frozen;
     plii_pipeline pipeline;
     /* Features that look at the whole way of the nodes. With them the bounds of a predicted body cover the start of the
        step too, and rigid bodies are met along their way. */

@@ -57,9 +57,9 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
-    pipeline->meets_bodies = false;
+    body->meets_bodies = false;
     for (int i = 0; i < pipeline->feature_count; ++i) {
-        pipeline->meets_bodies = pipeline->meets_bodies || pipeline->features[i].klass->collide_body != NULL;
+        body->meets_bodies = body->meets_bodies || pipeline->features[i].klass->collide_body != NULL;
     }
 }
 

@@ -157,7 +157,6 @@ typedef struct plii_pipeline {
     plii_pipeline_entry* entries; /* sorted by stage and order */
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
-    bool meets_bodies; /* a feature has collide_body */
 } plii_pipeline;
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */

@@ -273,7 +273,7 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
 }
 
 bool pli_body_meets_bodies(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->pipeline.meets_bodies;
+    return plii_check_body(body, __func__) == PLI_OK && body->meets_bodies;
 }
 
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
@@ -371,7 +371,7 @@ static pli_status world_collide_soft_pairs(pli_world* world) {
         sweep[k] = moved;
     }
     for (int i = 0; i < world->body_count; ++i) {
-        if (!sweep[i]->pipeline.meets_bodies) { continue; }
+        if (!sweep[i]->meets_bodies) { continue; }
         for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
             if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
             const bool in_order = sweep[i]->world_index < sweep[k]->world_index;

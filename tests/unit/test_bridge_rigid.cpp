@@ -393,6 +393,44 @@ static void test_soft_bodies_meet_each_other(void**) {
     assert_true(center(passing).y < -10);
 }
 
+static void test_soft_bodies_meet_from_when_both_look(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    pliant::BridgeDef def;
+    def.world.gravity = pli_vec3_make(0, 0, 0);
+    pliant::Bridge bridge(*stock.world, def);
+    pli_body* lower = add_sheet(bridge, 1, 0, 7);
+    pli_body* upper = add_sheet(bridge, 1, 0.01f, 7);
+    btCollisionObject& lower_object = *bridge.object(lower);
+    btCollisionObject& upper_object = *bridge.object(upper);
+    const auto contacts_after_step = [&] {
+        stock.step(1);
+        assert_int_equal(bridge.step_status(), PLI_OK);
+        return pli_body_get_soft_contacts(lower, 0, nullptr) + pli_body_get_soft_contacts(upper, 0, nullptr);
+    };
+    const auto takes_up_pair = [&] {
+        const btBroadphasePairArray& pairs = stock.broadphase->getOverlappingPairCache()->getOverlappingPairArray();
+        assert_int_equal(pairs.size(), 1);
+        return pairs[0].m_algorithm != nullptr;
+    };
+    const pli_soft_contacts_def contacts = pli_soft_contacts_def_default();
+    assert_int_equal(contacts_after_step(), 0);
+    assert_false(takes_up_pair());
+    assert_int_equal(pli_body_enable_soft_contacts(lower, &contacts), PLI_OK);
+    assert_int_equal(contacts_after_step(), 0);
+    assert_false(takes_up_pair());
+    assert_int_equal(pli_body_enable_soft_contacts(upper, &contacts), PLI_OK);
+    assert_true(contacts_after_step() > 0);
+    assert_true(takes_up_pair());
+
+    // Bullet's own way to part two objects holds, and its end too.
+    lower_object.setIgnoreCollisionCheck(&upper_object, true);
+    assert_int_equal(contacts_after_step(), 0);
+    lower_object.setIgnoreCollisionCheck(&upper_object, false);
+    assert_true(contacts_after_step() > 0);
+    pli_body_disable_soft_contacts(upper);
+    assert_int_equal(contacts_after_step(), 0);
+}
+
 static void test_a_foreign_soft_body_is_left_alone(void**) {
     btSoftBodyWorldInfo info;
     StockWorld stock;
@@ -588,6 +626,7 @@ int main() {
         cmocka_unit_test(test_a_body_may_change_its_kind),
         cmocka_unit_test(test_factors_hold),
         cmocka_unit_test(test_soft_bodies_meet_each_other),
+        cmocka_unit_test(test_soft_bodies_meet_from_when_both_look),
         cmocka_unit_test(test_a_foreign_soft_body_is_left_alone),
         cmocka_unit_test(test_a_sheet_falls_on_a_kinematic_sampled_mesh),
         cmocka_unit_test(test_momentum_is_conserved_when_a_sampled_mesh_hits_a_free_sheet),
