@@ -664,7 +664,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
 /* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
 #define CLUSTER_CONTACTS_PER_CLUSTER 12
 /* With rigid bodies, where a body of few clusters lies in a heap of them. */
-#define CLUSTER_CONTACTS_MORE_PAIRS 8
+#define CLUSTER_CONTACTS_MORE_PAIRS 16
 
 static int cluster_contacts_least(int a, int b) {
     return a < b ? a : b;
@@ -690,7 +690,7 @@ void plii_cluster_contacts_make_room(pli_body* body, void* data) {
     const int nodes = cluster_contacts_least(body->node_count, CLUSTER_CONTACTS_MAX_ROOM);
     int contacts = 0, pairs = 0;
     if (state->def.with_rigids && world->rigid_count > 0) {
-        contacts += cluster_contacts_least(CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 4);
+        contacts += cluster_contacts_least(CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 2);
         if (world->has_convex_shapes) {
             pairs += cluster_contacts_least(clusters + clusters / 2, CLUSTER_CONTACTS_MAX_ROOM) +
                      CLUSTER_CONTACTS_MORE_PAIRS;

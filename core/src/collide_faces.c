@@ -339,8 +339,8 @@ static bool soft_contacts_reserve_search(pli_context* context, soft_contacts_sta
 
 /* Of large bodies most nodes are far from others. */
 #define SOFT_CONTACTS_MAX_ROOM 1024
-/* A node beside a corner of a triangle mesh is near six faces; most are beside a face or an edge. */
-#define SOFT_CONTACTS_PER_NODE 5
+/* A node beside a corner of a triangle mesh is near six faces. */
+#define SOFT_CONTACTS_PER_NODE 6
 
 static void soft_contacts_make_room(pli_body* body, void* data) {
     soft_contacts_state* state = data;

@@ -13,16 +13,18 @@ typedef struct plii_links_task {
     const plii_link_colors* colors;
     const float* rest_squared;        /* by slot, m^2 */
     const float* inverse_stiffnesses; /* [material_count] */
-    int color;                        /* for plii_links_color_fn */
 } plii_links_task;
 
-/* Groups [begin, end) of a colour: those of its runs, then its blocks. */
-typedef void plii_links_color_fn(const plii_links_task* task, int begin, int end);
+/* Groups [begin, end) of a colour of runs. */
+typedef void plii_links_runs_fn(const plii_links_task* task, int color, int begin, int end);
+/* Groups [begin, end) of quads, all of one colour. */
+typedef void plii_links_groups_fn(const plii_links_task* task, int begin, int end);
 /* The serial list; or all colours one after the other, and then the serial list. */
 typedef void plii_links_whole_fn(const plii_links_task* task);
 
 typedef struct plii_links_kernel {
-    plii_links_color_fn* color;
+    plii_links_runs_fn* runs;
+    plii_links_groups_fn* groups;
     plii_links_whole_fn *serial, *sweep;
 } plii_links_kernel;
 

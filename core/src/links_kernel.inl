@@ -1,42 +1,57 @@
 /* The arithmetic of btSoftBody::PSolve_Links on eight links at once. The including file chooses the instruction set and
    the name of the kernel.
 
-   A processor keeps some 300 operations in flight, and a link is a long chain of them. So a few groups are measured,
-   then moved: there is always enough to do that waits for nothing. Positions are kept from one to the other, since what
-   limits a block is how many places of memory are read and written. */
+   A processor keeps some 300 operations in flight, and a link is a long chain of them. So a few groups of links are
+   measured, then moved, and a few groups of quads are solved round by round: there is always enough to do that waits
+   for nothing. */
 
+#include "link_quads_kernel.h"
 #include "links_kernel.h"
-#include "simd.h"
 
-enum { LINKS_BATCH = 8 }; /* groups */
+enum { LINKS_BATCH = 8, LINKS_QUADS_BATCH = 6 }; /* groups */
+
+/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
+PLII_SIMD_INLINE plii_float8 links_factor(plii_float8 length_squared, plii_float8 mass_a, plii_float8 mass_b,
+                                          const float* rest_squared, plii_float8 inverse_stiffness) {
+    const plii_float8 rest = plii_float8_load(rest_squared);
+    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
+    const plii_float8 sum = plii_float8_add(rest, length_squared);
+    const plii_float8 divisor =
+        plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
+    return plii_float8_where_greater(divisor, plii_float8_all(0.0f),
+                                     plii_float8_div(plii_float8_sub(rest, length_squared), divisor));
+}
+PLII_SIMD_INLINE plii_float8 links_length_squared(plii_float8 x, plii_float8 y, plii_float8 z) {
+    return plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
+}
+PLII_SIMD_INLINE plii_float8 links_inverse_stiffness(const plii_links_task* task, plii_link_tag tag) {
+    return plii_float8_all(task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)]);
+}
+
+// ------------------------------------------------------------------------------------------------------------- links
 
 /* First nodes of links, and the others. */
 typedef struct links_nodes {
     plii_packed8 a, b;
 } links_nodes;
 
+/* Positions are kept from one to the other as they lie in memory, since what limits single links is how many places of
+   memory are read and written. */
 typedef struct links_group {
     links_nodes nodes;          /* kept where a register holds two of them, */
     plii_packed8 delta;         /* or else this, from the first ones to the others */
     plii_float8 move_a, move_b; /* along the difference, towards each other */
 } links_group;
 
-/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
-PLII_SIMD_INLINE void links_measure(links_group* group, links_nodes nodes, plii_float8 rest,
+PLII_SIMD_INLINE void links_measure(links_group* group, links_nodes nodes, const float* rest_squared,
                                     plii_float8 inverse_stiffness) {
     const plii_packed8 delta = plii_packed8_sub(nodes.b, nodes.a);
     const plii_records8 d = plii_packed8_turn(delta);
-    const plii_float8 length = plii_float8_add(plii_float8_add(plii_float8_mul(d.x, d.x), plii_float8_mul(d.y, d.y)),
-                                               plii_float8_mul(d.z, d.z));
     const plii_float8 mass_a = plii_packed8_turn(nodes.a).w, mass_b = plii_packed8_turn(nodes.b).w;
-    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
-    const plii_float8 sum = plii_float8_add(rest, length);
-    const plii_float8 divisor =
-        plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
-    const plii_float8 k = plii_float8_where_greater(divisor, plii_float8_all(0.0f),
-                                                    plii_float8_div(plii_float8_sub(rest, length), divisor));
-    group->move_a = plii_float8_mul(k, mass_a);
-    group->move_b = plii_float8_mul(k, mass_b);
+    const plii_float8 factor =
+        links_factor(links_length_squared(d.x, d.y, d.z), mass_a, mass_b, rest_squared, inverse_stiffness);
+    group->move_a = plii_float8_mul(factor, mass_a);
+    group->move_b = plii_float8_mul(factor, mass_b);
     if (PLII_SIMD_RECORDS > 1) {
         group->nodes = nodes;
     } else {
@@ -76,28 +91,27 @@ PLII_SIMD_INLINE void links_move(const links_group* g, pli_vec4* at, ptrdiff_t s
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
                                 ptrdiff_t stride, ptrdiff_t offset) {
-    const plii_float8 inverse_stiffness =
-        plii_float8_all(task->inverse_stiffnesses[run->tag & (PLII_LINK_TAG_BENDING - 1)]);
-    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (run->first_group + begin);
-    const ptrdiff_t step = PLII_LINK_GROUP * stride;
+    const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
+    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
+    const ptrdiff_t step = PLII_LINK_LANES * stride;
     pli_vec4* first = task->body->positions + run->node + step * begin;
     links_group groups[LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
             links_measure(&groups[i], links_load(first + i * step, stride, offset),
-                          plii_float8_load(rest + (ptrdiff_t)PLII_LINK_GROUP * i), inverse_stiffness);
+                          rest + (ptrdiff_t)PLII_LINK_LANES * i, inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
             links_move(&groups[i], first + i * step, stride, offset);
         }
         first += count * step;
-        rest += PLII_LINK_GROUP * count;
+        rest += PLII_LINK_LANES * count;
     }
 }
 
 /* The strides of grids get code of their own. */
-static void links_run_any(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
+static void links_run_of_any_stride(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
     if (run->stride == 1) {
         links_run(task, run, begin, end, 1, run->offset);
     } else if (run->stride == 2 && run->offset == 1) {
@@ -107,16 +121,12 @@ static void links_run_any(const plii_links_task* task, const plii_link_run* run,
     }
 }
 
-PLII_SIMD_INLINE links_nodes links_gather(const pli_vec4* positions, const uint32_t places[2][PLII_LINK_GROUP]) {
-    return (links_nodes){plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1])};
+PLII_SIMD_INLINE void links_measure_single(links_group* group, const pli_vec4* positions, plii_quad_places places,
+                                           const float* rest, plii_float8 inverse_stiffness) {
+    const links_nodes nodes = {plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1])};
+    links_measure(group, nodes, rest, inverse_stiffness);
 }
-PLII_SIMD_INLINE void links_measure_block(links_group* group, const pli_vec4* positions,
-                                          const uint32_t places[2][PLII_LINK_GROUP], const float* rest,
-                                          float inverse_stiffness) {
-    links_measure(group, links_gather(positions, places), plii_float8_load(rest), plii_float8_all(inverse_stiffness));
-}
-PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions,
-                                       const uint32_t places[2][PLII_LINK_GROUP]) {
+PLII_SIMD_INLINE void links_move_single(const links_group* g, pli_vec4* positions, plii_quad_places places) {
     const bool is_kept = PLII_SIMD_RECORDS > 1;
     const plii_packed8 delta = links_delta(g);
     const plii_packed8 a = is_kept ? g->nodes.a : plii_packed8_gather(positions, places[0]);
@@ -125,74 +135,188 @@ PLII_SIMD_INLINE void links_move_block(const links_group* g, pli_vec4* positions
     plii_packed8_scatter(positions, places[1], plii_packed8_add_scaled(b, delta, g->move_b));
 }
 
-static void links_blocks(const plii_links_task* task, int begin, int end) {
-    const plii_link_colors* colors = task->colors;
+/* Groups of single links, whose slots and places follow each other. */
+static void links_singles(const plii_links_task* task, const plii_link_group* groups, int count) {
     pli_vec4* restrict positions = task->body->positions;
-    const float* inverse_stiffnesses = task->inverse_stiffnesses;
-    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_GROUP * (colors->run_group_count + begin);
-    links_group groups[LINKS_BATCH];
-    for (int first = begin; first < end; first += LINKS_BATCH) {
-        const int count = end - first < LINKS_BATCH ? end - first : LINKS_BATCH;
-        const uint32_t(*places)[2][PLII_LINK_GROUP] =
-            (const uint32_t(*)[2][PLII_LINK_GROUP])colors->block_places + first;
-        const plii_link_tag* tags = colors->block_tags + first;
-        if (count == 1) { /* the next colour waits for this one: not by way of memory */
-            links_group group;
-            links_measure_block(&group, positions, places[0], rest,
-                                inverse_stiffnesses[tags[0] & (PLII_LINK_TAG_BENDING - 1)]);
-            links_move_block(&group, positions, places[0]);
-            return;
-        }
-        for (int i = 0; i < count; ++i) {
-            links_measure_block(&groups[i], positions, places[i], rest + (ptrdiff_t)PLII_LINK_GROUP * i,
-                                inverse_stiffnesses[tags[i] & (PLII_LINK_TAG_BENDING - 1)]);
-        }
-        for (int i = 0; i < count; ++i) {
-            links_move_block(&groups[i], positions, places[i]);
-        }
-        rest += PLII_LINK_GROUP * count;
+    const plii_quad_places places = plii_quad_places_of(task->colors, groups);
+    const float* rest = task->rest_squared + plii_quad_first_slot(task->colors, groups);
+    if (count == 1) { /* the next colour waits for this one: not by way of memory */
+        links_group group;
+        links_measure_single(&group, positions, places, rest, links_inverse_stiffness(task, groups->tag));
+        links_move_single(&group, positions, places);
+        return;
+    }
+    links_group measured[LINKS_BATCH];
+    for (int i = 0; i < count; ++i) {
+        links_measure_single(&measured[i], positions, places + 2 * i, rest + (ptrdiff_t)PLII_LINK_LANES * i,
+                             links_inverse_stiffness(task, groups[i].tag));
+    }
+    for (int i = 0; i < count; ++i) {
+        links_move_single(&measured[i], positions, places + 2 * i);
     }
 }
 
-static void links_color(const plii_links_task* task, int begin, int end) {
-    const plii_link_colors* colors = task->colors;
-    const plii_link_color* color = &colors->colors[task->color];
-    for (int r = color[0].first_run; r < color[1].first_run; ++r) {
-        const plii_link_part part = plii_link_run_part(&colors->runs[r], color, begin, end);
-        if (part.begin < part.end) { links_run_any(task, &colors->runs[r], part.begin, part.end); }
-    }
-    const plii_link_part part = plii_link_block_part(color, begin, end);
-    links_blocks(task, part.begin, part.end);
+// ------------------------------------------------------------------------------------------------------------- quads
+
+typedef struct links_quads {
+    plii_records8 nodes[4];
+} links_quads;
+
+/* From node a to node b of eight quads. */
+typedef struct links_difference {
+    plii_float8 x, y, z, length_squared;
+} links_difference;
+
+PLII_SIMD_INLINE links_difference links_measure_pair(const plii_records8* a, const plii_records8* b) {
+    const plii_float8 x = plii_float8_sub(b->x, a->x), y = plii_float8_sub(b->y, a->y), z = plii_float8_sub(b->z, a->z);
+    return (links_difference){x, y, z, links_length_squared(x, y, z)};
 }
 
-/* One link after the other: all lanes have its nodes, only the last one, which is stored last, moves them. */
+PLII_SIMD_INLINE void links_move_pair(plii_records8* a, plii_records8* b, const links_difference* delta,
+                                      plii_float8 factor) {
+    const plii_float8 move_a = plii_float8_mul(factor, a->w), move_b = plii_float8_mul(factor, b->w);
+    a->x = plii_float8_sub(a->x, plii_float8_mul(delta->x, move_a));
+    a->y = plii_float8_sub(a->y, plii_float8_mul(delta->y, move_a));
+    a->z = plii_float8_sub(a->z, plii_float8_mul(delta->z, move_a));
+    b->x = plii_float8_add(b->x, plii_float8_mul(delta->x, move_b));
+    b->y = plii_float8_add(b->y, plii_float8_mul(delta->y, move_b));
+    b->z = plii_float8_add(b->z, plii_float8_mul(delta->z, move_b));
+}
+
+PLII_SIMD_INLINE void links_solve_one(plii_records8* a, plii_records8* b, const float* rest,
+                                      plii_float8 inverse_stiffness) {
+    const links_difference delta = links_measure_pair(a, b);
+    links_move_pair(a, b, &delta, links_factor(delta.length_squared, a->w, b->w, rest, inverse_stiffness));
+}
+/* Links between a and b and between c and d. */
+PLII_SIMD_INLINE void links_solve_two(plii_records8* a, plii_records8* b, plii_records8* c, plii_records8* d,
+                                      const float* rest, plii_float8 inverse_stiffness) {
+    const links_difference ab = links_measure_pair(a, b), cd = links_measure_pair(c, d);
+    const plii_float8 factor_ab = links_factor(ab.length_squared, a->w, b->w, rest, inverse_stiffness);
+    const plii_float8 factor_cd =
+        links_factor(cd.length_squared, c->w, d->w, rest + PLII_LINK_LANES, inverse_stiffness);
+    links_move_pair(a, b, &ab, factor_ab);
+    links_move_pair(c, d, &cd, factor_cd);
+}
+
+/* Two pairs of nodes, of which both, one or none have links; gives the rest lengths of what follows. */
+PLII_SIMD_INLINE const float* links_round(links_quads* quads, int round, int pairs, const float* rest,
+                                          plii_float8 inverse_stiffness) {
+    static const uint8_t nodes[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
+    plii_records8 *a = &quads->nodes[nodes[round][0]], *b = &quads->nodes[nodes[round][1]];
+    plii_records8 *c = &quads->nodes[nodes[round][2]], *d = &quads->nodes[nodes[round][3]];
+    const int own = pairs >> 2 * round & 3;
+    if (own == 3) {
+        links_solve_two(a, b, c, d, rest, inverse_stiffness);
+        return rest + 2 * PLII_LINK_LANES;
+    }
+    if (own == 0) { return rest; }
+    if (own == 1) {
+        links_solve_one(a, b, rest, inverse_stiffness);
+    } else {
+        links_solve_one(c, d, rest, inverse_stiffness);
+    }
+    return rest + PLII_LINK_LANES;
+}
+
+PLII_SIMD_INLINE void links_gather(links_quads* quads, const pli_vec4* positions, plii_quad_places places) {
+    quads->nodes[0] = plii_quad_gather(positions, places[0]);
+    quads->nodes[1] = plii_quad_gather(positions, places[1]);
+    quads->nodes[2] = plii_quad_gather(positions, places[2]);
+    quads->nodes[3] = plii_quad_gather(positions, places[3]);
+}
+PLII_SIMD_INLINE void links_scatter(const links_quads* quads, pli_vec4* positions, plii_quad_places places) {
+    plii_quad_scatter(positions, places[3], &quads->nodes[3]);
+    plii_quad_scatter(positions, places[2], &quads->nodes[2]);
+    plii_quad_scatter(positions, places[1], &quads->nodes[1]);
+    plii_quad_scatter(positions, places[0], &quads->nodes[0]);
+}
+
+/* Groups with links between the same nodes, whose places follow each other. */
+PLII_SIMD_INLINE void links_quads_of(const plii_links_task* task, const plii_link_group* groups, int count, int pairs) {
+    pli_vec4* positions = task->body->positions;
+    const plii_quad_places places = plii_quad_places_of(task->colors, groups);
+    links_quads quads[LINKS_QUADS_BATCH];
+    const float* rest[LINKS_QUADS_BATCH];
+    for (int i = 0; i < count; ++i) {
+        links_quads own;
+        rest[i] = task->rest_squared + plii_quad_first_slot(task->colors, &groups[i]);
+        links_gather(&own, positions, places + 4 * i);
+        rest[i] = links_round(&own, 0, pairs, rest[i], links_inverse_stiffness(task, groups[i].tag));
+        quads[i] = own;
+    }
+    for (int i = 0; i < count; ++i) {
+        links_quads own = quads[i];
+        rest[i] = links_round(&own, 1, pairs, rest[i], links_inverse_stiffness(task, groups[i].tag));
+        quads[i] = own;
+    }
+    for (int i = 0; i < count; ++i) {
+        links_quads own = quads[i];
+        links_round(&own, 2, pairs, rest[i], links_inverse_stiffness(task, groups[i].tag));
+        links_scatter(&own, positions, places + 4 * i);
+    }
+}
+
+/* Most quads of a triangle mesh are two triangles, those of a grid with both diagonals have all six links: they get
+   code of their own. */
+enum { LINKS_TWO_TRIANGLES = 31, LINKS_ALL = 63 };
+
+static void links_groups(const plii_links_task* task, int begin, int end) {
+    const plii_link_group* group = &task->colors->groups[begin];
+    for (int left = end - begin, count = 0; left > 0; left -= count, group += count) {
+        const bool is_single = group->pairs == PLII_LINK_SINGLE;
+        count = plii_quad_batch(group, left, is_single ? LINKS_BATCH : LINKS_QUADS_BATCH);
+        if (is_single) {
+            links_singles(task, group, count);
+        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == LINKS_TWO_TRIANGLES) {
+            links_quads_of(task, group, count, LINKS_TWO_TRIANGLES);
+        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == LINKS_ALL) {
+            links_quads_of(task, group, count, LINKS_ALL);
+        } else {
+            links_quads_of(task, group, count, group->pairs);
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------- sweeps
+
+static void links_runs(const plii_links_task* task, int color, int begin, int end) {
+    const plii_link_runs* runs = &task->colors->runs;
+    const plii_link_run_color* own = &runs->colors[color];
+    for (const plii_link_run* run = runs->runs + own[0].first_run; run < runs->runs + own[1].first_run; ++run) {
+        const plii_link_part part = plii_link_run_part(run, own, begin, end);
+        if (part.begin < part.end) { links_run_of_any_stride(task, run, part.begin, part.end); }
+    }
+}
+
+/* One link after the other. */
 static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     pli_body* body = task->body;
-    const float* rest = task->rest_squared + plii_link_colors_slot_count(colors) - colors->serial_count;
+    const float* rest = task->rest_squared + plii_link_colors_first_serial_slot(colors);
     for (int i = 0; i < colors->serial_count; ++i) {
         const int link = colors->serial_links[i];
-        uint32_t places[2][PLII_LINK_GROUP];
-        float rests[PLII_LINK_GROUP];
-        for (int lane = 0; lane < PLII_LINK_GROUP; ++lane) {
-            places[0][lane] = plii_simd_place(body->links[link].nodes[0]);
-            places[1][lane] = plii_simd_place(body->links[link].nodes[1]);
-            rests[lane] = lane == PLII_LINK_GROUP - 1 ? rest[i] : PLII_LINKS_NO_LINK;
+        uint32_t places[2][PLII_LINK_LANES];
+        float rests[PLII_LINK_LANES];
+        plii_quad_places_of_link(body, link, places);
+        for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
+            rests[lane] = lane == PLII_LINK_LANES - 1 ? rest[i] : PLII_LINKS_NO_LINK;
         }
         links_group group;
-        links_measure_block(&group, body->positions, (const uint32_t(*)[PLII_LINK_GROUP])places, rests,
-                            task->inverse_stiffnesses[plii_link_colors_tag(body, link) & (PLII_LINK_TAG_BENDING - 1)]);
-        links_move_block(&group, body->positions, (const uint32_t(*)[PLII_LINK_GROUP])places);
+        links_measure_single(&group, body->positions, (plii_quad_places)places, rests,
+                             links_inverse_stiffness(task, plii_link_tag_of(body, link)));
+        links_move_single(&group, body->positions, (plii_quad_places)places);
     }
 }
 
 static void links_sweep(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
+    const plii_link_runs* runs = &colors->runs;
+    for (int c = 0; c < runs->color_count; ++c) {
+        links_runs(task, c, 0, runs->colors[c + 1].first_group - runs->colors[c].first_group);
+    }
     for (const plii_link_color* color = colors->colors; color < colors->colors + colors->color_count; ++color) {
-        for (int r = color[0].first_run; r < color[1].first_run; ++r) {
-            links_run_any(task, &colors->runs[r], 0, colors->runs[r].group_count);
-        }
-        links_blocks(task, color[0].first_block, color[1].first_block);
+        links_groups(task, color->first_group, color->first_group + color->group_count);
     }
     if (colors->serial_count > 0) { links_serial(task); }
 }

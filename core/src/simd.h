@@ -140,6 +140,13 @@ PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
     return plii_simd_turn(a.pairs[0], a.pairs[1], a.pairs[2], a.pairs[3]);
 }
 
+PLII_SIMD_INLINE plii_packed8 plii_records8_turn(const plii_records8* a) {
+    const __m256 xy02 = _mm256_unpacklo_ps(a->x, a->y), zw02 = _mm256_unpacklo_ps(a->z, a->w);
+    const __m256 xy46 = _mm256_unpackhi_ps(a->x, a->y), zw46 = _mm256_unpackhi_ps(a->z, a->w);
+    return (plii_packed8){{_mm256_shuffle_ps(xy02, zw02, 0x44), _mm256_shuffle_ps(xy02, zw02, 0xee),
+                           _mm256_shuffle_ps(xy46, zw46, 0x44), _mm256_shuffle_ps(xy46, zw46, 0xee)}};
+}
+
 /* Of two sets whose records take turns in memory: a0, b0, a1, b1, ... */
 PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
     const __m256 r0 = _mm256_loadu_ps(&first[0].x), r1 = _mm256_loadu_ps(&first[2].x);
@@ -477,6 +484,14 @@ PLII_SIMD_INLINE plii_records8 plii_packed8_turn(plii_packed8 a) {
     plii_float4_turn(even);
     plii_float4_turn(odd);
     return (plii_records8){{even[0], odd[0]}, {even[1], odd[1]}, {even[2], odd[2]}, {even[3], odd[3]}};
+}
+
+PLII_SIMD_INLINE plii_packed8 plii_records8_turn(const plii_records8* a) {
+    plii_float4 even[4] = {a->x.low, a->y.low, a->z.low, a->w.low};
+    plii_float4 odd[4] = {a->x.high, a->y.high, a->z.high, a->w.high};
+    plii_float4_turn(even);
+    plii_float4_turn(odd);
+    return (plii_packed8){{even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]}};
 }
 
 PLII_SIMD_INLINE plii_packed8 plii_packed8_scale_xyz(plii_packed8 a, plii_float8 factors) {

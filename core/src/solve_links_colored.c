@@ -7,16 +7,12 @@
 #include <limits.h>
 
 enum {
-    COLORED_LINKS_GRAIN = 128, /* groups of links; about 1 microsecond */
-    COLORED_LINKS_LEAST = 3,   /* links per group on the average; a group of fewer costs more than they do one by one */
-    COLORED_LINKS_BAND = 16384,       /* nodes, 256 kB: half a second cache and less */
+    COLORED_LINKS_GRAIN = 128,      /* groups of links; about 1 microsecond */
+    COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
+    COLORED_LINKS_LEAST = 3,    /* links per row on the average; a row of fewer costs more than they do one by one */
+    COLORED_LINKS_BAND = 16384, /* nodes, 256 kB: half a second cache and less */
     COLORED_LINKS_WIDEST_SKEW = 32768 /* nodes */
 };
-
-/* Up to where a colour is solved in a band. */
-typedef struct colored_links_cut {
-    int run_groups, blocks; /* of the colour */
-} colored_links_cut;
 
 typedef struct colored_links_state {
     const plii_link_colors* colors;
@@ -26,7 +22,7 @@ typedef struct colored_links_state {
     bool is_stale;
     float* inverse_stiffnesses; /* [material_count] */
     int band_count;             /* 0: colour by colour over the whole body */
-    colored_links_cut* cuts;    /* [band_count][color_count] */
+    int* cuts;                  /* [band_count][color_count of runs] groups of a colour up to the end of a band */
     size_t cuts_size;           /* bytes */
 } colored_links_state;
 
@@ -64,52 +60,62 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
 typedef struct colored_links_part {
     const colored_links_state* state;
     plii_links_task task;
+    int color;       /* of runs */
+    int first_group; /* of a colour of quads */
 } colored_links_part;
 
-static void colored_links_range(int begin, int end, void* data) {
+static void colored_links_runs_range(int begin, int end, void* data) {
     const colored_links_part* part = data;
-    const plii_link_color* color = &part->state->colors->colors[part->task.color];
-    const plii_link_part runs = plii_link_run_share(color, begin, end);
-    const plii_link_part blocks = plii_link_block_share(color, begin, end);
-    if (runs.begin < runs.end) { part->state->kernel->color(&part->task, runs.begin, runs.end); }
-    if (blocks.begin < blocks.end) { part->state->kernel->color(&part->task, blocks.begin, blocks.end); }
+    part->state->kernel->runs(&part->task, part->color, begin, end);
+}
+static void colored_links_quads_range(int begin, int end, void* data) {
+    const colored_links_part* part = data;
+    part->state->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
-static void colored_links_sweep_in_bands(colored_links_part* part) {
+static void colored_links_sweep_runs(colored_links_part* part) {
+    const plii_link_runs* runs = &part->state->colors->runs;
+    for (int c = 0; c < runs->color_count; ++c) {
+        part->color = c;
+        plii_parallel_for(part->task.body->context, colored_links_runs_range, part,
+                          runs->colors[c + 1].first_group - runs->colors[c].first_group, COLORED_LINKS_GRAIN);
+    }
+}
+static void colored_links_sweep_runs_in_bands(const colored_links_part* part) {
     const colored_links_state* state = part->state;
-    const plii_link_colors* colors = state->colors;
-    const colored_links_cut* cuts = state->cuts;
-    for (int b = 0; b < state->band_count; ++b, cuts += colors->color_count) {
-        for (int c = 0; c < colors->color_count; ++c) {
-            const colored_links_cut start = {0, 0}, *before = b > 0 ? &cuts[c - colors->color_count] : &start;
-            const int in_runs = colors->colors[c + 1].first_group - colors->colors[c].first_group;
-            part->task.color = c;
-            if (before->run_groups < cuts[c].run_groups) {
-                state->kernel->color(&part->task, before->run_groups, cuts[c].run_groups);
-            }
-            if (before->blocks < cuts[c].blocks) {
-                state->kernel->color(&part->task, in_runs + before->blocks, in_runs + cuts[c].blocks);
-            }
+    const int color_count = state->colors->runs.color_count;
+    const int* cuts = state->cuts;
+    for (int b = 0; b < state->band_count; ++b, cuts += color_count) {
+        for (int c = 0; c < color_count; ++c) {
+            const int before = b > 0 ? cuts[c - color_count] : 0;
+            if (before < cuts[c]) { state->kernel->runs(&part->task, c, before, cuts[c]); }
         }
+    }
+}
+static void colored_links_sweep_quads(colored_links_part* part) {
+    const plii_link_colors* colors = part->state->colors;
+    for (int c = 0; c < colors->color_count; ++c) {
+        part->first_group = colors->colors[c].first_group;
+        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, colors->colors[c].group_count,
+                          COLORED_LINKS_QUADS_GRAIN);
     }
 }
 
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_link_colors* colors = state->colors;
-    colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, 0}};
-    if (state->band_count > 0 && !plii_has_threads(body->context)) {
-        colored_links_sweep_in_bands(&part);
-    } else if (!plii_has_threads(body->context) || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_GROUP) {
+    const bool has_threads = plii_has_threads(body->context), has_bands = state->band_count > 0 && !has_threads;
+    colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses}, 0, 0};
+    if (!has_bands && (!has_threads || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES)) {
         state->kernel->sweep(&part.task);
         return;
-    } else {
-        for (int i = 0; i < colors->color_count; ++i) {
-            part.task.color = i;
-            plii_parallel_for(body->context, colored_links_range, &part, plii_link_colors_group_count(colors, i),
-                              COLORED_LINKS_GRAIN);
-        }
     }
+    if (has_bands) {
+        colored_links_sweep_runs_in_bands(&part);
+    } else {
+        colored_links_sweep_runs(&part);
+    }
+    colored_links_sweep_quads(&part);
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }
 
@@ -120,8 +126,8 @@ static void colored_links_prepare(pli_body* body, void* state, const plii_step* 
 
 // ------------------------------------------------------------------------------------------------------------ bands
 
-/* A body that is larger than the second cache would be read once per colour. Instead each colour goes as far as the
-   nodes of a band, less than the colour before by the widest group, so that no group comes before one of an earlier
+/* A grid that is larger than the second cache would be read once per colour. Instead each colour of runs goes as far as
+   the nodes of a band, less than the colour before by the widest group, so that no group comes before one of an earlier
    colour that shares a node with it: the bits are those of colour after colour. */
 
 typedef struct colored_links_extent {
@@ -129,39 +135,23 @@ typedef struct colored_links_extent {
 } colored_links_extent;
 
 static colored_links_extent colored_links_run_extent(const plii_link_run* run, int group) {
-    const int low = run->node + run->stride * PLII_LINK_GROUP * group;
-    return (colored_links_extent){low, low + run->stride * (PLII_LINK_GROUP - 1) + run->offset};
-}
-
-static colored_links_extent colored_links_block_extent(const plii_link_colors* colors, int block) {
-    colored_links_extent extent = {INT_MAX, 0};
-    for (int k = 0; k < 2 * PLII_LINK_GROUP; ++k) {
-        const int node = plii_simd_index(colors->block_places[block][k / PLII_LINK_GROUP][k % PLII_LINK_GROUP]);
-        extent.low = node < extent.low ? node : extent.low;
-        extent.high = node > extent.high ? node : extent.high;
-    }
-    return extent;
+    const int low = run->node + run->stride * PLII_LINK_LANES * group;
+    return (colored_links_extent){low, low + run->stride * (PLII_LINK_LANES - 1) + run->offset};
 }
 
 /* Widest group; INT_MAX when the groups of some colour are not in the order of their last nodes. */
-static int colored_links_reach(const plii_link_colors* colors) {
+static int colored_links_reach(const plii_link_runs* runs) {
     int reach = 0;
-    for (int c = 0; c < colors->color_count; ++c) {
-        const plii_link_color* color = &colors->colors[c];
-        int last[2] = {-1, -1};
-        for (int r = color[0].first_run; r < color[1].first_run; ++r) {
-            for (int g = 0; g < colors->runs[r].group_count; ++g) {
-                const colored_links_extent extent = colored_links_run_extent(&colors->runs[r], g);
-                if (extent.high < last[0]) { return INT_MAX; }
-                last[0] = extent.high;
+    for (int c = 0; c < runs->color_count; ++c) {
+        const plii_link_run_color* color = &runs->colors[c];
+        int last = -1;
+        for (const plii_link_run* run = runs->runs + color[0].first_run; run < runs->runs + color[1].first_run; ++run) {
+            for (int g = 0; g < run->group_count; ++g) {
+                const colored_links_extent extent = colored_links_run_extent(run, g);
+                if (extent.high < last) { return INT_MAX; }
+                last = extent.high;
                 reach = extent.high - extent.low > reach ? extent.high - extent.low : reach;
             }
-        }
-        for (int b = color[0].first_block; b < color[1].first_block; ++b) {
-            const colored_links_extent extent = colored_links_block_extent(colors, b);
-            if (extent.high < last[1]) { return INT_MAX; }
-            last[1] = extent.high;
-            reach = extent.high - extent.low > reach ? extent.high - extent.low : reach;
         }
     }
     return reach + 1;
@@ -169,39 +159,34 @@ static int colored_links_reach(const plii_link_colors* colors) {
 
 /* Of one colour, in all bands. */
 static void colored_links_cut_color(colored_links_state* state, int color, int reach) {
-    const plii_link_colors* colors = state->colors;
-    const plii_link_color* own = &colors->colors[color];
-    colored_links_cut cut = {0, 0};
-    int run = own->first_run, group = 0, block = own->first_block;
+    const plii_link_runs* runs = &state->colors->runs;
+    const plii_link_run_color* own = &runs->colors[color];
+    int cut = 0, run = own->first_run, group = 0;
     for (int b = 0; b < state->band_count; ++b) {
         const int end = COLORED_LINKS_BAND * (b + 1) - color * reach;
-        while (run < own[1].first_run && colored_links_run_extent(&colors->runs[run], group).high < end) {
-            cut.run_groups += 1;
-            if (++group == colors->runs[run].group_count) {
+        while (run < own[1].first_run && colored_links_run_extent(&runs->runs[run], group).high < end) {
+            ++cut;
+            if (++group == runs->runs[run].group_count) {
                 ++run;
                 group = 0;
             }
         }
-        while (block < own[1].first_block && colored_links_block_extent(colors, block).high < end) {
-            ++block;
-            cut.blocks += 1;
-        }
-        state->cuts[(ptrdiff_t)b * colors->color_count + color] = cut;
+        state->cuts[(ptrdiff_t)b * runs->color_count + color] = cut;
     }
 }
 
 /* Leaves a body without bands that is small, whose groups are too wide, or for which there is no memory. */
 static void colored_links_make_bands(const pli_body* body, colored_links_state* state) {
-    const plii_link_colors* colors = state->colors;
-    if (body->node_count < 2 * COLORED_LINKS_BAND) { return; }
-    const int reach = colored_links_reach(colors);
-    if ((int64_t)reach * colors->color_count > COLORED_LINKS_WIDEST_SKEW) { return; }
-    const int band_count = (body->node_count + reach * colors->color_count) / COLORED_LINKS_BAND + 1;
-    state->cuts_size = (size_t)band_count * (size_t)colors->color_count * sizeof *state->cuts;
+    const plii_link_runs* runs = &state->colors->runs;
+    if (body->node_count < 2 * COLORED_LINKS_BAND || runs->color_count == 0) { return; }
+    const int reach = colored_links_reach(runs);
+    if ((int64_t)reach * runs->color_count > COLORED_LINKS_WIDEST_SKEW) { return; }
+    const int band_count = (body->node_count + reach * runs->color_count) / COLORED_LINKS_BAND + 1;
+    state->cuts_size = (size_t)band_count * (size_t)runs->color_count * sizeof *state->cuts;
     state->cuts = plii_allocate(body->context, state->cuts_size);
     if (state->cuts == NULL) { return; }
     state->band_count = band_count;
-    for (int c = 0; c < colors->color_count; ++c) {
+    for (int c = 0; c < runs->color_count; ++c) {
         colored_links_cut_color(state, c, reach);
     }
 }
@@ -220,8 +205,8 @@ static size_t colored_links_stiffness_size(const pli_body* body) {
 /* A body of a few links that all meet stays with the ordered sweep. */
 static void colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
     const plii_link_colors* colors = state->colors;
-    const int64_t group_count = (int64_t)colors->run_group_count + colors->block_count + colors->serial_count;
-    const bool is_worthwhile = body->link_count >= COLORED_LINKS_LEAST * group_count;
+    const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
+    const bool is_worthwhile = body->link_count >= COLORED_LINKS_LEAST * row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
     body->sweep_links_state = state;
     state->is_stale = true;

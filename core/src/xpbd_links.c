@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { XPBD_LINKS_GRAIN = 64 }; /* groups of links; about 1 microsecond */
+enum { XPBD_LINKS_GRAIN = 64, XPBD_LINKS_QUADS_GRAIN = 16 }; /* groups of links, of quads; about 1 microsecond */
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
@@ -69,15 +69,17 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_subst
 typedef struct xpbd_links_part {
     const plii_xpbd_links_kernel* kernel;
     plii_xpbd_links_task task;
+    int color;       /* of runs */
+    int first_group; /* of a colour of quads */
 } xpbd_links_part;
 
-static void xpbd_links_range(int begin, int end, void* data) {
+static void xpbd_links_runs_range(int begin, int end, void* data) {
     const xpbd_links_part* part = data;
-    const plii_link_color* color = &part->task.colors->colors[part->task.color];
-    const plii_link_part runs = plii_link_run_share(color, begin, end);
-    const plii_link_part blocks = plii_link_block_share(color, begin, end);
-    if (runs.begin < runs.end) { part->kernel->color(&part->task, runs.begin, runs.end); }
-    if (blocks.begin < blocks.end) { part->kernel->color(&part->task, blocks.begin, blocks.end); }
+    part->kernel->runs(&part->task, part->color, begin, end);
+}
+static void xpbd_links_quads_range(int begin, int end, void* data) {
+    const xpbd_links_part* part = data;
+    part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
@@ -85,11 +87,19 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
     const plii_link_colors* colors = state->colors;
     xpbd_links_part part = {
         state->kernel,
-        {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values, 0}};
-    for (int i = 0; i < colors->color_count; ++i) {
-        part.task.color = i;
-        plii_parallel_for(body->context, xpbd_links_range, &part, plii_link_colors_group_count(colors, i),
+        {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
+        0,
+        0};
+    for (int i = 0; i < colors->runs.color_count; ++i) {
+        const plii_link_run_color* color = &colors->runs.colors[i];
+        part.color = i;
+        plii_parallel_for(body->context, xpbd_links_runs_range, &part, color[1].first_group - color[0].first_group,
                           XPBD_LINKS_GRAIN);
+    }
+    for (int i = 0; i < colors->color_count; ++i) {
+        part.first_group = colors->colors[i].first_group;
+        plii_parallel_for(body->context, xpbd_links_quads_range, &part, colors->colors[i].group_count,
+                          XPBD_LINKS_QUADS_GRAIN);
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }

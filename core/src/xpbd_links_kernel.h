@@ -1,8 +1,8 @@
 #ifndef PLII_XPBD_LINKS_KERNEL_H
 #define PLII_XPBD_LINKS_KERNEL_H
 
-/* Lengths of links under XPBD, by colours, eight at a time; one function per instruction set, from
-   xpbd_links_kernel.inl. */
+/* Lengths of links under XPBD, by colours, eight at a time; one function per instruction set,
+   from xpbd_links_kernel.inl. */
 
 #include "link_colors.h"
 #include "xpbd_impl.h"
@@ -22,16 +22,18 @@ typedef struct plii_xpbd_links_task {
     const plii_xpbd_link_softness* softness; /* [2 * material_count] of a material, then of its bending links */
     const float* rest_lengths;               /* by slot, m */
     float* multipliers;                      /* by slot */
-    int color;
 } plii_xpbd_links_task;
 
-/* Groups [begin, end) of a colour: those of its runs, then its blocks. */
-typedef void plii_xpbd_links_color_fn(const plii_xpbd_links_task* task, int begin, int end);
+/* Groups [begin, end) of a colour of runs. */
+typedef void plii_xpbd_links_runs_fn(const plii_xpbd_links_task* task, int color, int begin, int end);
+/* Groups [begin, end) of quads, all of one colour. */
+typedef void plii_xpbd_links_groups_fn(const plii_xpbd_links_task* task, int begin, int end);
 /* The serial list. */
 typedef void plii_xpbd_links_serial_fn(const plii_xpbd_links_task* task);
 
 typedef struct plii_xpbd_links_kernel {
-    plii_xpbd_links_color_fn* color;
+    plii_xpbd_links_runs_fn* runs;
+    plii_xpbd_links_groups_fn* groups;
     plii_xpbd_links_serial_fn* serial;
 } plii_xpbd_links_kernel;
 

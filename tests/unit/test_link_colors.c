@@ -37,10 +37,16 @@ static pli_context* create_context(pli_simd simd, const int* part) {
 
 typedef pli_mesh* make_mesh_fn(pli_context* context);
 
-static pli_mesh* make_sheet(pli_context* context) {
+static pli_mesh* make_sheet_of(pli_context* context, int size) {
     pli_mesh* mesh = NULL;
-    assert_int_equal(sample_create_sheet(context, 41, 0.1f, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10, &mesh), PLI_OK);
+    assert_int_equal(sample_create_sheet(context, size, 0.1f, PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10, &mesh), PLI_OK);
     return mesh;
+}
+static pli_mesh* make_sheet(pli_context* context) {
+    return make_sheet_of(context, 41);
+}
+static pli_mesh* make_large_sheet(pli_context* context) {
+    return make_sheet_of(context, 70);
 }
 static pli_mesh* make_bending_sheet(pli_context* context) {
     pli_mesh* mesh = make_sheet(context);
@@ -51,8 +57,8 @@ static pli_mesh* make_bending_sheet(pli_context* context) {
     assert_int_equal(pli_mesh_append_bending_links(mesh, 2, index, NULL), PLI_OK);
     return mesh;
 }
-static pli_mesh* make_shuffled_sheet(pli_context* context) {
-    pli_mesh* mesh = make_sheet(context);
+static pli_mesh* make_large_shuffled_sheet(pli_context* context) {
+    pli_mesh* mesh = make_large_sheet(context);
     assert_int_equal(pli_mesh_shuffle_links(mesh), PLI_OK);
     return mesh;
 }
@@ -71,21 +77,23 @@ static pli_mesh* make_rope(pli_context* context) {
     return mesh;
 }
 /* A node with more links than there are colours, one of them double, one between pinned nodes, and a long chain. */
+enum { STAR_NODES = 400 };
+
 static pli_mesh* make_star(pli_context* context) {
     pli_mesh* mesh = NULL;
     assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
-    for (int i = 0; i < 150; ++i) {
+    for (int i = 0; i < STAR_NODES; ++i) {
         const float angle = 0.1f * (float)i;
         const pli_vec3 position = pli_vec3_make((float)i * cosf(angle), (float)i * sinf(angle), 0.1f * (float)i);
         assert_int_equal(pli_mesh_append_node(mesh, position, i < 2 ? 0.0f : 1.0f + (float)i, NULL), PLI_OK);
     }
-    for (int i = 1; i < 150; ++i) {
+    for (int i = 1; i < STAR_NODES; ++i) {
         assert_int_equal(
             pli_mesh_append_link(mesh, i % 2 == 0 ? 40 : i, i % 2 == 0 ? i - (i == 40) : 40 + (i == 40), 0, NULL),
             PLI_OK);
     }
     assert_int_equal(pli_mesh_append_link(mesh, 0, 1, 0, NULL), PLI_OK);
-    for (int i = 0; i < 600; ++i) {
+    for (int i = 0; i < 2400; ++i) {
         int node = 0;
         assert_int_equal(pli_mesh_append_node(mesh, pli_vec3_make((float)i, -1, 0), 1.0f, &node), PLI_OK);
         if (i > 0) { assert_int_equal(pli_mesh_append_link(mesh, node - 1, node, 0, NULL), PLI_OK); }
@@ -99,8 +107,8 @@ static pli_mesh* make_point(pli_context* context) {
     return mesh;
 }
 
-static make_mesh_fn* const meshes[] = {make_sheet, make_bending_sheet, make_shuffled_sheet, make_sphere,
-                                       make_rope,  make_star,          make_point};
+static make_mesh_fn* const meshes[] = {make_sheet,  make_bending_sheet, make_large_sheet, make_large_shuffled_sheet,
+                                       make_sphere, make_rope,          make_star,        make_point};
 enum { MESH_COUNT = sizeof meshes / sizeof *meshes };
 
 typedef struct sample {
@@ -147,45 +155,52 @@ static int list_slots(const pli_body* body, const plii_link_colors* colors, int*
     return count;
 }
 
-/* Of the runs and the blocks of a colour: slots first to end. */
-static void slots_of_color(const plii_link_colors* colors, int color, int first[2], int end[2]) {
-    const plii_link_color* own = &colors->colors[color];
-    first[0] = end[0] = 0;
-    for (int r = 0; r < own[1].first_run; ++r) {
-        if (r < own[0].first_run) { first[0] += PLII_LINK_GROUP * colors->runs[r].group_count; }
-        end[0] += PLII_LINK_GROUP * colors->runs[r].group_count;
+/* What a link of a colour touches: which nodes, and from which lane. */
+typedef struct node_use {
+    int color, lane;
+} node_use;
+
+static void use_link(const pli_body* body, int link, int color, int lane, node_use* uses, int* seen) {
+    seen[link] += 1;
+    for (int k = 0; k < 2; ++k) {
+        node_use* use = &uses[body->links[link].nodes[k]];
+        assert_false(use->color == color && use->lane != lane);
+        *use = (node_use){color, lane};
     }
-    first[1] = PLII_LINK_GROUP * (colors->run_group_count + own[0].first_block);
-    end[1] = PLII_LINK_GROUP * (colors->run_group_count + own[1].first_block);
 }
 
+/* Every link has one slot, and nodes of a colour are in one lane only. */
 static void check_colors(const pli_body* body) {
     const plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
+    const plii_link_runs* runs = &colors->runs;
     int* slots = NULL;
     const int count = list_slots(body, colors, &slots);
     assert_true((size_t)count * sizeof(float) <= plii_link_slots_max_size(body, body->link_count));
     int* seen = calloc((size_t)body->link_count + 1, sizeof *seen);
-    int* colored = calloc((size_t)body->node_count, sizeof *colored); /* colour plus 1 */
-    assert_true(seen != NULL && colored != NULL);
+    node_use* uses = calloc((size_t)body->node_count, sizeof *uses);
+    assert_true(seen != NULL && uses != NULL);
+    int color = 0;
+    for (int c = 0; c < runs->color_count; ++c) {
+        ++color;
+        assert_true(runs->colors[c].first_group < runs->colors[c + 1].first_group);
+        for (int i = 8 * runs->colors[c].first_group; i < 8 * runs->colors[c + 1].first_group; ++i) {
+            use_link(body, slots[i], color, i, uses, seen);
+        }
+    }
     for (int c = 0; c < colors->color_count; ++c) {
-        int first[2], end[2], last_link = -1;
-        slots_of_color(colors, c, first, end);
-        for (int part = 0; part < 2; ++part) {
-            for (int i = first[part]; i < end[part]; ++i) {
-                if (slots[i] < 0) {
-                    assert_int_equal(part, 1);
-                    continue;
-                }
-                last_link = slots[i];
-                seen[last_link] += 1;
-                for (int k = 0; k < 2; ++k) {
-                    int* color = &colored[body->links[last_link].nodes[k]];
-                    assert_int_not_equal(*color, c + 1);
-                    *color = c + 1;
-                }
+        ++color;
+        const int first = colors->colors[c].first_group, end = first + colors->colors[c].group_count;
+        assert_true(first < end);
+        for (int g = first; g < end; ++g) {
+            const plii_link_group* group = &colors->groups[g];
+            const int end_row = g + 1 < colors->group_count ? group[1].first_row : colors->row_count;
+            for (int i = 8 * group->first_row; i < 8 * end_row; ++i) {
+                const int link = slots[8 * runs->group_count + i];
+                if (link < 0) { continue; }
+                assert_int_equal(plii_link_tag_of(body, link), group->tag);
+                use_link(body, link, color, 8 * g + i % 8, uses, seen);
             }
         }
-        assert_true(last_link >= 0);
     }
     for (int i = 0; i < colors->serial_count; ++i) {
         seen[slots[count - colors->serial_count + i]] += 1;
@@ -195,10 +210,10 @@ static void check_colors(const pli_body* body) {
     }
     free(slots);
     free(seen);
-    free(colored);
+    free(uses);
 }
 
-static void test_no_two_links_of_a_color_share_a_node(void** state) {
+static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
     (void)state;
     for (int m = 0; m < MESH_COUNT; ++m) {
         sample s;
@@ -208,25 +223,45 @@ static void test_no_two_links_of_a_color_share_a_node(void** state) {
     }
 }
 
-static void test_grids_become_runs_and_many_links_of_a_node_wait(void** state) {
+static void test_large_grids_become_runs_and_many_links_of_a_node_wait(void** state) {
     (void)state;
+    make_mesh_fn* const large[] = {make_large_sheet, make_large_shuffled_sheet};
+    for (int is_shuffled = 0; is_shuffled < 2; ++is_shuffled) {
+        sample s;
+        assert_true(sample_create(&s, large[is_shuffled], true, PLI_SIMD_BEST, NULL));
+        const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+        assert_int_equal(colors->runs.color_count, 8); /* rows, columns, two directions of diagonals; two each */
+        assert_int_equal(colors->runs.run_link_count, is_shuffled * 8 * colors->runs.group_count);
+        assert_true(8 * colors->runs.group_count > s.body->link_count * 8 / 10);
+        sample_destroy(&s);
+    }
     sample s;
-    assert_true(sample_create(&s, make_sheet, true, PLI_SIMD_BEST, NULL));
-    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
-    assert_int_equal(colors->color_count, 8); /* rows, columns, two directions of diagonals; two each */
-    assert_int_equal(colors->run_link_count, 0);
-    assert_true(8 * colors->run_group_count > s.body->link_count * 6 / 10);
-    sample_destroy(&s);
-
-    assert_true(sample_create(&s, make_shuffled_sheet, true, PLI_SIMD_BEST, NULL));
-    colors = plii_feature_state(s.body, &plii_link_colors_class);
-    assert_int_equal(colors->color_count, 8);
-    assert_int_equal(colors->run_link_count, 8 * colors->run_group_count);
-    sample_destroy(&s);
-
     assert_true(sample_create(&s, make_star, true, PLI_SIMD_BEST, NULL));
-    colors = plii_feature_state(s.body, &plii_link_colors_class);
-    assert_int_equal(colors->serial_count, 149 - 2 - 64); /* two are part of the chain */
+    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->serial_count, 208); /* the colours took 64 times three or two */
+    sample_destroy(&s);
+}
+
+static void test_meshes_become_quads_and_small_bodies_single_links(void** state) {
+    (void)state;
+    make_mesh_fn* const quads[] = {make_sheet, make_sphere};
+    for (int m = 0; m < 2; ++m) {
+        sample s;
+        assert_true(sample_create(&s, quads[m], true, PLI_SIMD_BEST, NULL));
+        const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+        assert_int_equal(colors->runs.group_count, 0);
+        assert_int_equal(colors->serial_count, 0);
+        assert_true(s.body->link_count > 8 * colors->row_count * 85 / 100); /* few lanes without a link */
+        assert_true(s.body->link_count > 25 * colors->group_count);         /* more than three links per quad */
+        sample_destroy(&s);
+    }
+    sample s;
+    assert_true(sample_create(&s, make_rope, true, PLI_SIMD_BEST, NULL));
+    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->color_count, 2);
+    for (int g = 0; g < colors->group_count; ++g) {
+        assert_int_equal(colors->groups[g].pairs, PLII_LINK_SINGLE);
+    }
     sample_destroy(&s);
 }
 
@@ -248,18 +283,10 @@ static pli_mesh* reorder(const sample* s, pli_context* context, make_mesh_fn* ma
     for (int i = 1; i < view.material_count; ++i) {
         assert_int_equal(pli_mesh_append_material(mesh, &view.materials[i], NULL), PLI_OK);
     }
-    const int serial_begin = count - colors->serial_count;
-    for (int c = 0; c <= colors->color_count; ++c) {
-        int first[2] = {serial_begin, 0}, end[2] = {count, 0};
-        if (c < colors->color_count) { slots_of_color(colors, c, first, end); }
-        for (int part = 0; part < 2; ++part) {
-            for (int i = first[part]; i < end[part]; ++i) {
-                if (slots[i] >= 0) {
-                    const pli_link* link = &view.links[slots[i]];
-                    assert_int_equal(pli_mesh_append_link(mesh, link->nodes[0], link->nodes[1], link->material, NULL),
-                                     PLI_OK);
-                }
-            }
+    for (int i = 0; i < count; ++i) {
+        if (slots[i] >= 0) {
+            const pli_link* link = &view.links[slots[i]];
+            assert_int_equal(pli_mesh_append_link(mesh, link->nodes[0], link->nodes[1], link->material, NULL), PLI_OK);
         }
     }
     free(slots);
@@ -481,8 +508,9 @@ static void test_coloring_survives_a_lack_of_memory(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_two_links_of_a_color_share_a_node),
-        cmocka_unit_test(test_grids_become_runs_and_many_links_of_a_node_wait),
+        cmocka_unit_test(test_no_two_lanes_of_a_color_share_a_node),
+        cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
+        cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
