@@ -346,7 +346,8 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
     return (plii_vec3x4){v.val[0], v.val[1], v.val[2]};
 }
 PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
-    vst3q_f32((float*)vectors, (float32x4x3_t){{v.x, v.y, v.z}});
+    const float32x4x3_t three = {{v.x, v.y, v.z}};
+    vst3q_f32((float*)vectors, three);
 }
 #else
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* v) {
