@@ -403,11 +403,11 @@ void plii_link_slots_release(const pli_body* body, plii_link_slots* slots) {
     *slots = (plii_link_slots){0};
 }
 
-/* A full group has eight links or more and at most six rows; of groups that are not full there is one for each colour,
-   tag and kind of quads at most. */
+/* A full group has eight links or more and at most six rows; of groups that are not full there is one for each colour
+   and tag at most. */
 size_t plii_link_slots_max_size(const pli_body* body, int link_count) {
     const size_t links = (size_t)link_count;
-    const size_t parts = (size_t)LINK_COLORS_MAX * 2 * (size_t)body->material_count << PLII_LINK_PAIRS;
+    const size_t parts = (size_t)LINK_COLORS_MAX * 2 * (size_t)body->material_count;
     const size_t slots =
         PLII_LINK_LANES * PLII_LINK_PAIRS * (links / PLII_LINK_LANES + (parts < links ? parts : links));
     return (slots + links) * sizeof(float);

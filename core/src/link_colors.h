@@ -8,7 +8,7 @@
    - quads (link_quads.h): up to six links between four nodes, by index. Links of quads are solved in the order of the
      pairs of nodes. Single links are quads of two nodes.
 
-   The colours of runs come first. What the last colours cannot take (nodes of very many links) stays in a serial list.
+   What the last colours cannot take (nodes of very many links) stays in a serial list.
 
    Each link has a place for numbers of its own, its slot: those of runs first, then of quads, in rows of eight for one
    pair of nodes of a group, then of the serial list. Within a row slots follow the lanes of simd.h. Lanes without a

@@ -202,9 +202,9 @@ PLII_SIMD_INLINE void links_solve_two(plii_records8* a, plii_records8* b, plii_r
 /* Two pairs of nodes, of which both, one or none have links; gives the rest lengths of what follows. */
 PLII_SIMD_INLINE const float* links_round(links_quads* quads, int round, int pairs, const float* rest,
                                           plii_float8 inverse_stiffness) {
-    static const uint8_t nodes[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
-    plii_records8 *a = &quads->nodes[nodes[round][0]], *b = &quads->nodes[nodes[round][1]];
-    plii_records8 *c = &quads->nodes[nodes[round][2]], *d = &quads->nodes[nodes[round][3]];
+    const uint8_t *first = plii_link_pair_nodes[2 * round], *second = plii_link_pair_nodes[2 * round + 1];
+    plii_records8 *a = &quads->nodes[first[0]], *b = &quads->nodes[first[1]];
+    plii_records8 *c = &quads->nodes[second[0]], *d = &quads->nodes[second[1]];
     const int own = pairs >> 2 * round & 3;
     if (own == 3) {
         links_solve_two(a, b, c, d, rest, inverse_stiffness);

@@ -90,16 +90,17 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
         {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
         0,
         0};
+    /* What runs leave comes before them: a stiff sheet keeps a stretch of 0.0099 then, otherwise 0.0102. */
+    for (int i = 0; i < colors->color_count; ++i) {
+        part.first_group = colors->colors[i].first_group;
+        plii_parallel_for(body->context, xpbd_links_quads_range, &part, colors->colors[i].group_count,
+                          XPBD_LINKS_QUADS_GRAIN);
+    }
     for (int i = 0; i < colors->runs.color_count; ++i) {
         const plii_link_run_color* color = &colors->runs.colors[i];
         part.color = i;
         plii_parallel_for(body->context, xpbd_links_runs_range, &part, color[1].first_group - color[0].first_group,
                           XPBD_LINKS_GRAIN);
-    }
-    for (int i = 0; i < colors->color_count; ++i) {
-        part.first_group = colors->colors[i].first_group;
-        plii_parallel_for(body->context, xpbd_links_quads_range, &part, colors->colors[i].group_count,
-                          XPBD_LINKS_QUADS_GRAIN);
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }

@@ -42,8 +42,8 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
 }
 
 /* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
-   difference in this substep, only where it is damped. Links without length have no direction; lanes without a link
-   have an infinite value, and so no finite change. */
+   difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
+   mass to move, and lanes without a link, whose value is infinite. */
 PLII_SIMD_INLINE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
                                                const plii_xpbd_link_softness* softness, const float* rest_lengths,
                                                float* multipliers) {
@@ -51,8 +51,7 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length);
     if (!xpbd_links_is_soft(softness)) {
-        const plii_float8 divisor = plii_float8_mul(weight, length);
-        return xpbd_links_where_finite(plii_float8_where_greater(divisor, zero, plii_float8_div(force, divisor)));
+        return xpbd_links_where_finite(plii_float8_div(force, plii_float8_mul(weight, length)));
     }
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
     const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);

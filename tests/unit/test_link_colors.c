@@ -1,5 +1,5 @@
-/* Coloured links: every link has its place and no two of a colour meet; results are those of the ordered links in the
-   order of colours, the same for all instruction sets and partitions; bodies that are cut; memory. */
+/* Coloured links: every link has its place and lanes of a colour share no node; results are those of the ordered links
+   in the order of colours, the same for all instruction sets and partitions; bodies that are cut; memory. */
 
 #include "check.h"
 #include "failing_allocator.h"
