@@ -183,14 +183,14 @@ PLII_SIMD_INLINE void links_move_pair(plii_records8* a, plii_records8* b, const 
     b->z = plii_float8_add(b->z, plii_float8_mul(delta->z, move_b));
 }
 
-PLII_SIMD_INLINE void links_solve_one(plii_records8* a, plii_records8* b, const float* rest,
-                                      plii_float8 inverse_stiffness) {
+PLII_SIMD_LARGE void links_solve_one(plii_records8* a, plii_records8* b, const float* rest,
+                                     plii_float8 inverse_stiffness) {
     const links_difference delta = links_measure_pair(a, b);
     links_move_pair(a, b, &delta, links_factor(delta.length_squared, a->w, b->w, rest, inverse_stiffness));
 }
 /* Links between a and b and between c and d. */
-PLII_SIMD_INLINE void links_solve_two(plii_records8* a, plii_records8* b, plii_records8* c, plii_records8* d,
-                                      const float* rest, plii_float8 inverse_stiffness) {
+PLII_SIMD_LARGE void links_solve_two(plii_records8* a, plii_records8* b, plii_records8* c, plii_records8* d,
+                                     const float* rest, plii_float8 inverse_stiffness) {
     const links_difference ab = links_measure_pair(a, b), cd = links_measure_pair(c, d);
     const plii_float8 factor_ab = links_factor(ab.length_squared, a->w, b->w, rest, inverse_stiffness);
     const plii_float8 factor_cd =
@@ -219,13 +219,13 @@ PLII_SIMD_INLINE const float* links_round(links_quads* quads, int round, int pai
     return rest + PLII_LINK_LANES;
 }
 
-PLII_SIMD_INLINE void links_gather(links_quads* quads, const pli_vec4* positions, plii_quad_places places) {
+PLII_SIMD_LARGE void links_gather(links_quads* quads, const pli_vec4* positions, plii_quad_places places) {
     quads->nodes[0] = plii_quad_gather(positions, places[0]);
     quads->nodes[1] = plii_quad_gather(positions, places[1]);
     quads->nodes[2] = plii_quad_gather(positions, places[2]);
     quads->nodes[3] = plii_quad_gather(positions, places[3]);
 }
-PLII_SIMD_INLINE void links_scatter(const links_quads* quads, pli_vec4* positions, plii_quad_places places) {
+PLII_SIMD_LARGE void links_scatter(const links_quads* quads, pli_vec4* positions, plii_quad_places places) {
     plii_quad_scatter(positions, places[3], &quads->nodes[3]);
     plii_quad_scatter(positions, places[2], &quads->nodes[2]);
     plii_quad_scatter(positions, places[1], &quads->nodes[1]);

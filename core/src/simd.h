@@ -30,6 +30,13 @@ enum { PLII_SIMD_LANES = 8 };
 #define PLII_SIMD_INLINE static inline
 #endif
 
+/* Of what is called in many places: inline where vectors stay in registers, elsewhere it would only be large. */
+#if defined(PLII_SIMD_AVX2)
+#define PLII_SIMD_LARGE PLII_SIMD_INLINE
+#else
+#define PLII_SIMD_LARGE static
+#endif
+
 /* The record in a lane. */
 static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;

@@ -44,9 +44,9 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
 /* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
    difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
    mass to move, and lanes without a link, whose value is infinite. */
-PLII_SIMD_INLINE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
-                                               const plii_xpbd_link_softness* softness, const float* rest_lengths,
-                                               float* multipliers) {
+PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
+                                              const plii_xpbd_link_softness* softness, const float* rest_lengths,
+                                              float* multipliers) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length);
@@ -294,16 +294,16 @@ PLII_SIMD_INLINE void xpbd_links_move_pair(plii_records8* a, plii_records8* b, c
     b->z = plii_float8_add(b->z, plii_float8_mul(delta->z, move_b));
 }
 
-PLII_SIMD_INLINE void xpbd_links_solve_one(xpbd_links_quads* quads, const xpbd_links_starts* starts, int a, int b,
-                                           const xpbd_links_rows* rows) {
+PLII_SIMD_LARGE void xpbd_links_solve_one(xpbd_links_quads* quads, const xpbd_links_starts* starts, int a, int b,
+                                          const xpbd_links_rows* rows) {
     plii_records8* moved = quads->displacements;
     const xpbd_links_link link = xpbd_links_measure_pair(quads, starts, a, b);
     const plii_float8 factor = xpbd_links_row_factor(&link, plii_float8_add(moved[a].w, moved[b].w), rows, 0);
     xpbd_links_move_pair(&moved[a], &moved[b], &link.delta, factor);
 }
 /* Links between a and b and between c and d. */
-PLII_SIMD_INLINE void xpbd_links_solve_two(xpbd_links_quads* quads, const xpbd_links_starts* starts, int a, int b,
-                                           int c, int d, const xpbd_links_rows* rows) {
+PLII_SIMD_LARGE void xpbd_links_solve_two(xpbd_links_quads* quads, const xpbd_links_starts* starts, int a, int b, int c,
+                                          int d, const xpbd_links_rows* rows) {
     plii_records8* moved = quads->displacements;
     const xpbd_links_link ab = xpbd_links_measure_pair(quads, starts, a, b);
     const xpbd_links_link cd = xpbd_links_measure_pair(quads, starts, c, d);
@@ -340,15 +340,15 @@ PLII_SIMD_INLINE void xpbd_links_gather_node(xpbd_links_quads* quads, xpbd_links
         starts->carried[node] = xpbd_links_xyz(carried);
     }
 }
-PLII_SIMD_INLINE void xpbd_links_gather(xpbd_links_quads* quads, xpbd_links_starts* starts,
-                                        const plii_xpbd_links_task* task, plii_quad_places places) {
+PLII_SIMD_LARGE void xpbd_links_gather(xpbd_links_quads* quads, xpbd_links_starts* starts,
+                                       const plii_xpbd_links_task* task, plii_quad_places places) {
     xpbd_links_gather_node(quads, starts, task, 0, places[0]);
     xpbd_links_gather_node(quads, starts, task, 1, places[1]);
     xpbd_links_gather_node(quads, starts, task, 2, places[2]);
     xpbd_links_gather_node(quads, starts, task, 3, places[3]);
 }
-PLII_SIMD_INLINE void xpbd_links_scatter(const xpbd_links_quads* quads, const plii_xpbd_links_task* task,
-                                         plii_quad_places places) {
+PLII_SIMD_LARGE void xpbd_links_scatter(const xpbd_links_quads* quads, const plii_xpbd_links_task* task,
+                                        plii_quad_places places) {
     pli_vec4* displacements = task->substep->displacements;
     plii_quad_scatter(displacements, places[3], &quads->displacements[3]);
     plii_quad_scatter(displacements, places[2], &quads->displacements[2]);
