@@ -5,7 +5,6 @@
 
 #include "simd.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -24,7 +23,7 @@ typedef struct link_colors_work {
     int* counts;         /* [max(node_count, tag_count) + 1] */
     int *order, *sorted; /* [link_count] */
     int count;           /* of them */
-    uint8_t* colors;     /* [link_count] of quads and single links, LINK_COLORS_MAX: none */
+    uint8_t* colors;     /* [link_count] of those */
     int* serial_links;   /* [link_count] */
 } link_colors_work;
 

@@ -257,10 +257,7 @@ PLII_SIMD_INLINE void links_quads_of(const plii_links_task* task, const plii_lin
     }
 }
 
-/* Most quads of a triangle mesh are two triangles, those of a grid with both diagonals have all six links: they get
-   code of their own. */
-enum { LINKS_TWO_TRIANGLES = 31, LINKS_ALL = 63 };
-
+/* What most quads are gets code of its own. */
 static void links_groups(const plii_links_task* task, int begin, int end) {
     const plii_link_group* group = &task->colors->groups[begin];
     for (int left = end - begin, count = 0; left > 0; left -= count, group += count) {
@@ -268,10 +265,10 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
         count = plii_quad_batch(group, left, is_single ? LINKS_BATCH : LINKS_QUADS_BATCH);
         if (is_single) {
             links_singles(task, group, count);
-        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == LINKS_TWO_TRIANGLES) {
-            links_quads_of(task, group, count, LINKS_TWO_TRIANGLES);
-        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == LINKS_ALL) {
-            links_quads_of(task, group, count, LINKS_ALL);
+        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_TWO_TRIANGLES) {
+            links_quads_of(task, group, count, PLII_LINK_TWO_TRIANGLES);
+        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_ALL_PAIRS) {
+            links_quads_of(task, group, count, PLII_LINK_ALL_PAIRS);
         } else {
             links_quads_of(task, group, count, group->pairs);
         }

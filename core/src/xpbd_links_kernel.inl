@@ -4,7 +4,6 @@
 #include "link_quads_kernel.h"
 #include "xpbd_links_kernel.h"
 
-#include <float.h>
 #include <string.h>
 
 enum { XPBD_LINKS_BATCH = 8, XPBD_LINKS_QUADS_BATCH = 4 }; /* groups */
@@ -384,9 +383,7 @@ PLII_SIMD_INLINE void xpbd_links_quads_of(const plii_xpbd_links_task* task, cons
     }
 }
 
-/* Most quads of a triangle mesh are two triangles: they get code of their own. */
-enum { XPBD_LINKS_TWO_TRIANGLES = 31 };
-
+/* What most quads are gets code of its own. */
 static void xpbd_links_groups(const plii_xpbd_links_task* task, int begin, int end) {
     const plii_link_group* group = &task->colors->groups[begin];
     for (int left = end - begin, count = 0; left > 0; left -= count, group += count) {
@@ -403,8 +400,8 @@ static void xpbd_links_groups(const plii_xpbd_links_task* task, int begin, int e
         }
         if (is_damped) {
             xpbd_links_quads_of(task, group, count, group->pairs, true);
-        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == XPBD_LINKS_TWO_TRIANGLES) {
-            xpbd_links_quads_of(task, group, count, XPBD_LINKS_TWO_TRIANGLES, false);
+        } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_TWO_TRIANGLES) {
+            xpbd_links_quads_of(task, group, count, PLII_LINK_TWO_TRIANGLES, false);
         } else {
             xpbd_links_quads_of(task, group, count, group->pairs, false);
         }
