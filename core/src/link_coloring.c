@@ -25,6 +25,7 @@ typedef struct link_colors_work {
     int count;           /* of them */
     uint8_t* colors;     /* [link_count] of those */
     int* serial_links;   /* [link_count] */
+    uint8_t* kinds;      /* [link_count] pairs of the group of each of those */
 } link_colors_work;
 
 typedef struct link_colors_item {
@@ -71,6 +72,7 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     plii_link_runs* made = &runs->made;
     /* First, as it is what stays where there is no memory for the result. */
     work->serial_links = link_colors_carve(carver, links * sizeof *work->serial_links);
+    work->kinds = link_colors_carve(carver, links * sizeof *work->kinds);
     quads->quads = link_colors_carve(carver, links / 3 * sizeof *quads->quads);
     quads->links = link_colors_carve(carver, links * sizeof *quads->links);
     quads->halves = link_colors_carve(carver, 2 * links * sizeof *quads->halves);
@@ -213,6 +215,44 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     work->order = sorted;
 }
 
+// ------------------------------------------------------------------------------------------------------------- kinds
+
+/* Items of a group have one colour and tag, and one kind once there are kinds. */
+static int link_colors_group_end(const link_colors_work* work, int first) {
+    const int lead = work->order[first];
+    const plii_link_tag tag = link_colors_tag_at(work, lead);
+    int end = first + 1;
+    for (; end < work->count && end - first < PLII_LINK_LANES; ++end) {
+        const int index = work->order[end];
+        if (work->colors[index] != work->colors[lead] || work->kinds[index] != work->kinds[lead] ||
+            link_colors_tag_at(work, index) != tag) {
+            break;
+        }
+    }
+    return end;
+}
+
+static int link_colors_by_kind(const link_colors_work* work, int index) {
+    return (1 << PLII_LINK_PAIRS) - 1 - work->kinds[index];
+}
+
+/* Brings groups of a colour that have the same pairs together, which kernels solve at once; with several tags they come
+   tag by tag otherwise. */
+static void link_colors_sort_kinds(link_colors_work* work) {
+    for (int first = 0; first < work->count;) {
+        const int end = link_colors_group_end(work, first);
+        uint8_t kind = 0;
+        for (int i = first; i < end; ++i) {
+            kind |= link_colors_pairs_at(work, work->order[i]);
+        }
+        for (; first < end; ++first) {
+            work->kinds[work->order[first]] = kind;
+        }
+    }
+    link_colors_sort(work, link_colors_by_kind, 1 << PLII_LINK_PAIRS);
+    link_colors_sort(work, link_colors_by_color, LINK_COLORS_MAX);
+}
+
 // ------------------------------------------------------------------------------------------------------------ groups
 
 /* With no memory in `made` only its counts are taken. */
@@ -260,22 +300,18 @@ static void link_colors_fill_lane(link_colors_lane* lane, const link_colors_item
     }
 }
 
-/* A group from items [first, end), which have one tag; gives the first item of the next one. */
-static int link_colors_make_group(link_colors_maker* maker, int first, int end) {
+/* A group from items [first, end). */
+static void link_colors_make_group(link_colors_maker* maker, int first, int end) {
     const link_colors_work* work = maker->work;
     link_colors_lane lanes[PLII_LINK_LANES];
-    const plii_link_tag tag = link_colors_tag_at(work, work->order[first]);
+    const int count = end - first;
     uint8_t pairs = 0;
-    int count = 0;
-    for (; first < end && count < PLII_LINK_LANES; ++count) {
-        const link_colors_item item = link_colors_item_at(work, work->order[first++]);
-        link_colors_fill_lane(&lanes[count], &item);
+    for (int i = 0; i < count; ++i) {
+        const link_colors_item item = link_colors_item_at(work, work->order[first + i]);
+        link_colors_fill_lane(&lanes[PLII_LINK_LANES - count + i], &item);
         pairs |= item.pairs;
     }
-    link_colors_lane filled[PLII_LINK_LANES];
-    memcpy(&filled[PLII_LINK_LANES - count], lanes, (size_t)count * sizeof *lanes);
-    link_colors_add_group(&maker->made, filled, count, tag, pairs);
-    return first;
+    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]), pairs);
 }
 
 static void link_colors_make_groups(link_colors_maker* maker) {
@@ -284,15 +320,9 @@ static void link_colors_make_groups(link_colors_maker* maker) {
     for (int first = 0; first < work->count;) {
         const int color = work->colors[work->order[first]], first_group = made->group_count;
         while (first < work->count && work->colors[work->order[first]] == color) {
-            const plii_link_tag tag = link_colors_tag_at(work, work->order[first]);
-            int end = first + 1;
-            while (end < work->count && work->colors[work->order[end]] == color &&
-                   link_colors_tag_at(work, work->order[end]) == tag) {
-                ++end;
-            }
-            while (first < end) {
-                first = link_colors_make_group(maker, first, end);
-            }
+            const int end = link_colors_group_end(work, first);
+            link_colors_make_group(maker, first, end);
+            first = end;
         }
         if (made->groups != NULL) {
             made->colors[made->color_count] = (plii_link_color){first_group, made->group_count - first_group};
@@ -341,6 +371,7 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
     if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_by_tag, work.tag_count); }
     link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
+    if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 
     link_colors_maker maker = {.work = &work, .made = {.runs = work.runs.made}};
     link_colors_make_groups(&maker);

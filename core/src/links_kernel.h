@@ -29,6 +29,6 @@ typedef struct plii_links_kernel {
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
-    plii_links_kernel_neon;
+    plii_links_kernel_avx512, plii_links_kernel_neon;
 
 #endif

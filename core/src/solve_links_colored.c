@@ -29,6 +29,8 @@ typedef struct colored_links_state {
 static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
     switch (simd) {
 #if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX512:
+        return &plii_links_kernel_avx512;
     case PLI_SIMD_AVX2:
         return &plii_links_kernel_avx2;
     case PLI_SIMD_SSE2:

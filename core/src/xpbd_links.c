@@ -20,6 +20,7 @@ typedef struct xpbd_links_state {
 static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
     switch (simd) {
 #if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX512:
     case PLI_SIMD_AVX2:
         return &plii_xpbd_links_kernel_avx2;
     case PLI_SIMD_SSE2:

@@ -193,6 +193,8 @@ static void check_colors(const pli_body* body) {
         assert_true(first < end);
         for (int g = first; g < end; ++g) {
             const plii_link_group* group = &colors->groups[g];
+            /* Those with the same pairs are together. */
+            assert_true(body->link_tags == NULL || g == first || group->pairs <= group[-1].pairs);
             const int end_row = g + 1 < colors->group_count ? group[1].first_row : colors->row_count;
             for (int i = 8 * group->first_row; i < 8 * end_row; ++i) {
                 const int link = slots[8 * runs->group_count + i];
@@ -356,7 +358,7 @@ static uint64_t hash_after_steps(make_mesh_fn* make_mesh, link_solver solver, pl
 }
 
 static int check_equal_results(make_mesh_fn* make_mesh, link_solver solver, bool is_cut) {
-    const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_NEON};
+    const pli_simd paths[] = {PLI_SIMD_BEST, PLI_SIMD_SSE2, PLI_SIMD_AVX2, PLI_SIMD_AVX512, PLI_SIMD_NEON};
     const int parts[] = {1, 37};
     const uint64_t expected = hash_after_steps(make_mesh, solver, PLI_SIMD_PORTABLE, NULL, is_cut);
     int compared = 0;

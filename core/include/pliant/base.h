@@ -83,7 +83,8 @@ typedef enum pli_simd {
     PLI_SIMD_PORTABLE = 1,
     PLI_SIMD_SSE2 = 2,
     PLI_SIMD_AVX2 = 3,
-    PLI_SIMD_NEON = 4
+    PLI_SIMD_NEON = 4,
+    PLI_SIMD_AVX512 = 5 ///< AVX-512VL: vectors as in AVX2, twice the registers
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
