@@ -27,6 +27,7 @@ static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const 
     const float cone = approach * terms->friction * approach * terms->friction;
     contact->friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction;
     contact->as.bullet.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
+    contact->as.bullet.split_drift = pli_vec3_make(0, 0, 0);
     contact->as.bullet.impulse_matrix =
         plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
 }
@@ -51,7 +52,6 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
     contact->split = terms->split;
     contact->is_self = false;
     contact->as_bullet = as_bullet;
-    contact->split_drift = pli_vec3_make(0, 0, 0);
     if (as_bullet) {
         cluster_contact_make_as_bullet(contact, sides, terms);
     } else {
@@ -61,70 +61,19 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
     return true;
 }
 
-// ------------------------------------------------------------------------------------------------------------ prepare
+// ---------------------------------------------------------------------------------------------------------- as_bullet
 
-static void cluster_contact_prepare_as_bullet(plii_cluster_contact* contact, const plii_step* step, int iterations) {
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
     plii_cluster_contact_as_bullet* own = &contact->as.bullet;
     own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, contact->erp), step->dt);
     if (contact->split > 0.0f) {
-        contact->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, contact->split));
+        own->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, contact->split));
         own->drift = pli_vec3_scale(own->drift, 1.0f - contact->split);
     }
     own->drift = plii_vec3_divide(own->drift, (float)iterations);
 }
 
-/* Impulses between clusters of one body: limited and scaled as the first cluster says. */
-static float cluster_contact_self_factor(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->targets[0].cluster->settings.self_impulse_factor : 1.0f;
-}
-static float cluster_contact_self_limit(const plii_cluster_contact* contact) {
-    return contact->is_self ? contact->targets[0].cluster->settings.max_self_impulse : INFINITY;
-}
-
-/* The depth was measured after this step's motion, which the impulses will change; but for that of rigid bodies, which
-   have not moved yet. */
-static float cluster_contact_included_speed(const plii_cluster_contact* contact) {
-    const pli_vec3 included = contact->targets[1].cluster != NULL
-                                  ? cluster_contact_velocity(contact)
-                                  : plii_joint_velocity_at(&contact->targets[0], contact->arms[0]);
-    return pli_vec3_dot(included, contact->normal);
-}
-
-static void cluster_contact_prepare_own(plii_cluster_contact* contact, const plii_step* step, plii_contact_row* row) {
-    plii_contact_row_make(contact->targets, contact->arms, contact->normal, row);
-    row->friction = contact->friction;
-    row->limit = cluster_contact_self_limit(contact);
-    const float speed_out =
-        contact->as.own.depth * step->inverse_dt + plii_min(cluster_contact_included_speed(contact), 0.0f);
-    row->wanted_speeds[0] = speed_out; /* not there yet: slow enough not to get deeper */
-    if (speed_out > 0.0f) {
-        const float corrected = speed_out * contact->erp;
-        row->wanted_speeds[0] = corrected * (1.0f - contact->split);
-        contact->split_drift = pli_vec3_scale(contact->normal, -corrected * contact->split * row->masses[0]);
-    }
-    const float factor = cluster_contact_self_factor(contact);
-    for (int k = 0; k < 3; ++k) {
-        row->masses[k] *= factor;
-    }
-}
-
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations,
-                                  plii_contact_row* row) {
-    if (contact->as_bullet) {
-        cluster_contact_prepare_as_bullet(contact, step, iterations);
-    } else {
-        cluster_contact_prepare_own(contact, step, row);
-    }
-}
-
-// -------------------------------------------------------------------------------------------------------------- solve
-
-static void cluster_contact_apply(plii_cluster_contact* contact, pli_vec3 impulse) {
-    plii_joint_apply_impulse(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0]);
-    plii_joint_apply_impulse(&contact->targets[1], impulse, contact->arms[1]);
-}
-
-static void cluster_contact_solve_as_bullet(plii_cluster_contact* contact) {
+void plii_cluster_contact_solve(plii_cluster_contact* contact) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
     pli_vec3 change = contact->as.bullet.drift;
@@ -133,30 +82,14 @@ static void cluster_contact_solve_as_bullet(plii_cluster_contact* contact) {
         const pli_vec3 sliding = pli_vec3_sub(velocity, closing);
         change = pli_vec3_add(change, pli_vec3_add(closing, pli_vec3_scale(sliding, contact->friction)));
     }
-    cluster_contact_apply(contact, pli_mat3_mul_vec3(contact->as.bullet.impulse_matrix, change));
+    const pli_vec3 impulse = pli_mat3_mul_vec3(contact->as.bullet.impulse_matrix, change);
+    plii_joint_apply_impulse(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0]);
+    plii_joint_apply_impulse(&contact->targets[1], impulse, contact->arms[1]);
 }
 
-void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row* row) {
-    if (contact->as_bullet) {
-        cluster_contact_solve_as_bullet(contact);
-    } else {
-        plii_contact_row_solve(row, &contact->arms[1]);
-    }
-}
-
-void plii_cluster_contact_finish(plii_cluster_contact* contact, const plii_contact_row* row) {
-    if (!contact->as_bullet) { plii_contact_row_finish(row); }
+void plii_cluster_contact_finish(plii_cluster_contact* contact) {
     if (!(contact->split > 0.0f)) { return; }
-    pli_vec3 drift = contact->split_drift;
-    if (contact->is_self) {
-        const float size = pli_vec3_length(drift), limit = cluster_contact_self_limit(contact);
-        drift = pli_vec3_scale(drift, cluster_contact_self_factor(contact) * (size > limit ? limit / size : 1.0f));
-    }
-    /* Displacements are averaged by their number: none must not count. */
-    if (!contact->as_bullet && pli_vec3_length_squared(drift) == 0.0f) { return; }
+    const pli_vec3 drift = contact->as.bullet.split_drift;
     plii_joint_apply_drift(&contact->targets[0], pli_vec3_neg(drift), contact->arms[0]);
-    /* A rigid body is not displaced; Bullet gives it a velocity instead, and momentum from nothing. */
-    if (contact->as_bullet || contact->targets[1].rigid == NULL) {
-        plii_joint_apply_drift(&contact->targets[1], drift, contact->arms[1]);
-    }
+    plii_joint_apply_drift(&contact->targets[1], drift, contact->arms[1]);
 }

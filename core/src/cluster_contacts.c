@@ -5,39 +5,90 @@
 #include "contact_order.h"
 #include "world_impl.h"
 
-/* NULL where all contacts are as_bullet. */
-static plii_contact_row* cluster_contacts_row(const plii_cluster_contacts* state, int contact) {
-    return state->rows != NULL ? &state->rows[contact] : NULL;
+static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
+    return body->is_frozen ? NULL : plii_feature_state(body, &plii_cluster_contacts_class);
+}
+
+/* Of the bodies that take part. */
+static bool cluster_contacts_is_last(const pli_body* body) {
+    const pli_world* world = body->world;
+    for (int i = body->world_index + 1; i < world->body_count; ++i) {
+        if (cluster_contacts_of(world->bodies[i]) != NULL) { return false; }
+    }
+    return true;
+}
+
+static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const plii_cluster_contact* b) {
+    return a->as_bullet == b->as_bullet && a->targets[0].cluster == b->targets[0].cluster &&
+           a->targets[1].cluster == b->targets[1].cluster && a->targets[1].rigid == b->targets[1].rigid;
+}
+
+static bool cluster_contacts_group(pli_context* context, plii_contact_groups* groups,
+                                   const plii_cluster_contacts* state) {
+    const plii_cluster_contact* end = state->contacts + state->count;
+    const plii_cluster_contact* first = state->contacts;
+    while (first < end) {
+        const plii_cluster_contact* next = first + 1;
+        while (next < end && cluster_contacts_share_sides(first, next)) {
+            ++next;
+        }
+        if (!first->as_bullet && !plii_contact_groups_add(context, groups, first, (int)(next - first))) {
+            return false;
+        }
+        first = next;
+    }
+    return true;
+}
+
+/* Pairs of different bodies are solved side by side, so the last body has the contacts of all. */
+static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, const plii_step* step) {
+    const pli_world* world = body->world;
+    if (!plii_contact_groups_start(body->context, &state->groups, world->rigid_count)) { return; }
+    bool has_memory = true;
+    int capacity = 0;
+    for (int i = 0; has_memory && i < world->body_count; ++i) {
+        const plii_cluster_contacts* other = cluster_contacts_of(world->bodies[i]);
+        if (other == NULL) { continue; }
+        capacity += other->capacity;
+        has_memory = cluster_contacts_group(body->context, &state->groups, other);
+    }
+    /* In the first step, so that the others need nothing. Without memory they ask again. */
+    (void)plii_contact_groups_reserve(body->context, &state->groups, capacity);
+    (void)plii_contact_groups_prepare(body->context, &state->groups, step);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
     for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_prepare(&state->contacts[i], step, body->world->joint_iterations,
-                                     cluster_contacts_row(state, i));
+        plii_cluster_contact* contact = &state->contacts[i];
+        if (contact->as_bullet) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
     }
+    state->leads = cluster_contacts_is_last(body);
+    if (state->leads) { cluster_contacts_lead(body, state, step); }
 }
 
 static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* step) {
-    (void)body;
     (void)step;
     plii_cluster_contacts* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        plii_cluster_contact_solve(&state->contacts[i], cluster_contacts_row(state, i));
+    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    for (int i = 0; has_own && i < state->count; ++i) {
+        if (state->contacts[i].as_bullet) { plii_cluster_contact_solve(&state->contacts[i]); }
     }
+    if (state->leads) { plii_contact_groups_solve(&state->groups); }
 }
 
 /* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
    and fills each gap with the last one. */
 static void cluster_contacts_finish(pli_body* body, void* data, const plii_step* step) {
-    (void)body;
     (void)step;
     plii_cluster_contacts* state = data;
-    for (int i = 0; i < state->count; ++i) {
-        const int place = i == 0 ? 0 : state->count - i;
-        plii_cluster_contact_finish(&state->contacts[place], cluster_contacts_row(state, place));
+    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    for (int i = 0; has_own && i < state->count; ++i) {
+        plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
+        if (contact->as_bullet) { plii_cluster_contact_finish(contact); }
     }
+    if (state->leads) { plii_contact_groups_finish(&state->groups); }
 }
 
 static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* step) {
@@ -45,8 +96,8 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;
-    for (int i = 0; i < state->group_count; ++i) {
-        state->groups[i].is_current = false;
+    for (int i = 0; i < state->hull_count; ++i) {
+        state->hulls[i].is_current = false;
     }
     /* What the first contacts would need; when memory runs out they ask again. */
     (void)plii_cluster_contacts_update_groups(body, state);
@@ -93,7 +144,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(context, state->rows, (size_t)state->row_capacity * sizeof *state->rows);
+    plii_contact_groups_release(context, &state->groups);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
@@ -105,15 +156,14 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->capacity * sizeof *state->contacts +
-                   (size_t)state->row_capacity * sizeof *state->rows +
+    size_t bytes = (size_t)state->capacity * sizeof *state->contacts + plii_contact_groups_bytes(&state->groups) +
                    (size_t)state->box_capacity * sizeof *state->boxes +
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +
-                   (size_t)state->group_count * sizeof *state->groups + plii_pair_memory_bytes(&state->memory) +
+                   (size_t)state->hull_count * sizeof *state->hulls + plii_pair_memory_bytes(&state->memory) +
                    (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_box_tree_bytes(&state->tree);
-    for (int i = 0; i < state->group_count; ++i) {
-        bytes += plii_support_groups_bytes(&state->groups[i]);
+    for (int i = 0; i < state->hull_count; ++i) {
+        bytes += plii_support_groups_bytes(&state->hulls[i]);
     }
     if (state->has_neighbours) { bytes += (state->neighbours.mask + 1) * sizeof *state->neighbours.slots; }
     return bytes;

@@ -36,8 +36,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     const bool as_bullet = cluster_contacts_are_as_bullet(body, info);
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
-        (!as_bullet && !PLII_RESERVE(body->context, &state->rows, &state->row_capacity, state->count + 1))) {
+    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
     }
     if (!pair->has_sides) {
@@ -674,9 +673,6 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     pli_context* context = body->context;
     const plii_clusters* clusters = plii_body_clusters(body);
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
-    if (!clusters->def.as_bullet || state->def.with_self) {
-        (void)PLII_RESERVE(context, &state->rows, &state->row_capacity, contacts);
-    }
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_memory_reserve(context, &state->memory, pairs);
     if (clusters->def.as_bullet || state->def.measure_always) { return; }

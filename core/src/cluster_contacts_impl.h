@@ -5,14 +5,14 @@
    pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
 
 #include "box_tree.h"
-#include "cluster_contact_row.h"
+#include "cluster_contact_groups.h"
 #include "edge_set.h"
 #include "joint_side.h"
 #include "pair_memory.h"
 #include "support_groups.h"
 
 typedef struct plii_cluster_contact_as_bullet {
-    pli_vec3 drift;
+    pli_vec3 drift, split_drift;
     pli_mat3 impulse_matrix;
 } plii_cluster_contact_as_bullet;
 
@@ -20,7 +20,7 @@ typedef struct plii_cluster_contact_own {
     float depth; /* m */
 } plii_cluster_contact_own;
 
-typedef struct plii_cluster_contact {
+struct plii_cluster_contact {
     pli_cluster_contact info;
     plii_joint_target targets[2];
     pli_vec3 arms[2]; /* from each side's centre to where impulses act */
@@ -28,12 +28,11 @@ typedef struct plii_cluster_contact {
     float friction;   /* as_bullet the share of the sliding velocity removed, 1 when it sticks; else of Coulomb's law */
     float erp, split; /* Bullet: m_erp, m_split */
     bool is_self, as_bullet;
-    pli_vec3 split_drift;
     union {
         plii_cluster_contact_as_bullet bullet;
         plii_cluster_contact_own own;
     } as;
-} plii_cluster_contact;
+};
 
 typedef struct plii_contact_terms {
     float margin; /* of both sides, `radius` included */
@@ -68,15 +67,15 @@ typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_cluster_contact* contacts;
     int count, capacity;
-    plii_contact_row* rows; /* of `contacts`, but for those as_bullet; of the step that is solved */
-    int row_capacity;
+    bool leads;                 /* solves the contacts of all bodies, but for those as_bullet */
+    plii_contact_groups groups; /* of these */
     plii_pair_memory memory;
     plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
     int manifold_count, manifold_capacity; /* those that have been in use */
     int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
-    bool has_groups;
-    plii_support_groups* groups; /* [group_count] per cluster */
-    int group_count;
+    bool has_hulls;
+    plii_support_groups* hulls; /* [hull_count] per cluster */
+    int hull_count;
     plii_box_tree tree; /* over the clusters' bounds */
     bool has_tree;      /* of this step */
     pli_bounds* boxes;
@@ -95,11 +94,10 @@ extern const plii_feature_class plii_cluster_contacts_class;
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
-/* `row` is for contacts that are not as_bullet. */
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations,
-                                  plii_contact_row* row);
-void plii_cluster_contact_solve(plii_cluster_contact* contact, plii_contact_row* row);
-void plii_cluster_contact_finish(plii_cluster_contact* contact, const plii_contact_row* row);
+/* Of contacts that are as_bullet. */
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
+void plii_cluster_contact_solve(plii_cluster_contact* contact);
+void plii_cluster_contact_finish(plii_cluster_contact* contact);
 
 // ---------------------------------------------------------------------------------------------------------- distances
 

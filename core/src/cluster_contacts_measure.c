@@ -41,41 +41,41 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
 }
 
 void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state) {
-    for (int i = 0; i < state->group_count; ++i) {
-        plii_support_groups_release(body->context, &state->groups[i]);
+    for (int i = 0; i < state->hull_count; ++i) {
+        plii_support_groups_release(body->context, &state->hulls[i]);
     }
-    plii_release(body->context, state->groups, (size_t)state->group_count * sizeof *state->groups);
-    state->groups = NULL;
-    state->group_count = 0;
-    state->has_groups = state->has_tree = false;
+    plii_release(body->context, state->hulls, (size_t)state->hull_count * sizeof *state->hulls);
+    state->hulls = NULL;
+    state->hull_count = 0;
+    state->has_hulls = state->has_tree = false;
 }
 
 bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state) {
     const plii_clusters* clusters = plii_body_clusters(body);
-    if (state->has_groups && state->group_count == clusters->count) { return true; }
+    if (state->has_hulls && state->hull_count == clusters->count) { return true; }
     /* Clusters were added, or memory ran out half way. */
-    if (state->group_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
+    if (state->hull_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
     plii_cluster_contacts_drop_groups(body, state);
-    state->groups = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->groups);
-    if (state->groups == NULL && clusters->count > 0) { return false; }
-    state->group_count = clusters->count;
+    state->hulls = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->hulls);
+    if (state->hulls == NULL && clusters->count > 0) { return false; }
+    state->hull_count = clusters->count;
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides) { continue; }
         if (!plii_support_groups_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
                                         (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
-                                        &state->groups[i])) {
+                                        &state->hulls[i])) {
             return false;
         }
     }
-    state->has_groups = true;
+    state->has_hulls = true;
     return true;
 }
 
 plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin) {
     const plii_clusters* clusters = plii_body_clusters(body);
-    plii_support_groups* groups = &state->groups[cluster];
+    plii_support_groups* groups = &state->hulls[cluster];
     if (groups->node_count > 0 && !groups->is_current) { plii_support_groups_update(body->positions, groups); }
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
 }

@@ -31,6 +31,8 @@ typedef struct plii_cluster {
     pli_vec3 velocity_impulse, angular_velocity_impulse;
     pli_vec3 drift_impulse, angular_drift_impulse;
     int velocity_impulse_count, drift_impulse_count;
+    uint64_t
+        open_groups;   /* of contacts that act on the cluster and take more pairs, as bits; 0 but while they are made */
     pli_bounds bounds; /* of the nodes; with as_bullet the box that is kept from step to step */
     bool has_bounds;
     bool has_frame; /* see plii_clusters_take_frames */

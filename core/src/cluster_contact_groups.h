@@ -1,0 +1,84 @@
+#ifndef PLII_CLUSTER_CONTACT_GROUPS_H
+#define PLII_CLUSTER_CONTACT_GROUPS_H
+
+/* Contacts prepared for the iterations of one step: those of four pairs that share nothing movable are solved side by
+   side, and those of a pair one after the other. */
+
+#include "joint_side.h"
+
+enum { PLII_GROUP_LANES = 4 };
+
+/* Of each lane, by components. */
+typedef struct plii_group_vec3 {
+    float x[PLII_GROUP_LANES], y[PLII_GROUP_LANES], z[PLII_GROUP_LANES];
+} plii_group_vec3;
+
+/* One contact of each pair of a group; lanes without one have no mass. Directions are the normal, from side 1 to side
+   0, and two tangents. */
+typedef struct plii_contact_block {
+    plii_group_vec3 directions[3];
+    plii_group_vec3 arms[2];               /* of each side */
+    float masses[3][PLII_GROUP_LANES];     /* that impulses along the directions meet, kg; 0 where nothing can move */
+    float impulses[3][PLII_GROUP_LANES];   /* along the directions so far, N s */
+    float wanted_speeds[PLII_GROUP_LANES]; /* along the normal, m/s */
+    float frictions[PLII_GROUP_LANES];     /* Coulomb's coefficient */
+    float limits[PLII_GROUP_LANES];        /* of the impulse along the normal, N s */
+    float drifts[PLII_GROUP_LANES];        /* displacing impulse along the normal, at the end of the step, N s */
+} plii_contact_block;
+
+typedef struct plii_cluster_contact plii_cluster_contact;
+
+/* One side of four pairs. */
+typedef struct plii_group_side {
+    pli_vec4* linear[PLII_GROUP_LANES]; /* the velocities that are read and changed */
+    pli_vec4* angular[PLII_GROUP_LANES];
+    plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
+    float inverse_masses[PLII_GROUP_LANES];
+    plii_group_vec3 inverse_inertia[3]; /* rows; what a rigid body's angular factor leaves of it */
+} plii_group_side;
+
+typedef struct plii_contact_group {
+    const plii_cluster_contact* contacts[PLII_GROUP_LANES]; /* the first of each pair */
+    int counts[PLII_GROUP_LANES];                           /* of contacts; 0 for a lane that is free */
+    int lane_count;
+    int block_count, first_block;
+    plii_group_side sides[2];
+    plii_group_vec3 linear_factors; /* of side 1 */
+    bool is_split;                  /* some rigid body is in more than one lane */
+    float shares[PLII_GROUP_LANES]; /* of the change of velocity of side 1, that its body gets */
+} plii_contact_group;
+
+/* A rigid body while contacts are solved. */
+typedef struct plii_group_rigid {
+    pli_rigid* rigid; /* NULL: not met in this step */
+    pli_vec4 linear_velocity, angular_velocity;
+    uint64_t open_groups; /* as in plii_cluster */
+} plii_group_rigid;
+
+typedef struct plii_contact_groups {
+    plii_contact_group* groups;
+    int count, capacity;
+    plii_contact_block* blocks;
+    int block_count, block_capacity;
+    plii_group_rigid* rigids; /* [rigid_count] by their place in the world */
+    int rigid_count, rigid_capacity;
+    pli_vec4 still[2];                    /* velocities of what does not move */
+    int open[64];                         /* the groups that take more pairs, by the bits of open_groups */
+    uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
+} plii_contact_groups;
+
+/* Contacts are added pair by pair: [count] of the same two sides, not as_bullet, which stay where they are until the
+   step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups, int rigid_count);
+bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
+                             int count);
+bool plii_contact_groups_prepare(pli_context* context, plii_contact_groups* groups, const plii_step* step);
+/* One iteration. */
+void plii_contact_groups_solve(plii_contact_groups* groups);
+/* Hands impulses and displacements on to the clusters. */
+void plii_contact_groups_finish(plii_contact_groups* groups);
+bool plii_contact_groups_reserve(pli_context* context, plii_contact_groups* groups, int contacts);
+void plii_contact_groups_release(pli_context* context, plii_contact_groups* groups);
+size_t plii_contact_groups_bytes(const plii_contact_groups* groups);
+
+#endif
