@@ -84,19 +84,20 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
     return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
 }
 
-/* Most pairs that are too far apart were so before, in a direction that still shows it. */
-static bool cluster_contacts_are_apart(const plii_convex* a, const plii_convex* b, const plii_convex_cache* cache,
-                                       float distance) {
-    if (cache == NULL || cache->count != 1) { return false; }
-    const pli_vec3 n = cache->directions[0];
-    const pli_vec3 gap = pli_vec3_sub(a->support(a->user, pli_vec3_neg(n)), b->support(b->user, n));
-    return pli_vec3_dot(gap, n) > distance;
+/* How far a hull reaches along a direction, in the frame that both sides are given in. */
+static float cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
+    if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
+    return plii_support_groups_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
+}
+
+/* Most pairs that are too far apart were so before, in a direction that still may show it. */
+static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
+    return !state->def.measure_always && cache != NULL && cache->count == 1;
 }
 
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
                                      pli_vec3 origin, plii_convex_cache* cache, float max_distance,
                                      pli_cluster_contact* info) {
-    if (!state->def.measure_always && cluster_contacts_are_apart(a, b, cache, max_distance)) { return false; }
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
     if (!state->def.measure_always) {
@@ -142,6 +143,11 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     const plii_cluster_hull soft = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
+    if (cluster_contacts_were_apart(state, cache)) {
+        const pli_vec3 n = cache->directions[0];
+        const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
+        if (-cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
+    }
     const plii_convex a = plii_cluster_hull_convex(&soft);
     const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
@@ -154,6 +160,11 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
     const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
+    if (cluster_contacts_were_apart(state, cache)) {
+        const pli_vec3 n = cache->directions[0];
+        const float end = cluster_hull_reach(&hull_b, n);
+        if (-cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
+    }
     const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#define PAIR_LOOK_AHEAD 3
+
 static size_t pair_hash(plii_pair_key key) {
     uint64_t hash = (uint64_t)(uintptr_t)key.other;
     hash = (hash ^ (uint64_t)(uint32_t)key.first ^ (uint64_t)(uint32_t)key.part << 32) * UINT64_C(0x9e3779b97f4a7c15);
@@ -38,7 +40,7 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
     memory->before_count = memory->present_count;
     memory->present = records;
     memory->present_capacity = capacity;
-    memory->present_count = 0;
+    memory->present_count = memory->next = 0;
 
     /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
        other. */
@@ -81,6 +83,19 @@ const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, p
     return place != PLI_NULL_INDEX ? &memory->before[place].cache : NULL;
 }
 
+/* Pairs mostly come in the order of the last step, some of which do not come any more. */
+static int pair_next_place(plii_pair_memory* memory, plii_pair_key key) {
+    for (int place = memory->next; place < memory->before_count && place < memory->next + PAIR_LOOK_AHEAD; ++place) {
+        if (pair_keys_equal(memory->before[place].key, key)) {
+            memory->next = place + 1;
+            return place;
+        }
+    }
+    const int place = pair_place(memory, key);
+    if (place != PLI_NULL_INDEX) { memory->next = place + 1; }
+    return place;
+}
+
 void plii_pair_memory_forget(plii_pair_memory* memory) {
     memory->present_count = memory->before_count = 0;
 }
@@ -88,7 +103,7 @@ void plii_pair_memory_forget(plii_pair_memory* memory) {
 plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key) {
     if (!PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->present_count + 1)) { return NULL; }
     plii_pair_record* record = &memory->present[memory->present_count++];
-    *record = (plii_pair_record){.key = key, .place_before = pair_place(memory, key)};
+    *record = (plii_pair_record){.key = key, .place_before = pair_next_place(memory, key)};
     if (record->place_before != PLI_NULL_INDEX) { record->cache = memory->before[record->place_before].cache; }
     return &record->cache;
 }

@@ -27,6 +27,7 @@ typedef struct plii_pair_memory {
     int before_count, before_capacity;
     int* table; /* [table_size] index in `before` + 1, 0 = free; open addressing */
     int table_size, table_capacity;
+    int next; /* place in `before` of what is likely to be asked next */
 } plii_pair_memory;
 
 /* Room for that many pairs in a step; false when out of memory. */

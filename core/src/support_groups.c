@@ -159,6 +159,21 @@ static int support_query_packed(const plii_support_groups* groups, pli_vec3 dire
     return groups->nodes[(int)support_least(plii_lanes_min(found[0], found[1]))];
 }
 
+float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction) {
+    const plii_vec3x4 along = plii_vec3x4_all(direction);
+    plii_float4 best[SUPPORT_HALVES] = {plii_float4_all(-INFINITY), plii_float4_all(-INFINITY)};
+    const plii_support_block* end = groups->packed + support_block_count(groups);
+    for (const plii_support_block* block = groups->packed; block < end; ++block) {
+        for (int h = 0; h < SUPPORT_HALVES; ++h) {
+            const plii_vec3x4 node = {plii_float4_load(&block->x[PLII_LANES * h]),
+                                      plii_float4_load(&block->y[PLII_LANES * h]),
+                                      plii_float4_load(&block->z[PLII_LANES * h])};
+            best[h] = plii_lanes_max(plii_vec3x4_dot(node, along), best[h]);
+        }
+    }
+    return support_largest(plii_lanes_max(best[0], best[1]));
+}
+
 static int support_query_groups(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
     float best = -INFINITY;
     int farthest = groups->nodes[0];

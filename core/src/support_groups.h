@@ -36,6 +36,8 @@ bool plii_support_groups_create(pli_context* context, const pli_vec4* positions,
 void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* groups);
 /* The farthest node along `direction`. */
 int plii_support_groups_query(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction);
+/* How far a set with packed coordinates reaches along `direction`. */
+float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction);
 /* True when a line from `hub` to a node of a set with packed coordinates passes `point` within `distance`, so that the
    hull does where it holds the hub; false says nothing. */
 bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance);
