@@ -150,6 +150,9 @@ typedef struct near_node {
 typedef struct near_nodes {
     near_node kept[CLUSTER_CONTACTS_PER_PAIR]; /* the first is the deepest */
     int count;
+    int crowded; /* of as many as can be kept, other than the deepest, the one that lies closest to the rest; 0: not
+                    known */
+    float crowded_spread;
 } near_nodes;
 
 static float near_nodes_spread(const near_nodes* nodes, pli_vec3 point, int except) {
@@ -161,26 +164,33 @@ static float near_nodes_spread(const near_nodes* nodes, pli_vec3 point, int exce
     return least;
 }
 
+static void near_nodes_find_crowded(near_nodes* nodes) {
+    nodes->crowded = 1;
+    nodes->crowded_spread = near_nodes_spread(nodes, nodes->kept[1].point, 1);
+    for (int i = 2; i < nodes->count; ++i) {
+        const float spread = near_nodes_spread(nodes, nodes->kept[i].point, i);
+        if (spread < nodes->crowded_spread) {
+            nodes->crowded = i;
+            nodes->crowded_spread = spread;
+        }
+    }
+}
+
 static void near_nodes_add(near_nodes* nodes, near_node node) {
     if (nodes->count > 0 && node.distance < nodes->kept[0].distance) {
         const near_node deepest = nodes->kept[0];
         nodes->kept[0] = node;
         node = deepest;
+        nodes->crowded = 0;
     }
     if (nodes->count < CLUSTER_CONTACTS_PER_PAIR) {
         nodes->kept[nodes->count++] = node;
         return;
     }
-    /* In place of the kept one, other than the deepest, that lies closest to the rest. */
-    int crowded = 1;
-    for (int i = 2; i < nodes->count; ++i) {
-        if (near_nodes_spread(nodes, nodes->kept[i].point, i) <
-            near_nodes_spread(nodes, nodes->kept[crowded].point, crowded)) {
-            crowded = i;
-        }
-    }
-    if (near_nodes_spread(nodes, node.point, crowded) > near_nodes_spread(nodes, nodes->kept[crowded].point, crowded)) {
-        nodes->kept[crowded] = node;
+    if (nodes->crowded == 0) { near_nodes_find_crowded(nodes); }
+    if (near_nodes_spread(nodes, node.point, nodes->crowded) > nodes->crowded_spread) {
+        nodes->kept[nodes->crowded] = node;
+        nodes->crowded = 0;
     }
 }
 
@@ -214,9 +224,10 @@ static pli_vec3 cluster_contacts_point_support(const void* user, pli_vec3 direct
 }
 
 /* The hull ends before the point along a direction; of any length. */
-static bool cluster_contacts_ends_before(const plii_convex* hull, pli_vec3 point, pli_vec3 direction, float margin) {
-    const pli_vec3 gap = pli_vec3_sub(point, hull->support(hull->user, direction));
-    return pli_vec3_dot(gap, direction) > margin * pli_vec3_length(direction);
+static bool cluster_contacts_ends_before(const plii_cluster_hull* hull, pli_vec3 point, pli_vec3 direction,
+                                         float margin) {
+    const float end = plii_cluster_hull_reach(hull, direction);
+    return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
 }
 
 /* `hub` is a point of the hull, or near it. What is easy to see first. */
@@ -224,12 +235,14 @@ static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hul
     if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
         return false;
     }
-    if (plii_support_groups_has_near(hull->groups, hub, point, margin)) { return true; }
+    pli_vec3 gap;
+    if (plii_support_groups_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
     const plii_convex b = plii_cluster_hull_convex(hull);
-    if (cluster_contacts_ends_before(&b, point, pli_vec3_sub(point, b.centre), margin) ||
-        cluster_contacts_ends_before(&b, point, pli_vec3_sub(point, pli_vec3_sub(hub, hull->origin)), margin)) {
+    if (cluster_contacts_ends_before(hull, point, gap, margin) ||
+        cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin) ||
+        cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, pli_vec3_sub(hub, hull->origin)), margin)) {
         return false;
     }
     return plii_cluster_contacts_are_near(&a, &b, margin);
@@ -483,15 +496,27 @@ static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) 
 
 /* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
    normal of `info` points to `body`. */
-static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
-                                             float margin, near_nodes* found) {
+static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_contacts* state,
+                                             const pli_cluster_contact* info, plii_cluster_hull other, float margin,
+                                             near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
     near_nodes candidates = near_nodes_start(info);
-    for (int i = 0; i < item->member_count; ++i) {
-        const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
-        const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
-        if (above < margin) { near_nodes_add_beside(&candidates, (near_node){x, info->normal, above}, margin); }
+    const plii_support_groups* own = &state->hulls[info->cluster];
+    if (own->packed != NULL) {
+        pli_vec3 points[PLII_SUPPORT_GROUPS_MIN];
+        float heights[PLII_SUPPORT_GROUPS_MIN];
+        const int count =
+            plii_support_groups_find_below(own, info->other_witness, info->normal, margin, points, heights);
+        for (int i = 0; i < count; ++i) {
+            near_nodes_add_beside(&candidates, (near_node){points[i], info->normal, heights[i]}, margin);
+        }
+    } else {
+        for (int i = 0; i < item->member_count; ++i) {
+            const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+            const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
+            if (above < margin) { near_nodes_add_beside(&candidates, (near_node){x, info->normal, above}, margin); }
+        }
     }
     for (int i = 1; i < candidates.count; ++i) {
         const near_node* node = &candidates.kept[i];
@@ -519,8 +544,9 @@ static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_con
 
     const pli_vec3 origin = cluster->frame.origin;
     near_nodes found = near_nodes_start(&info);
-    cluster_contacts_find_nodes_over(
-        body, &info, plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin), terms->margin, &found);
+    cluster_contacts_find_nodes_over(body, state, &info,
+                                     plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin),
+                                     terms->margin, &found);
     PLII_TRY(near_nodes_add_contacts(pair, info, &found, 1, terms));
     /* The same seen from the other side. */
     const pli_cluster_contact reverse = {.cluster = info.other_cluster,
@@ -529,8 +555,9 @@ static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_con
                                          .normal = pli_vec3_neg(info.normal),
                                          .distance = info.distance};
     near_nodes found_other = near_nodes_start(&reverse);
-    cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_contacts_hull(body, state, info.cluster, origin),
-                                     terms->margin, &found_other);
+    cluster_contacts_find_nodes_over(other, other_state, &reverse,
+                                     plii_cluster_contacts_hull(body, state, info.cluster, origin), terms->margin,
+                                     &found_other);
     for (int i = 1; i < found_other.count; ++i) {
         const near_node* node = &found_other.kept[i];
         pli_cluster_contact turned = info;

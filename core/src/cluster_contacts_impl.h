@@ -116,6 +116,8 @@ void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* st
 plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin);
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
+/* How far along a direction it reaches from its origin. */
+float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
 
 /* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
    `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other. */

@@ -80,14 +80,13 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
 }
 
-plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
-    return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
-}
-
-/* How far a hull reaches along a direction, in the frame that both sides are given in. */
-static float cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
+float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
     if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
     return plii_support_groups_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
+}
+
+plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
+    return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
 }
 
 /* Most pairs that are too far apart were so before, in a direction that still may show it. */
@@ -146,7 +145,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     if (cluster_contacts_were_apart(state, cache)) {
         const pli_vec3 n = cache->directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
-        if (-cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
+        if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);
     const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
@@ -162,8 +161,8 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
     if (cluster_contacts_were_apart(state, cache)) {
         const pli_vec3 n = cache->directions[0];
-        const float end = cluster_hull_reach(&hull_b, n);
-        if (-cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
+        const float end = plii_cluster_hull_reach(&hull_b, n);
+        if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);

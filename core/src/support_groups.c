@@ -159,16 +159,18 @@ static int support_query_packed(const plii_support_groups* groups, pli_vec3 dire
     return groups->nodes[(int)support_least(plii_lanes_min(found[0], found[1]))];
 }
 
+static plii_vec3x4 support_nodes(const plii_support_block* block, int half) {
+    return (plii_vec3x4){plii_float4_load(&block->x[PLII_LANES * half]), plii_float4_load(&block->y[PLII_LANES * half]),
+                         plii_float4_load(&block->z[PLII_LANES * half])};
+}
+
 float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction) {
     const plii_vec3x4 along = plii_vec3x4_all(direction);
     plii_float4 best[SUPPORT_HALVES] = {plii_float4_all(-INFINITY), plii_float4_all(-INFINITY)};
     const plii_support_block* end = groups->packed + support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
         for (int h = 0; h < SUPPORT_HALVES; ++h) {
-            const plii_vec3x4 node = {plii_float4_load(&block->x[PLII_LANES * h]),
-                                      plii_float4_load(&block->y[PLII_LANES * h]),
-                                      plii_float4_load(&block->z[PLII_LANES * h])};
-            best[h] = plii_lanes_max(plii_vec3x4_dot(node, along), best[h]);
+            best[h] = plii_lanes_max(plii_vec3x4_dot(support_nodes(block, h), along), best[h]);
         }
     }
     return support_largest(plii_lanes_max(best[0], best[1]));
@@ -199,27 +201,63 @@ int plii_support_groups_query(const pli_vec4* positions, const plii_support_grou
                                   : support_query_groups(positions, groups, direction);
 }
 
-bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance) {
+bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance,
+                                  pli_vec3* gap) {
+    *gap = pli_vec3_make(0, 0, 0);
     if (groups->packed == NULL) { return false; }
     const plii_vec3x4 from = plii_vec3x4_all(hub), arm = plii_vec3x4_all(pli_vec3_sub(point, hub));
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_float4 tiny = plii_float4_all(FLT_MIN);
     plii_float4 nearest = plii_float4_all(INFINITY);
+    plii_vec3x4 ways = {zero, zero, zero};
     const plii_support_block* end = groups->packed + support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
         for (int h = 0; h < SUPPORT_HALVES; ++h) {
-            const plii_vec3x4 node = {plii_float4_load(&block->x[PLII_LANES * h]),
-                                      plii_float4_load(&block->y[PLII_LANES * h]),
-                                      plii_float4_load(&block->z[PLII_LANES * h])};
-            const plii_vec3x4 spoke = plii_vec3x4_sub(node, from);
+            const plii_vec3x4 spoke = plii_vec3x4_sub(support_nodes(block, h), from);
             const plii_float4 length_squared = plii_lanes_max(plii_vec3x4_dot(spoke, spoke), tiny);
             plii_float4 share = plii_float4_div(plii_vec3x4_dot(arm, spoke), length_squared);
             share = plii_lanes_min(plii_lanes_max(share, zero), one);
-            const plii_vec3x4 gap = plii_vec3x4_sub(arm, plii_vec3x4_scale(spoke, share));
-            nearest = plii_lanes_min(plii_vec3x4_dot(gap, gap), nearest);
+            const plii_vec3x4 way = plii_vec3x4_sub(arm, plii_vec3x4_scale(spoke, share));
+            const plii_float4 squared = plii_vec3x4_dot(way, way);
+            ways = plii_vec3x4_select(plii_lanes_less(squared, nearest), way, ways);
+            nearest = plii_lanes_min(squared, nearest);
         }
     }
-    return support_least(nearest) < distance * distance;
+    float squares[PLII_LANES];
+    plii_float4_store(squares, nearest);
+    int lane = 0;
+    for (int i = 1; i < PLII_LANES; ++i) {
+        if (squares[i] < squares[lane]) { lane = i; }
+    }
+    pli_vec3 vectors[PLII_LANES];
+    plii_vec3x4_to(vectors, ways);
+    *gap = vectors[lane];
+    return squares[lane] < distance * distance;
+}
+
+int plii_support_groups_find_below(const plii_support_groups* groups, pli_vec3 foot, pli_vec3 normal, float limit,
+                                   pli_vec3* points, float* heights) {
+    const plii_vec3x4 from = plii_vec3x4_all(foot), up = plii_vec3x4_all(normal);
+    int count = 0;
+    for (int begin = 0; begin < groups->node_count; begin += PLII_LANES) {
+        const int half = begin / PLII_LANES % SUPPORT_HALVES;
+        const plii_vec3x4 nodes = support_nodes(&groups->packed[begin / PLII_SUPPORT_LANES], half);
+        const plii_float4 above = plii_vec3x4_dot(plii_vec3x4_sub(nodes, from), up);
+        int bits = plii_lanes_bits(plii_lanes_less(above, plii_float4_all(limit)));
+        const int left = groups->node_count - begin;
+        if (left < PLII_LANES) { bits &= (1 << left) - 1; }
+        if (bits == 0) { continue; }
+        float lanes[PLII_LANES];
+        pli_vec3 vectors[PLII_LANES];
+        plii_float4_store(lanes, above);
+        plii_vec3x4_to(vectors, nodes);
+        for (int lane = 0; lane < PLII_LANES; ++lane) {
+            if ((bits >> lane & 1) == 0) { continue; }
+            points[count] = vectors[lane];
+            heights[count++] = lanes[lane];
+        }
+    }
+    return count;
 }
 
 void plii_support_groups_release(pli_context* context, plii_support_groups* groups) {

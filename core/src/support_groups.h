@@ -39,8 +39,14 @@ int plii_support_groups_query(const pli_vec4* positions, const plii_support_grou
 /* How far a set with packed coordinates reaches along `direction`. */
 float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction);
 /* True when a line from `hub` to a node of a set with packed coordinates passes `point` within `distance`, so that the
-   hull does where it holds the hub; false says nothing. */
-bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance);
+   hull does where it holds the hub; false says nothing. The way from the nearest of these lines to `point` goes to
+   `gap`; zero where nothing is packed. */
+bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance,
+                                  pli_vec3* gap);
+/* The nodes of a set with packed coordinates that lie less than `limit` above the plane through `foot`, in its order;
+   fewer than PLII_SUPPORT_GROUPS_MIN. */
+int plii_support_groups_find_below(const plii_support_groups* groups, pli_vec3 foot, pli_vec3 normal, float limit,
+                                   pli_vec3* points, float* heights);
 void plii_support_groups_release(pli_context* context, plii_support_groups* groups);
 size_t plii_support_groups_bytes(const plii_support_groups* groups);
 
