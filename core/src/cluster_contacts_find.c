@@ -258,28 +258,28 @@ static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, con
                                 is_dynamic ? state->def.dynamic_split : state->def.static_split};
 }
 
-/* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. */
-static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info, near_nodes* found) {
-    const pli_shape* shape = info->rigid->shapes[info->shape];
-    const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
+static void cluster_contacts_add_near_nodes(const pli_body* body, const pli_cluster_contact* info,
+                                            const plii_measured_nodes* nodes, near_nodes* found) {
+    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
     const float margin = body->collision_margin;
-    for (int begin = 0; begin < item->member_count; begin += CLUSTER_CONTACTS_BATCH) {
-        const int rest = item->member_count - begin;
-        const int count = rest < CLUSTER_CONTACTS_BATCH ? rest : CLUSTER_CONTACTS_BATCH;
-        pli_vec3 points[CLUSTER_CONTACTS_BATCH], normals[CLUSTER_CONTACTS_BATCH];
-        float distances[CLUSTER_CONTACTS_BATCH];
-        for (int i = 0; i < count; ++i) {
-            points[i] = pli_transform_inverse_point(pose, plii_cluster_node(body, clusters, item, begin + i));
-        }
-        shape->def.distances(shape->def.user, count, points, margin, distances, normals);
-        for (int i = 0; i < count; ++i) {
-            if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
-            const near_node node = {plii_cluster_node(body, clusters, item, begin + i),
-                                    pli_mat3_mul_vec3(pose.rotation, normals[i]), distances[i]};
-            near_nodes_add_beside(found, node, margin);
-        }
+    for (int i = 0; i < nodes->count; ++i) {
+        if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
+        const near_node node = {plii_cluster_node(body, clusters, item, nodes->first + i),
+                                pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
+        near_nodes_add_beside(found, node, margin);
+    }
+}
+
+/* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. What
+   was measured of them is in `nodes`. */
+static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
+                                             plii_measured_nodes* nodes, near_nodes* found) {
+    const int count = plii_body_clusters(body)->items[info->cluster].member_count;
+    for (int first = 0; first < count; first += nodes->count) {
+        if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, info, first, nodes); }
+        cluster_contacts_add_near_nodes(body, info, nodes, found);
     }
 }
 
@@ -319,11 +319,13 @@ static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_co
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     const pli_shape* shape = info.rigid->shapes[info.shape];
-    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms->margin, &info)) { return PLI_OK; }
+    plii_measured_nodes nodes;
+    nodes.count = 0;
+    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms->margin, &info, &nodes)) { return PLI_OK; }
     PLII_TRY(cluster_contacts_add(pair, &info, terms));
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found = near_nodes_start(&info);
-    cluster_contacts_find_near_nodes(body, &info, &found);
+    cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     if (cluster->member_count >= CLUSTER_CONTACTS_MIN_NODES) {
         const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);

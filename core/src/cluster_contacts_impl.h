@@ -119,10 +119,24 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
 
+#define PLII_MEASURED_NODES 64
+
+/* Members of a cluster at a rigid shape. */
+typedef struct plii_measured_nodes {
+    int first, count;
+    float distances[PLII_MEASURED_NODES];  /* m, to the surface, as the shape's function tells */
+    pli_vec3 normals[PLII_MEASURED_NODES]; /* in the frame of the shape */
+} plii_measured_nodes;
+
+/* Members from `first` on, as many as there is room for. */
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
+                                         plii_measured_nodes* nodes);
+
 /* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
-   `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other. */
+   `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other.
+   `nodes` becomes what had to be measured of them, from the first on; `count` is 0 before, and where nothing was. */
 bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
-                                         float max_distance, pli_cluster_contact* info);
+                                         float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes);
 bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
                                            plii_cluster_contacts* other_state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info);

@@ -8,6 +8,8 @@
 
 /* Of the distance: contacts need no more, and round shapes take twice as many steps to the usual one. */
 #define CLUSTER_CONTACTS_GAP 1e-4
+#define CLUSTER_CONTACTS_NODE_GAP 1e-3f /* of the margin: how exact the answer of the deepest node must be */
+#define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
 static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
@@ -134,8 +136,66 @@ pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_
     return rigid_hull_support(&hull, direction);
 }
 
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
+                                         plii_measured_nodes* nodes) {
+    const pli_shape* shape = info->rigid->shapes[info->shape];
+    const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* cluster = &clusters->items[info->cluster];
+    const int rest = cluster->member_count - first;
+    const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
+    pli_vec3 points[PLII_MEASURED_NODES];
+    for (int i = 0; i < count; ++i) {
+        points[i] = pli_transform_inverse_point(pose, plii_cluster_node(body, clusters, cluster, first + i));
+    }
+    shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
+    nodes->first = first;
+    nodes->count = count;
+}
+
+typedef enum rigid_answer { RIGID_APART, RIGID_NEAR, RIGID_UNKNOWN } rigid_answer;
+
+/* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
+   it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
+   given from its origin, as is the core. */
+static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
+                                                     const rigid_hull* hard, float max_distance,
+                                                     plii_convex_cache* cache, pli_cluster_contact* info,
+                                                     plii_measured_nodes* nodes) {
+    if (soft->cluster->member_count > PLII_MEASURED_NODES) { return RIGID_UNKNOWN; }
+    plii_cluster_contacts_measure_nodes(body, info, 0, nodes);
+    int deepest = 0;
+    for (int i = 1; i < nodes->count; ++i) {
+        if (nodes->distances[i] < nodes->distances[deepest]) { deepest = i; }
+    }
+    const pli_vec3 n = pli_mat3_mul_vec3(hard->pose.rotation, nodes->normals[deepest]);
+    if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return RIGID_UNKNOWN; }
+    const float end = pli_vec3_dot(rigid_hull_support(hard, n), n);
+    const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
+    if (gap > max_distance) {
+        if (cache != NULL) {
+            cache->directions[0] = n;
+            cache->count = 1;
+        }
+        return RIGID_APART;
+    }
+    const float distance = nodes->distances[deepest] + hard->shape->def.radius;
+    if (!(distance < max_distance && distance - gap <= CLUSTER_CONTACTS_NODE_GAP * body->collision_margin)) {
+        return RIGID_UNKNOWN;
+    }
+    info->witness = plii_cluster_node(body, soft->clusters, soft->cluster, deepest);
+    info->other_witness = pli_vec3_sub(info->witness, pli_vec3_scale(n, distance));
+    info->normal = n;
+    info->distance = distance;
+    if (cache != NULL) {
+        cache->normal = n;
+        cache->has_normal = true;
+    }
+    return RIGID_NEAR;
+}
+
 bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
-                                         float max_distance, pli_cluster_contact* info) {
+                                         float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_shape* shape = info->rigid->shapes[info->shape];
     const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
@@ -146,6 +206,11 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         const pli_vec3 n = cache->directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
+    }
+    if (!state->def.measure_always && !soft.clusters->def.as_bullet) {
+        const rigid_answer answer =
+            cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
+        if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);
     const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
