@@ -150,6 +150,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
     plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
     plii_pair_memory_release(context, &state->memory);
+    plii_near_boxes_free(context, &state->near_boxes);
     plii_box_tree_free(context, &state->tree);
 }
 
@@ -161,7 +162,8 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +
                    (size_t)state->hull_count * sizeof *state->hulls + plii_pair_memory_bytes(&state->memory) +
-                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_box_tree_bytes(&state->tree);
+                   (size_t)state->manifold_capacity * sizeof *state->manifolds +
+                   plii_near_boxes_bytes(&state->near_boxes) + plii_box_tree_bytes(&state->tree);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_groups_bytes(&state->hulls[i]);
     }

@@ -9,6 +9,7 @@
 
 #define CLUSTER_CONTACTS_PER_PAIR 4
 #define CLUSTER_CONTACTS_BATCH 64
+#define CLUSTER_CONTACTS_FEW 64 /* clusters, whose boxes are looked at one by one */
 /* Smaller clusters lie beside others that share the load: nearest points and nodes will do. */
 #define CLUSTER_CONTACTS_MIN_NODES 8
 #define CLUSTER_CONTACTS_TILT 0.1f /* of the directions in which corners are looked for */
@@ -459,7 +460,8 @@ static bool cluster_contacts_reserve_search(pli_body* body, plii_cluster_contact
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
-           plii_box_tree_reserve(body->context, &state->tree, count);
+           (count <= CLUSTER_CONTACTS_FEW ? plii_near_boxes_reserve(body->context, &state->near_boxes, count)
+                                          : plii_box_tree_reserve(body->context, &state->tree, count));
 }
 
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
@@ -471,7 +473,9 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         const pli_bounds nothing = {body->bounds.min, body->bounds.min};
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
-    state->has_tree = plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
+    state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
+                          ? plii_near_boxes_build(body->context, &state->near_boxes, clusters->count, state->boxes)
+                          : plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
 
@@ -480,8 +484,12 @@ static void cluster_contacts_visit(int item, void* user) {
     state->candidates[state->candidate_count++] = item;
 }
 
-/* Clusters of `state`'s body near a box, ascending. */
-static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) {
+/* Clusters of a body near a box, ascending. */
+static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
+    if (clusters->count <= CLUSTER_CONTACTS_FEW) {
+        state->candidate_count = plii_near_boxes_overlaps(&state->near_boxes, &box, state->candidates);
+        return;
+    }
     state->candidate_count = 0;
     plii_box_tree_overlaps(&state->tree, box, cluster_contacts_visit, state);
     /* Few at a time: insertion sort. */
@@ -608,7 +616,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     plii_clusters_take_frames(other, plii_body_clusters(other), plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        cluster_contacts_find(plii_body_clusters(other), other_state,
+                              plii_bounds_grow(clusters->items[i].bounds, reach));
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
             if (!plii_body_clusters(other)->items[candidate].settings.collides) { continue; }
@@ -640,13 +649,13 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     }
     size_t pairs = 0;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
         pairs += (size_t)state->candidate_count;
     }
     if (!plii_edge_set_create(body->context, pairs, &state->neighbours)) { return false; }
     state->has_neighbours = true;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i) { continue; }
@@ -671,7 +680,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
                                       state->def.soft_hardness, state->def.soft_split};
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        cluster_contacts_find(clusters, state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || !clusters->items[other].settings.collides ||

@@ -8,6 +8,7 @@
 #include "cluster_contact_groups.h"
 #include "edge_set.h"
 #include "joint_side.h"
+#include "near_boxes.h"
 #include "pair_memory.h"
 #include "support_groups.h"
 
@@ -76,8 +77,9 @@ typedef struct plii_cluster_contacts {
     bool has_hulls;
     plii_support_groups* hulls; /* [hull_count] per cluster */
     int hull_count;
-    plii_box_tree tree; /* over the clusters' bounds */
-    bool has_tree;      /* of this step */
+    plii_near_boxes near_boxes; /* the clusters' bounds, where they are few */
+    plii_box_tree tree;         /* over them, where they are many */
+    bool has_tree;              /* one of them, of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;

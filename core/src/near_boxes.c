@@ -110,6 +110,25 @@ PLII_SIMD_INLINE int near_boxes_test(const near_search* search, const plii_box4*
 /* The lowest bit that is set, of four. */
 static const uint8_t near_boxes_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 
+int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bounds, int* items) {
+    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
+    const int end = boxes->level_count > 0 ? boxes->begin[1] : 0;
+    int count = 0;
+    for (int i = 0; i < end; ++i) {
+        const plii_box4* group = &boxes->groups[i];
+        const plii_mask4 x = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[0]), high.x),
+                                             plii_lanes_at_most(low.x, plii_float4_load(group->high[0])));
+        const plii_mask4 y = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[1]), high.y),
+                                             plii_lanes_at_most(low.y, plii_float4_load(group->high[1])));
+        const plii_mask4 z = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[2]), high.z),
+                                             plii_lanes_at_most(low.z, plii_float4_load(group->high[2])));
+        for (int bits = plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z)); bits != 0; bits &= bits - 1) {
+            items[count++] = 4 * i + near_boxes_first[bits];
+        }
+    }
+    return count;
+}
+
 int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items) {
     const near_search search = {plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z),
                                 plii_float4_all(radius * radius)};

@@ -28,6 +28,8 @@ bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int c
 void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes);
 size_t plii_near_boxes_bytes(const plii_near_boxes* boxes);
 
+/* Writes the boxes that touch `bounds`, ascending; returns their number. Looks at all of them. */
+int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bounds, int* items);
 /* Writes the boxes within `radius` of a point, ascending; returns their number. `items` has room for all. */
 int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items);
 
