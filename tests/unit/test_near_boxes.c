@@ -52,6 +52,16 @@ static void test_finds_what_is_near(void** state) {
             }
             assert_int_equal(next, count);
             total += count;
+
+            const pli_bounds reach = {point, pli_vec3_add(point, random_vector(&seed, 2))};
+            const int touching = plii_near_boxes_overlaps(&boxes, &reach, found);
+            next = 0;
+            for (int i = 0; i < counts[c]; ++i) {
+                if (!plii_bounds_overlap(bounds[i], reach)) { continue; }
+                assert_true(next < touching);
+                assert_int_equal(found[next++], i);
+            }
+            assert_int_equal(next, touching);
         }
     }
     assert_true(total > 1000);
