@@ -210,11 +210,65 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float
     return true;
 }
 
+/* Four contacts with still rigid bodies, of four nodes, as the search lists them. */
+static bool rigid_contacts_are_alike(const rigid_contact* c) {
+    return c[0].is_still && c[1].is_still && c[2].is_still && c[3].is_still && c[0].node < c[1].node &&
+           c[1].node < c[2].node && c[2].node < c[3].node;
+}
+
+/* What rigid_contacts_solve does with each of them. */
+static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* positions, const pli_vec4* previous,
+                                      float margin) {
+    const plii_float4 records[PLII_LANES] = {
+        plii_float4_from(&positions[c[0].node]), plii_float4_from(&positions[c[1].node]),
+        plii_float4_from(&positions[c[2].node]), plii_float4_from(&positions[c[3].node])};
+    plii_float4 x[PLII_LANES] = {records[0], records[1], records[2], records[3]};
+    plii_float4 moved[PLII_LANES] = {plii_float4_sub(records[0], plii_float4_from(&previous[c[0].node])),
+                                     plii_float4_sub(records[1], plii_float4_from(&previous[c[1].node])),
+                                     plii_float4_sub(records[2], plii_float4_from(&previous[c[2].node])),
+                                     plii_float4_sub(records[3], plii_float4_from(&previous[c[3].node]))};
+    plii_float4 planes[PLII_LANES] = {plii_float4_from(&c[0].normal), plii_float4_from(&c[1].normal),
+                                      plii_float4_from(&c[2].normal), plii_float4_from(&c[3].normal)};
+    plii_float4_turn(x);
+    plii_float4_turn(moved);
+    plii_float4_turn(planes);
+    const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
+    const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
+    const plii_mask4 acts = plii_lanes_at_most(along_normal, plii_float4_all(PLII_EPSILON));
+    if (plii_lanes_bits(acts) == 0) { return; }
+    const plii_float4 height = plii_float4_add(plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal), planes[3]);
+    const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
+    const plii_float4 slip = plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_SLIP].w, c[1].matrix[RIGID_CONTACT_SLIP].w,
+                                             c[2].matrix[RIGID_CONTACT_SLIP].w, c[3].matrix[RIGID_CONTACT_SLIP].w);
+    const plii_float4 hardness =
+        plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_HARDNESS].w, c[1].matrix[RIGID_CONTACT_HARDNESS].w,
+                        c[2].matrix[RIGID_CONTACT_HARDNESS].w, c[3].matrix[RIGID_CONTACT_HARDNESS].w);
+    const plii_float4 own = plii_lanes_xyzw(c[0].matrix[0].x, c[1].matrix[0].x, c[2].matrix[0].x, c[3].matrix[0].x);
+    const plii_float4 per_impulse = plii_lanes_xyzw(c[0].lever.w, c[1].lever.w, c[2].lever.w, c[3].lever.w);
+    const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
+    const plii_vec3x4 error = plii_vec3x4_add(plii_vec3x4_sub(motion, plii_vec3x4_scale(sliding, slip)),
+                                              plii_vec3x4_scale(normal, plii_float4_mul(gap, hardness)));
+    const plii_vec3x4 pushed = plii_vec3x4_scale(plii_vec3x4_scale(error, own), per_impulse);
+    const plii_float4 zero = plii_float4_all(0.0f);
+    plii_float4 pushes[PLII_LANES] = {plii_lanes_select(acts, pushed.x, zero), plii_lanes_select(acts, pushed.y, zero),
+                                      plii_lanes_select(acts, pushed.z, zero), zero};
+    plii_float4_turn(pushes);
+    plii_float4_to(&positions[c[0].node], plii_float4_sub(records[0], pushes[0]));
+    plii_float4_to(&positions[c[1].node], plii_float4_sub(records[1], pushes[1]));
+    plii_float4_to(&positions[c[2].node], plii_float4_sub(records[2], pushes[2]));
+    plii_float4_to(&positions[c[3].node], plii_float4_sub(records[3], pushes[3]));
+}
+
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const rigid_contacts_state* state = data;
     if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
+        if (state->count - i >= PLII_LANES && rigid_contacts_are_alike(contact)) {
+            rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
+            i += PLII_LANES - 1;
+            continue;
+        }
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
         const plii_float4 lever = plii_float4_from(&contact->lever);
         plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])), impulse;

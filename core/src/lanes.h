@@ -59,6 +59,9 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 3, 3, 3));
 }
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    return _mm_setr_ps(x, y, z, w);
+}
 /* a < b ? a : b, and a > b ? a : b, also where one is NaN. */
 PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
     return _mm_min_ps(a, b);
@@ -121,6 +124,9 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return vdupq_laneq_f32(a, 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    return vsetq_lane_f32(w, vsetq_lane_f32(z, vsetq_lane_f32(y, vdupq_n_f32(x), 1), 2), 3);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
     return vbslq_f32(vcltq_f32(a, b), a, b);
@@ -185,6 +191,9 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
     return plii_float4_all(a.lanes[3]);
 }
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    return (plii_float4){{x, y, z, w}};
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
     return plii_lanes_select(plii_lanes_less(a, b), a, b);
 }
@@ -203,10 +212,6 @@ PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
 
 #endif
 
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
-    const float values[4] = {x, y, z, w};
-    return plii_float4_load(values);
-}
 /* pli_vec3_cross; w: 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
     const plii_float4 zxy =

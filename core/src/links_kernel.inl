@@ -10,16 +10,17 @@
 
 enum { LINKS_BATCH = 8, LINKS_QUADS_BATCH = 6 }; /* groups */
 
-/* Links with nothing to move, or without length, and lanes without a link have a divisor of 0: nothing moves. */
+/* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
 PLII_SIMD_INLINE plii_float8 links_factor(plii_float8 length_squared, plii_float8 mass_a, plii_float8 mass_b,
                                           const float* rest_squared, plii_float8 inverse_stiffness) {
     const plii_float8 rest = plii_float8_load(rest_squared);
     const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
     const plii_float8 sum = plii_float8_add(rest, length_squared);
-    const plii_float8 divisor =
-        plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), plii_float8_mul(mass_term, sum));
-    return plii_float8_where_greater(divisor, plii_float8_all(0.0f),
-                                     plii_float8_div(plii_float8_sub(rest, length_squared), divisor));
+    const plii_float8 divisor = plii_float8_mul(mass_term, sum);
+    /* The quotient, which takes longest, waits for no comparison. */
+    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest, length_squared), divisor);
+    const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
+    return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
 }
 PLII_SIMD_INLINE plii_float8 links_length_squared(plii_float8 x, plii_float8 y, plii_float8 z) {
     return plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));

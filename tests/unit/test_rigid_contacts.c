@@ -361,6 +361,50 @@ static void test_rigid_contacts_refuse_bad_input(void** state) {
     check_refused(f, pli_body_reorder_rigid_contacts(body, order, 3), PLI_ERROR_WRONG_STATE, "not enabled");
 }
 
+enum { CROWD = 23 };
+
+/* Nodes around a sphere that nothing moves, each with a mass and velocity of its own: towards it, away from it, along
+ * it. */
+static uint64_t hash_of_crowd(fixture* f, bool is_reversed) {
+    pli_vec3 positions[CROWD];
+    for (int i = 0; i < CROWD; ++i) {
+        const float turn = 0.7f * (float)i, height = (float)i / (CROWD - 1) * 1.8f - 0.9f;
+        const float radius = sqrtf(1 - height * height) * 1.05f;
+        positions[i] = pli_vec3_make(radius * cosf(turn), height * 1.05f, radius * sinf(turn));
+    }
+    pli_body* body = make_nodes(f, CROWD, positions, 0.5f, 0.25f, 0.3f, 0.4f);
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.position_iterations = 3;
+    assert_int_equal(pli_body_set_solver_settings(body, &settings), PLI_OK);
+    pli_rigid* rigid = make_rigid(f, f->sphere, 0, pli_vec3_make(0, 0, 0));
+    int order[CROWD], approaching = 0;
+    for (int i = 0; i < CROWD; ++i) {
+        const float turn = 1.3f * (float)i;
+        const pli_vec3 along = pli_vec3_make(cosf(turn), sinf(2 * turn), sinf(turn));
+        const pli_vec3 velocity = pli_vec3_sub(along, pli_vec3_scale(positions[i], 4 * cosf(5 * turn)));
+        assert_int_equal(pli_body_set_node_mass(body, i, 0.2f + 0.1f * (float)(i % 5)), PLI_OK);
+        assert_int_equal(pli_body_set_node_velocity(body, i, velocity), PLI_OK);
+        approaching += pli_vec3_dot(velocity, positions[i]) < 0 ? 1 : 0;
+        order[i] = is_reversed ? CROWD - 1 - i : i;
+    }
+    assert_true(approaching > 4 && approaching < CROWD - 4);
+    assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+    assert_int_equal(pli_world_collide_rigid(f->world, body, rigid), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), CROWD);
+    assert_int_equal(pli_body_reorder_rigid_contacts(body, order, CROWD), PLI_OK);
+    assert_int_equal(pli_world_solve(f->world), PLI_OK);
+    const uint64_t hash = pli_body_state_hash(body);
+    pli_body_destroy(body);
+    pli_rigid_destroy(rigid);
+    return hash;
+}
+
+/* Ascending nodes are solved four at a time, others one by one. */
+static void test_rigid_contacts_do_not_depend_on_their_order(void** state) {
+    fixture* f = *state;
+    assert_true(hash_of_crowd(f, false) == hash_of_crowd(f, true));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_keep_momentum, setup, teardown),
@@ -372,6 +416,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_behind_an_open_floor, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_survive_a_broken_shape, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_go_with_their_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rigid_contacts_do_not_depend_on_their_order, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_refuse_bad_input, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
