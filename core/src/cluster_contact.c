@@ -32,32 +32,46 @@ static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const 
         plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
 }
 
-bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
-                               const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact) {
-    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
-    const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
-    pli_vec3 point_a = info->witness, point_b = info->other_witness;
-    if (!as_bullet) {
-        /* Bullet acts on the cores, at two points: friction between them would make angular momentum. */
-        point_b = pli_vec3_add(point_b, pli_vec3_scale(normal, terms->radius));
-        point_a = point_b = pli_vec3_lerp(point_a, point_b, 0.5f);
-    }
+/* What both kinds have. */
+static void cluster_contact_start(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
+                                  const plii_joint_target targets[2], const plii_contact_terms* terms) {
     contact->info = *info;
-    contact->targets[0] = sides[0].target;
-    contact->targets[1] = sides[1].target;
-    contact->arms[0] = pli_vec3_sub(point_a, sides[0].frame.origin);
-    contact->arms[1] = pli_vec3_sub(point_b, sides[1].frame.origin);
+    contact->targets[0] = targets[0];
+    contact->targets[1] = targets[1];
     contact->normal = normal;
     contact->erp = terms->hardness;
     contact->split = terms->split;
     contact->is_self = false;
-    contact->as_bullet = as_bullet;
-    if (as_bullet) {
-        cluster_contact_make_as_bullet(contact, sides, terms);
-    } else {
-        contact->friction = terms->friction;
-        contact->as.own.depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
+}
+
+void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
+                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
+                              const plii_contact_terms* terms) {
+    cluster_contact_start(contact, info, normal, targets, terms);
+    /* Bullet acts on the cores, at two points: friction between them would make angular momentum. */
+    const pli_vec3 surface = pli_vec3_add(info->other_witness, pli_vec3_scale(normal, terms->radius));
+    const pli_vec3 point = pli_vec3_lerp(info->witness, surface, 0.5f);
+    contact->arms[0] = pli_vec3_sub(point, centre);
+    contact->arms[1] = pli_vec3_sub(point, other_centre);
+    contact->as_bullet = false;
+    contact->friction = terms->friction;
+    contact->as.own.depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
+}
+
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
+                               const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact) {
+    if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
+    const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
+    const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
+    if (!as_bullet) {
+        plii_cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
+        return true;
     }
+    cluster_contact_start(contact, info, normal, targets, terms);
+    contact->arms[0] = pli_vec3_sub(info->witness, sides[0].frame.origin);
+    contact->arms[1] = pli_vec3_sub(info->other_witness, sides[1].frame.origin);
+    contact->as_bullet = true;
+    cluster_contact_make_as_bullet(contact, sides, terms);
     return true;
 }
 

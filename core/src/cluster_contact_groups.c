@@ -200,12 +200,6 @@ static inline plii_vec3x4 groups_turn(const plii_group_vec3 inverse_inertia[3], 
 
 static const plii_cluster_contact groups_no_contact = {.normal = {0, 0, 1}};
 
-static void groups_take_vector(pli_vec3 v, int lane, plii_group_vec3* target) {
-    target->x[lane] = v.x;
-    target->y[lane] = v.y;
-    target->z[lane] = v.z;
-}
-
 static void groups_take_target(plii_contact_groups* groups, const plii_joint_target* target, int lane,
                                plii_group_side* side) {
     static const pli_mat3 nothing = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
@@ -229,7 +223,7 @@ static void groups_take_target(plii_contact_groups* groups, const plii_joint_tar
         }
     }
     for (int i = 0; i < 3; ++i) {
-        groups_take_vector(inverse_inertia->rows[i], lane, &side->inverse_inertia[i]);
+        plii_group_vec3_set(&side->inverse_inertia[i], lane, inverse_inertia->rows[i]);
     }
 }
 
@@ -237,7 +231,7 @@ static void groups_take_target(plii_contact_groups* groups, const plii_joint_tar
 static void groups_take_factors(const plii_joint_target* target, int lane, plii_contact_group* group) {
     const pli_rigid* rigid = target->rigid;
     const pli_vec3 one = {1, 1, 1};
-    groups_take_vector(rigid != NULL ? rigid->linear_factor : one, lane, &group->linear_factors);
+    plii_group_vec3_set(&group->linear_factors, lane, rigid != NULL ? rigid->linear_factor : one);
     if (rigid == NULL) { return; }
     const float angular[3] = {rigid->angular_factor.x, rigid->angular_factor.y, rigid->angular_factor.z};
     for (int i = 0; i < 3; ++i) {

@@ -13,6 +13,12 @@ typedef struct plii_group_vec3 {
     float x[PLII_GROUP_LANES], y[PLII_GROUP_LANES], z[PLII_GROUP_LANES];
 } plii_group_vec3;
 
+static inline void plii_group_vec3_set(plii_group_vec3* target, int lane, pli_vec3 v) {
+    target->x[lane] = v.x;
+    target->y[lane] = v.y;
+    target->z[lane] = v.z;
+}
+
 /* One contact of each pair of a group; lanes without one have no mass. Directions are the normal, from side 1 to side
    0, and two tangents. */
 typedef struct plii_contact_block {

@@ -102,12 +102,15 @@ static known_pair cluster_contacts_recall(pli_body* body, plii_cluster_contacts*
     return (known_pair){record, is_followed};
 }
 
-/* Contacts of a pair that is followed, as they are now: their number, or 0 when they have to be measured. */
-static int cluster_contacts_follow(const pli_body* body, const plii_cluster_contacts* state, known_pair pair,
-                                   const pli_cluster_contact* info, const void* key, float margin,
-                                   pli_cluster_contact* contacts) {
-    if (!pair.is_followed || pair.record->slot == 0) { return 0; }
-    return plii_cluster_manifold_follow(body, info, key, margin, &state->manifolds[pair.record->slot - 1], contacts);
+/* Adds the contacts of a pair that is followed as they are now, or returns false when they have to be measured. */
+static bool cluster_contacts_follow(pli_body* body, plii_cluster_contacts* state, known_pair pair,
+                                    const pli_cluster_contact* info, const plii_contact_terms terms[2],
+                                    const void* key) {
+    if (!pair.is_followed || pair.record->slot == 0 ||
+        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + PLII_MANIFOLD_POINTS)) {
+        return false;
+    }
+    return plii_cluster_manifold_follow(body, info, terms, key, &state->manifolds[pair.record->slot - 1], state);
 }
 
 /* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
@@ -306,23 +309,15 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
     }
 }
 
-/* As many as are followed. */
-static pli_status cluster_contacts_add_followed(met_pair* pair, const pli_cluster_contact* contacts, int count,
-                                                const plii_contact_terms* terms) {
-    for (int i = 0; i < count; ++i) {
-        PLII_TRY(cluster_contacts_add(pair, &contacts[i], terms));
-    }
-    return PLI_OK;
-}
-
+/* terms[0] is that of the nearest points, terms[1] that of nodes and corners. */
 static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_contact info,
-                                                  const plii_contact_terms* terms, plii_convex_cache* cache) {
+                                                  const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
     const pli_shape* shape = info.rigid->shapes[info.shape];
     plii_measured_nodes nodes;
     nodes.count = 0;
-    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms->margin, &info, &nodes)) { return PLI_OK; }
+    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return PLI_OK; }
     PLII_TRY(cluster_contacts_add(pair, &info, terms));
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found = near_nodes_start(&info);
@@ -332,28 +327,22 @@ static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_co
         const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);
         cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
     }
-    const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, info.rigid, 0.0f);
-    return near_nodes_add_contacts(pair, info, &found, 1, &node_terms);
+    return near_nodes_add_contacts(pair, info, &found, 1, &terms[1]);
 }
 
 static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
                                                const pli_cluster_contact* pair) {
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
-    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius);
+    const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
+                                         cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
+    if (cluster_contacts_follow(body, state, known, pair, terms, shape)) { return PLI_OK; }
     met_pair met;
     met_pair_start(&met, body, state);
-    pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
-    const int count = cluster_contacts_follow(body, state, known, pair, shape, terms.margin, followed);
-    if (count > 0) {
-        const plii_contact_terms node_terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-        PLII_TRY(cluster_contacts_add(&met, &followed[0], &terms));
-        return cluster_contacts_add_followed(&met, followed + 1, count - 1, &node_terms);
-    }
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_convex(&met, *pair, &terms, known_pair_cache(known)));
-    cluster_contacts_keep(body, state, known, first, shape, terms.margin);
+    PLII_TRY(cluster_contacts_measure_convex(&met, *pair, terms, known_pair_cache(known)));
+    cluster_contacts_keep(body, state, known, first, shape, terms[0].margin);
     return PLI_OK;
 }
 
@@ -584,11 +573,11 @@ static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_con
                                                 const plii_contact_terms* terms) {
     const known_pair known =
         cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
+    if (cluster_contacts_follow(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
+        return PLI_OK;
+    }
     met_pair met;
     met_pair_start(&met, body, state);
-    pli_cluster_contact followed[PLII_MANIFOLD_POINTS];
-    const int count = cluster_contacts_follow(body, state, known, pair, NULL, terms->margin, followed);
-    if (count > 0) { return cluster_contacts_add_followed(&met, followed, count, terms); }
     const int first = state->count;
     PLII_TRY(cluster_contacts_measure_pair(&met, other_state, *pair, terms, known_pair_cache(known)));
     cluster_contacts_keep(body, state, known, first, NULL, terms->margin);

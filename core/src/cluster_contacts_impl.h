@@ -43,11 +43,12 @@ typedef struct plii_contact_terms {
 
 #define PLII_MANIFOLD_POINTS 7
 
-typedef struct plii_manifold_point {
-    pli_vec3 on_a, on_b; /* m, each in the frame of its side */
-    pli_vec3 normal;     /* from b to a, in the frame of b */
-    float distance;      /* m, along the normal */
-} plii_manifold_point;
+/* Four of them. */
+typedef struct plii_manifold_points {
+    plii_group_vec3 on_a, on_b;        /* m, each in the frame of its side */
+    plii_group_vec3 normals;           /* from b to a, in the frame of b */
+    float distances[PLII_GROUP_LANES]; /* m, along the normal */
+} plii_manifold_points;
 
 /* The contacts of a pair as they were measured, to be followed while the sides hardly move. */
 typedef struct plii_manifold {
@@ -55,7 +56,7 @@ typedef struct plii_manifold {
     pli_mat3 turn;   /* of a in the frame of b */
     const void* key; /* what else must be the same */
     float margin;
-    plii_manifold_point points[PLII_MANIFOLD_POINTS];
+    plii_manifold_points points[2]; /* of PLII_MANIFOLD_POINTS */
 } plii_manifold;
 
 /* Of a node to a rigid shape. */
@@ -96,6 +97,14 @@ extern const plii_feature_class plii_cluster_contacts_class;
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
+/* The target of impulses that a cluster is; a frozen body takes none. */
+static inline plii_joint_target plii_cluster_contact_target(const pli_body* body, int cluster) {
+    return (plii_joint_target){.cluster = body->is_frozen ? NULL : &plii_body_clusters(body)->items[cluster]};
+}
+/* A contact that is not as_bullet; `normal` is a unit vector. */
+void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
+                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
+                              const plii_contact_terms* terms);
 /* Of contacts that are as_bullet. */
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);
@@ -154,10 +163,11 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
    are what they depend on besides the frames. */
 void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
                                 float margin, plii_manifold* manifold);
-/* Writes the contacts of the pair that `info` names as they are now and returns their number, or 0 when they have to be
-   measured. */
-int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
-                                 plii_manifold* manifold, pli_cluster_contact* contacts);
+/* Adds the contacts of the pair that `info` names as they are now, or returns false when they have to be measured. The
+   first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
+bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info,
+                                  const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
+                                  plii_cluster_contacts* state);
 
 // -------------------------------------------------------------------------------------------------------------- pairs
 

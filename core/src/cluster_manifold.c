@@ -2,6 +2,8 @@
    measured anew: while the sides hardly move against each other, their points move with the frames, to first order as
    the nearest points do. As btPersistentManifold keeps contacts, but all or none. */
 
+#include "lanes.h"
+
 #include "cluster_contacts_impl.h"
 
 /* How long and how far a pair is followed. */
@@ -35,12 +37,12 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
     const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame, b = manifold_other_frame(pair);
     for (int i = first; i < state->count; ++i) {
         const pli_cluster_contact* info = &state->contacts[i].info;
-        manifold->points[manifold->count++] = (plii_manifold_point){
-            .on_a = pli_transform_inverse_point(a, info->witness),
-            .on_b = pli_transform_inverse_point(b, info->other_witness),
-            .normal = pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal),
-            .distance = info->distance,
-        };
+        plii_manifold_points* points = &manifold->points[manifold->count / PLII_LANES];
+        const int lane = manifold->count++ % PLII_LANES;
+        plii_group_vec3_set(&points->on_a, lane, pli_transform_inverse_point(a, info->witness));
+        plii_group_vec3_set(&points->on_b, lane, pli_transform_inverse_point(b, info->other_witness));
+        plii_group_vec3_set(&points->normals, lane, pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal));
+        points->distances[lane] = info->distance;
     }
     manifold->turn = manifold_turn(a, b);
     manifold->key = key;
@@ -57,26 +59,76 @@ static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn, fl
     return !(trace > 3.0f - limit);
 }
 
-int plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info, const void* key, float margin,
-                                 plii_manifold* manifold, pli_cluster_contact* contacts) {
+/* Where the points of a pair are now. */
+typedef struct manifold_points {
+    pli_vec3 witnesses[2 * PLII_LANES], other_witnesses[2 * PLII_LANES], normals[2 * PLII_LANES];
+    float distances[2 * PLII_LANES];
+} manifold_points;
+
+static plii_vec3x4 manifold_load(const plii_group_vec3* v) {
+    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
+}
+static plii_vec3x4 manifold_turn_all(const pli_mat3* rotation, plii_vec3x4 v) {
+    return (plii_vec3x4){plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[0]), v),
+                         plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[1]), v),
+                         plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[2]), v)};
+}
+static plii_vec3x4 manifold_place_all(const pli_transform* frame, plii_vec3x4 v) {
+    return plii_vec3x4_add(manifold_turn_all(&frame->rotation, v), plii_vec3x4_all(frame->origin));
+}
+
+/* Four points; returns the bits of those that have moved too far. */
+static int manifold_move(const plii_manifold_points* points, const pli_transform* a, const pli_transform* b,
+                         float aside_limit, float approach_limit, int first, manifold_points* now) {
+    const plii_vec3x4 witness = manifold_place_all(a, manifold_load(&points->on_a));
+    const plii_vec3x4 other = manifold_place_all(b, manifold_load(&points->on_b));
+    const plii_vec3x4 normal = manifold_turn_all(&b->rotation, manifold_load(&points->normals));
+    const plii_vec3x4 gap = plii_vec3x4_sub(witness, other);
+    const plii_float4 distance = plii_vec3x4_dot(gap, normal);
+    const plii_vec3x4 aside = plii_vec3x4_sub(gap, plii_vec3x4_scale(normal, distance));
+    const plii_float4 moved = plii_float4_sub(distance, plii_float4_load(points->distances));
+    plii_vec3x4_to(&now->witnesses[first], witness);
+    plii_vec3x4_to(&now->other_witnesses[first], other);
+    plii_vec3x4_to(&now->normals[first], normal);
+    plii_float4_store(&now->distances[first], distance);
+    const plii_mask4 stays = plii_lanes_both(
+        plii_lanes_less(plii_vec3x4_dot(aside, aside), plii_float4_all(aside_limit * aside_limit)),
+        plii_lanes_less(plii_float4_mul(moved, moved), plii_float4_all(approach_limit * approach_limit)));
+    return ~plii_lanes_bits(stays);
+}
+
+bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info,
+                                  const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
+                                  plii_cluster_contacts* state) {
     const manifold_limits* limits = manifold_limits_of(info);
-    if (++manifold->age > limits->age || manifold->key != key || manifold->margin != margin) { return 0; }
+    if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
+    const plii_joint_target targets[2] = {plii_cluster_contact_target(body, info->cluster),
+                                          info->other != NULL
+                                              ? plii_cluster_contact_target(info->other, info->other_cluster)
+                                              : (plii_joint_target){.rigid = info->rigid}};
     const pli_transform a = plii_body_clusters(body)->items[info->cluster].frame, b = manifold_other_frame(info);
-    if (manifold_has_turned(manifold, manifold_turn(a, b), limits->turn)) { return 0; }
+    if (manifold_has_turned(manifold, manifold_turn(a, b), limits->turn)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
-    for (int i = 0; i < manifold->count; ++i) {
-        const plii_manifold_point* point = &manifold->points[i];
-        pli_cluster_contact* contact = &contacts[i];
-        *contact = *info;
-        contact->witness = pli_transform_point(a, point->on_a);
-        contact->other_witness = pli_transform_point(b, point->on_b);
-        contact->normal = pli_mat3_mul_vec3(b.rotation, point->normal);
-        const pli_vec3 gap = pli_vec3_sub(contact->witness, contact->other_witness);
-        contact->distance = pli_vec3_dot(gap, contact->normal);
-        const pli_vec3 aside = pli_vec3_sub(gap, pli_vec3_scale(contact->normal, contact->distance));
-        const float moved = fabsf(contact->distance - point->distance);
-        if (!(pli_vec3_length_squared(aside) < aside_limit * aside_limit && moved < approach_limit)) { return 0; }
+    manifold_points now;
+    for (int first = 0; first < manifold->count; first += PLII_LANES) {
+        const int left = manifold->count - first;
+        const int used = left < PLII_LANES ? (1 << left) - 1 : (1 << PLII_LANES) - 1;
+        if ((manifold_move(&manifold->points[first / PLII_LANES], &a, &b, aside_limit, approach_limit, first, &now) &
+             used) != 0) {
+            return false;
+        }
     }
-    return manifold->count;
+    pli_cluster_contact moved = *info;
+    for (int i = 0; i < manifold->count; ++i) {
+        const plii_contact_terms* own = &terms[i > 0 ? 1 : 0];
+        if (!(now.distances[i] < own->margin)) { continue; }
+        moved.witness = now.witnesses[i];
+        moved.other_witness = now.other_witnesses[i];
+        moved.normal = now.normals[i];
+        moved.distance = now.distances[i];
+        plii_cluster_contact_set(&state->contacts[state->count++], &moved, moved.normal, targets, a.origin, b.origin,
+                                 own);
+    }
+    return true;
 }
