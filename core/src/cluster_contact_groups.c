@@ -39,15 +39,14 @@ static uint64_t* groups_marks(const plii_contact_groups* groups, const plii_join
     return &groups_rigid(groups, target)->open_groups;
 }
 
+/* By what a De Bruijn sequence has at its top once the bit has moved it (Leiserson, Prokop, Randall, "Using de Bruijn
+   sequences to index a 1 in a computer word", 1998). */
 static int groups_lowest_bit(uint64_t bits) {
-    int place = 0;
-    for (int width = 32; width > 0; width /= 2) {
-        if ((bits & ((UINT64_C(1) << width) - 1)) == 0) {
-            bits >>= width;
-            place += width;
-        }
-    }
-    return place;
+    static const uint8_t places[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
+                                       62, 55, 59, 36, 53, 51, 43, 22, 45, 39, 33, 30, 24, 18, 12, 5,
+                                       63, 47, 56, 27, 60, 41, 37, 16, 54, 35, 52, 21, 44, 32, 23, 11,
+                                       46, 26, 40, 15, 34, 20, 31, 10, 25, 14, 19, 9,  13, 8,  7,  6};
+    return places[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
 }
 
 static void groups_close(plii_contact_groups* groups, int place) {
@@ -200,46 +199,59 @@ static inline plii_vec3x4 groups_turn(const plii_group_vec3 inverse_inertia[3], 
 
 static const plii_cluster_contact groups_no_contact = {.normal = {0, 0, 1}};
 
-static void groups_take_target(plii_contact_groups* groups, const plii_joint_target* target, int lane,
-                               plii_group_side* side) {
-    static const pli_mat3 nothing = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+static const pli_mat3 groups_no_inertia = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+
+/* Returns the inverse inertia. */
+static const pli_mat3* groups_take_target(plii_contact_groups* groups, const plii_joint_target* target, int lane,
+                                          plii_group_side* side) {
     side->clusters[lane] = target->cluster;
     side->linear[lane] = &groups->still[0];
     side->angular[lane] = &groups->still[1];
     side->inverse_masses[lane] = 0.0f;
-    const pli_mat3* inverse_inertia = &nothing;
     if (target->cluster != NULL) {
         side->linear[lane] = &target->cluster->linear_velocity;
         side->angular[lane] = &target->cluster->angular_velocity;
         side->inverse_masses[lane] = target->cluster->inverse_mass;
-        inverse_inertia = &target->cluster->inverse_inertia;
-    } else if (target->rigid != NULL) {
-        plii_group_rigid* met = groups_rigid(groups, target);
-        side->linear[lane] = &met->linear_velocity;
-        side->angular[lane] = &met->angular_velocity;
-        if (target->rigid->state.inverse_mass != 0.0f) {
-            side->inverse_masses[lane] = target->rigid->state.inverse_mass;
-            inverse_inertia = &target->rigid->state.inverse_inertia_world;
-        }
+        return &target->cluster->inverse_inertia;
+    }
+    if (target->rigid == NULL) { return &groups_no_inertia; }
+    plii_group_rigid* met = groups_rigid(groups, target);
+    side->linear[lane] = &met->linear_velocity;
+    side->angular[lane] = &met->angular_velocity;
+    if (target->rigid->state.inverse_mass == 0.0f) { return &groups_no_inertia; }
+    side->inverse_masses[lane] = target->rigid->state.inverse_mass;
+    return &target->rigid->state.inverse_inertia_world;
+}
+
+static void groups_take_side(plii_contact_groups* groups, const plii_contact_group* group, int which,
+                             plii_group_side* side) {
+    const pli_mat3* inertias[PLII_GROUP_LANES];
+    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+        const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
+        inertias[lane] = groups_take_target(groups, &contact->targets[which], lane, side);
     }
     for (int i = 0; i < 3; ++i) {
-        plii_group_vec3_set(&side->inverse_inertia[i], lane, inverse_inertia->rows[i]);
+        const pli_vec3* const rows[PLII_GROUP_LANES] = {&inertias[0]->rows[i], &inertias[1]->rows[i],
+                                                        &inertias[2]->rows[i], &inertias[3]->rows[i]};
+        groups_store(&side->inverse_inertia[i], groups_from_vectors(rows));
     }
 }
 
 /* plii_rigid_apply_impulse knows factors. */
-static void groups_take_factors(const plii_joint_target* target, int lane, plii_contact_group* group) {
-    const pli_rigid* rigid = target->rigid;
-    const pli_vec3 one = {1, 1, 1};
-    plii_group_vec3_set(&group->linear_factors, lane, rigid != NULL ? rigid->linear_factor : one);
-    if (rigid == NULL) { return; }
-    const float angular[3] = {rigid->angular_factor.x, rigid->angular_factor.y, rigid->angular_factor.z};
-    for (int i = 0; i < 3; ++i) {
-        plii_group_vec3* row = &group->sides[1].inverse_inertia[i];
-        row->x[lane] *= angular[i];
-        row->y[lane] *= angular[i];
-        row->z[lane] *= angular[i];
+static void groups_take_factors(plii_contact_group* group) {
+    static const pli_vec3 one = {1, 1, 1};
+    const pli_vec3 *linear[PLII_GROUP_LANES], *angular[PLII_GROUP_LANES];
+    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+        const pli_rigid* rigid = lane < group->lane_count ? group->contacts[lane]->targets[1].rigid : NULL;
+        linear[lane] = rigid != NULL ? &rigid->linear_factor : &one;
+        angular[lane] = rigid != NULL ? &rigid->angular_factor : &one;
     }
+    groups_store(&group->linear_factors, groups_from_vectors(linear));
+    const plii_vec3x4 factors = groups_from_vectors(angular);
+    plii_group_vec3* rows = group->sides[1].inverse_inertia;
+    groups_store(&rows[0], plii_vec3x4_scale(groups_load(&rows[0]), factors.x));
+    groups_store(&rows[1], plii_vec3x4_scale(groups_load(&rows[1]), factors.y));
+    groups_store(&rows[2], plii_vec3x4_scale(groups_load(&rows[2]), factors.z));
 }
 
 /* How many lanes have the rigid body of each. */
@@ -301,42 +313,39 @@ static inline plii_vec3x4 groups_velocity_at(plii_vec3x4 linear, plii_vec3x4 ang
     return plii_vec3x4_add(linear, plii_vec3x4_cross(angular, arm));
 }
 
-/* The numbers of four contacts that are not vectors. */
-typedef struct block_terms {
-    float depths[PLII_GROUP_LANES], hardnesses[PLII_GROUP_LANES], splits[PLII_GROUP_LANES];
-    float factors[PLII_GROUP_LANES];  /* of impulses between clusters of one body */
-    float included[PLII_GROUP_LANES]; /* 1 where the velocity of side 1 is part of the depth, else 0 */
-} block_terms;
+/* What the contacts of a group have in common while they are prepared. */
+typedef struct group_terms {
+    float inverse_dt;
+    plii_vec3x4 linear[2], angular[2]; /* velocities that are part of the depth: it was measured after this step's
+                                          motion, which the impulses will change; but rigid bodies have not moved yet */
+    plii_float4 factors, limits;       /* of impulses between clusters of one body */
+} group_terms;
 
-/* The depth was measured after this step's motion, which the impulses will change; but for that of rigid bodies, which
-   have not moved yet. */
-static plii_float4 groups_included_speed(const plii_contact_group* group, const block_terms* terms,
-                                         const plii_vec3x4 arms[2], plii_vec3x4 normal) {
-    const plii_group_side *a = &group->sides[0], *b = &group->sides[1];
-    const plii_vec3x4 velocity_a = groups_velocity_at(groups_gather(a->linear), groups_gather(a->angular), arms[0]);
-    const plii_vec3x4 velocity_b = groups_velocity_at(groups_gather(b->linear), groups_gather(b->angular), arms[1]);
-    const plii_vec3x4 included_b = plii_vec3x4_scale(velocity_b, plii_float4_load(terms->included));
-    return plii_vec3x4_dot(plii_vec3x4_sub(velocity_a, included_b), normal);
-}
-
-static void groups_prepare_block(const plii_contact_group* group, const plii_step* step,
-                                 const plii_cluster_contact* const contacts[PLII_GROUP_LANES],
-                                 plii_contact_block* block) {
-    block_terms terms;
+static group_terms groups_take_terms(const plii_contact_group* group, const plii_step* step) {
+    float included[PLII_GROUP_LANES], factors[PLII_GROUP_LANES], limits[PLII_GROUP_LANES];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        const plii_cluster_contact* contact = contacts[lane];
-        terms.depths[lane] = contact->as.own.depth;
-        terms.hardnesses[lane] = contact->erp;
-        terms.splits[lane] = contact->split;
-        terms.factors[lane] = 1.0f;
-        terms.included[lane] = contact->targets[1].cluster != NULL ? 1.0f : 0.0f;
-        block->frictions[lane] = contact->friction;
-        block->limits[lane] = INFINITY;
-        if (contact->is_self) {
-            terms.factors[lane] = contact->targets[0].cluster->settings.self_impulse_factor;
-            block->limits[lane] = contact->targets[0].cluster->settings.max_self_impulse;
+        included[lane] = group->sides[1].clusters[lane] != NULL ? 1.0f : 0.0f;
+        factors[lane] = 1.0f;
+        limits[lane] = INFINITY;
+        if (lane < group->lane_count && group->contacts[lane]->is_self) {
+            factors[lane] = group->sides[0].clusters[lane]->settings.self_impulse_factor;
+            limits[lane] = group->sides[0].clusters[lane]->settings.max_self_impulse;
         }
     }
+    const plii_group_side *a = &group->sides[0], *b = &group->sides[1];
+    const plii_float4 share = plii_float4_load(included);
+    return (group_terms){
+        step->inverse_dt,
+        {groups_gather(a->linear), plii_vec3x4_scale(groups_gather(b->linear), share)},
+        {groups_gather(a->angular), plii_vec3x4_scale(groups_gather(b->angular), share)},
+        plii_float4_load(factors),
+        plii_float4_load(limits),
+    };
+}
+
+static void groups_prepare_block(const plii_contact_group* group, const group_terms* common,
+                                 const plii_cluster_contact* const contacts[PLII_GROUP_LANES],
+                                 plii_contact_block* block) {
     const pli_vec3* const vectors[3][PLII_GROUP_LANES] = {
         {&contacts[0]->normal, &contacts[1]->normal, &contacts[2]->normal, &contacts[3]->normal},
         {&contacts[0]->arms[0], &contacts[1]->arms[0], &contacts[2]->arms[0], &contacts[3]->arms[0]},
@@ -345,55 +354,55 @@ static void groups_prepare_block(const plii_contact_group* group, const plii_ste
     groups_find_tangents(directions[0], directions + 1);
     const plii_vec3x4 arms[2] = {groups_from_vectors(vectors[1]), groups_from_vectors(vectors[2])};
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
-    const plii_float4 factor = plii_float4_load(terms.factors);
     plii_float4 masses[3];
     for (int k = 0; k < 3; ++k) {
         masses[k] = groups_mass(group, arms, directions[k]);
         groups_store(&block->directions[k], directions[k]);
-        plii_float4_store(block->masses[k], plii_float4_mul(masses[k], factor));
+        plii_float4_store(block->masses[k], plii_float4_mul(masses[k], common->factors));
         plii_float4_store(block->impulses[k], zero);
     }
     groups_store(&block->arms[0], arms[0]);
     groups_store(&block->arms[1], arms[1]);
 
-    const plii_float4 included = plii_lanes_min(groups_included_speed(group, &terms, arms, directions[0]), zero);
+    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.own.terms), plii_float4_from(&contacts[1]->as.own.terms),
+                            plii_float4_from(&contacts[2]->as.own.terms), plii_float4_from(&contacts[3]->as.own.terms)};
+    plii_float4_turn(terms);
+    const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
+    plii_float4_store(block->frictions, terms[3]);
+    plii_float4_store(block->limits, common->limits);
+    const plii_vec3x4 velocity = plii_vec3x4_sub(groups_velocity_at(common->linear[0], common->angular[0], arms[0]),
+                                                 groups_velocity_at(common->linear[1], common->angular[1], arms[1]));
+    const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, directions[0]), zero);
     const plii_float4 speed_out =
-        plii_float4_add(plii_float4_mul(plii_float4_load(terms.depths), plii_float4_all(step->inverse_dt)), included);
+        plii_float4_add(plii_float4_mul(depth, plii_float4_all(common->inverse_dt)), included);
     /* Not there yet: slow enough not to get deeper. */
     const plii_mask4 is_deep = plii_lanes_less(zero, speed_out);
-    const plii_float4 split = plii_float4_load(terms.splits);
-    const plii_float4 corrected = plii_float4_mul(speed_out, plii_float4_load(terms.hardnesses));
+    const plii_float4 corrected = plii_float4_mul(speed_out, hardness);
     const plii_float4 wanted = plii_float4_mul(corrected, plii_float4_sub(one, split));
     plii_float4_store(block->wanted_speeds, plii_lanes_select(is_deep, wanted, speed_out));
     const plii_float4 drift = plii_float4_mul(plii_float4_mul(corrected, split), masses[0]);
-    const plii_float4 limited = plii_float4_mul(plii_lanes_min(drift, plii_float4_load(block->limits)), factor);
+    const plii_float4 limited = plii_float4_mul(plii_lanes_min(drift, common->limits), common->factors);
     plii_float4_store(block->drifts, plii_lanes_select(is_deep, limited, zero));
 }
 
 static void groups_prepare_group(plii_contact_groups* groups, plii_contact_group* group, const plii_step* step) {
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
-        for (int side = 0; side < 2; ++side) {
-            groups_take_target(groups, &contact->targets[side], lane, &group->sides[side]);
-        }
-    }
+    groups_take_side(groups, group, 0, &group->sides[0]);
+    groups_take_side(groups, group, 1, &group->sides[1]);
     groups_split_rigids(group);
+    const group_terms common = groups_take_terms(group, step);
     for (int k = 0; k < group->block_count; ++k) {
         const plii_cluster_contact* contacts[PLII_GROUP_LANES];
         for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
             contacts[lane] = k < group->counts[lane] ? &group->contacts[lane][k] : &groups_no_contact;
         }
         plii_contact_block* block = &groups->blocks[group->first_block + k];
-        groups_prepare_block(group, step, contacts, block);
+        groups_prepare_block(group, &common, contacts, block);
         for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
             if (k < group->counts[lane]) { continue; }
             block->masses[0][lane] = block->masses[1][lane] = block->masses[2][lane] = block->drifts[lane] = 0.0f;
         }
     }
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
-        groups_take_factors(&contact->targets[1], lane, group);
-    }
+    groups_take_factors(group);
 }
 
 static void groups_read_rigids(plii_contact_groups* groups) {

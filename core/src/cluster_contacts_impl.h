@@ -13,12 +13,16 @@
 #include "support_groups.h"
 
 typedef struct plii_cluster_contact_as_bullet {
+    float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
+    float erp, split; /* Bullet: m_erp, m_split */
     pli_vec3 drift, split_drift;
     pli_mat3 impulse_matrix;
 } plii_cluster_contact_as_bullet;
 
 typedef struct plii_cluster_contact_own {
-    float depth; /* m */
+    /* x: depth, m; y: hardness; z: share of the correction that is a displacement; w: Coulomb's friction. All four are
+       taken at once. */
+    pli_vec4 terms;
 } plii_cluster_contact_own;
 
 struct plii_cluster_contact {
@@ -26,8 +30,6 @@ struct plii_cluster_contact {
     plii_joint_target targets[2];
     pli_vec3 arms[2]; /* from each side's centre to where impulses act */
     pli_vec3 normal;
-    float friction;   /* as_bullet the share of the sliding velocity removed, 1 when it sticks; else of Coulomb's law */
-    float erp, split; /* Bullet: m_erp, m_split */
     bool is_self, as_bullet;
     union {
         plii_cluster_contact_as_bullet bullet;
@@ -130,7 +132,7 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
 
-#define PLII_MEASURED_NODES 64
+#define PLII_MEASURED_NODES 64 /* a multiple of four */
 
 /* Members of a cluster at a rigid shape. */
 typedef struct plii_measured_nodes {

@@ -1,5 +1,7 @@
 /* Distances of clusters from rigid shapes and from each other, by the user's function or by that of the core. */
 
+#include "lanes.h"
+
 #include "cluster_contacts_impl.h"
 
 #include "convex_penetration.h"
@@ -145,8 +147,20 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
     const int rest = cluster->member_count - first;
     const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
     pli_vec3 points[PLII_MEASURED_NODES];
-    for (int i = 0; i < count; ++i) {
-        points[i] = pli_transform_inverse_point(pose, plii_cluster_node(body, clusters, cluster, first + i));
+    const plii_cluster_member* members = &clusters->members[cluster->first_member + first];
+    const plii_vec3x4 origin = plii_vec3x4_all(pose.origin);
+    const plii_vec3x4 rows[3] = {plii_vec3x4_all(pose.rotation.rows[0]), plii_vec3x4_all(pose.rotation.rows[1]),
+                                 plii_vec3x4_all(pose.rotation.rows[2])};
+    for (int i = 0; i < count; i += PLII_LANES) {
+        plii_float4 records[PLII_LANES];
+        for (int k = 0; k < PLII_LANES; ++k) {
+            records[k] = plii_float4_from(&body->positions[members[i + k < count ? i + k : i].node]);
+        }
+        plii_float4_turn(records);
+        const plii_vec3x4 arm = plii_vec3x4_sub((plii_vec3x4){records[0], records[1], records[2]}, origin);
+        plii_vec3x4_to(&points[i], plii_vec3x4_add(plii_vec3x4_add(plii_vec3x4_scale(rows[0], arm.x),
+                                                                   plii_vec3x4_scale(rows[1], arm.y)),
+                                                   plii_vec3x4_scale(rows[2], arm.z)));
     }
     shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
     nodes->first = first;
