@@ -12,7 +12,8 @@
 #define CLUSTER_CONTACTS_FEW 64 /* clusters, whose boxes are looked at one by one */
 /* Smaller clusters lie beside others that share the load: nearest points and nodes will do. */
 #define CLUSTER_CONTACTS_MIN_NODES 8
-#define CLUSTER_CONTACTS_TILT 0.1f /* of the directions in which corners are looked for */
+#define CLUSTER_CONTACTS_APPROACHES 6 /* steps towards a point, before GJK is asked */
+#define CLUSTER_CONTACTS_TILT 0.1f    /* of the directions in which corners are looked for */
 
 static bool cluster_contacts_are_as_bullet(const pli_body* body, const pli_cluster_contact* info) {
     return plii_body_clusters(body)->def.as_bullet && info->other != body;
@@ -234,6 +235,25 @@ static bool cluster_contacts_ends_before(const plii_cluster_hull* hull, pli_vec3
     return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
 }
 
+typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
+
+/* Goes towards the point from a point of the hull, which lies `gap` before it (Gilbert, "An iterative procedure for
+   computing the minimum of a quadratic form on a convex set", 1966). In the frame of the hull. */
+static near_answer cluster_contacts_approach(pli_vec3 point, const plii_cluster_hull* hull, const plii_convex* convex,
+                                             pli_vec3 gap, float margin) {
+    for (int i = 0; i < CLUSTER_CONTACTS_APPROACHES; ++i) {
+        const pli_vec3 end = convex->support(hull, gap);
+        const float squared = pli_vec3_length_squared(gap);
+        if (pli_vec3_dot(pli_vec3_sub(point, end), gap) > margin * sqrtf(squared)) { return NEAR_NO; }
+        const pli_vec3 way = pli_vec3_sub(end, pli_vec3_sub(point, gap));
+        const float along = pli_vec3_dot(gap, way), length_squared = pli_vec3_length_squared(way);
+        if (!(along > 0.0f)) { return NEAR_UNKNOWN; }
+        gap = pli_vec3_sub(gap, pli_vec3_scale(way, along < length_squared ? along / length_squared : 1.0f));
+        if (pli_vec3_length_squared(gap) < margin * margin) { return NEAR_YES; }
+    }
+    return NEAR_UNKNOWN;
+}
+
 /* `hub` is a point of the hull, or near it. What is easy to see first. */
 static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin) {
     if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
@@ -244,12 +264,9 @@ static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hul
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
     const plii_convex b = plii_cluster_hull_convex(hull);
-    if (cluster_contacts_ends_before(hull, point, gap, margin) ||
-        cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin) ||
-        cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, pli_vec3_sub(hub, hull->origin)), margin)) {
-        return false;
-    }
-    return plii_cluster_contacts_are_near(&a, &b, margin);
+    if (cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin)) { return false; }
+    const near_answer answer = cluster_contacts_approach(point, hull, &b, gap, margin);
+    return answer != NEAR_UNKNOWN ? answer == NEAR_YES : plii_cluster_contacts_are_near(&a, &b, margin);
 }
 
 // ------------------------------------------------------------------------------------------------------- rigid bodies
