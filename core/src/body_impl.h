@@ -56,7 +56,10 @@ struct pli_body {
     uint32_t rest_revision;   /* counts changes of rest lengths */
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
-    void* sweep_links_state;
+    /* That many sweeps where nothing else has anything to do between them, with the same results; may overwrite the
+       velocities. NULL: just sweep. */
+    void (*sweep_links_alone)(pli_body* body, void* state, int count);
+    void* sweep_links_state; /* of both */
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
 

@@ -603,8 +603,13 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 }
 
 static const plii_feature_class self_faces_class;
-static const plii_xpbd_kind self_faces_kind = {PLII_XPBD_ORDER_SELF_FACES, &self_faces_class, self_faces_begin_substeps,
-                                               self_faces_restart_substep, self_faces_sweep,  NULL};
+static const plii_xpbd_kind self_faces_kind = {
+    .order = PLII_XPBD_ORDER_SELF_FACES,
+    .klass = &self_faces_class,
+    .begin = self_faces_begin_substeps,
+    .restart = self_faces_restart_substep,
+    .sweep = self_faces_sweep,
+};
 static const plii_feature_class self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(self_faces_state),

@@ -339,12 +339,14 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
 }
 
 static const plii_feature_class self_nodes_class;
-static const plii_xpbd_kind self_nodes_kind = {PLII_XPBD_ORDER_SELF_COLLISION,
-                                               &self_nodes_class,
-                                               self_nodes_begin_substeps,
-                                               self_nodes_restart,
-                                               self_nodes_sweep,
-                                               self_nodes_finish};
+static const plii_xpbd_kind self_nodes_kind = {
+    .order = PLII_XPBD_ORDER_SELF_COLLISION,
+    .klass = &self_nodes_class,
+    .begin = self_nodes_begin_substeps,
+    .restart = self_nodes_restart,
+    .sweep = self_nodes_sweep,
+    .finish = self_nodes_finish,
+};
 static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
 static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",

@@ -125,6 +125,8 @@ typedef struct plii_feature_class {
     void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
     void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
     size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
+    /* POSITION has nothing to do in this step; without it that is never so. */
+    bool (*is_idle)(const pli_body* body, const void* state);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*make_room)(pli_body* body, void* state);

@@ -86,8 +86,8 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
     work->colors = link_colors_carve(carver, links * sizeof *work->colors);
     if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
-    made->colors = link_colors_carve(carver, (2 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
-    made->runs = link_colors_carve(carver, links / PLII_LINK_LANES * sizeof *made->runs);
+    made->colors = link_colors_carve(carver, (8 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
+    made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
     made->run_links = link_colors_carve(carver, links * sizeof *made->run_links);
     runs->sides = link_colors_carve(carver, nodes * sizeof *runs->sides);
     runs->places = work->counts;
@@ -407,8 +407,8 @@ void plii_link_colors_gather(const plii_link_colors* colors, const float* values
     for (const plii_link_run* run = runs->runs; run < runs->runs + runs->run_count; ++run) {
         for (int i = 0; i < PLII_LINK_LANES * run->group_count; ++i) {
             const int first = i / PLII_LINK_LANES * PLII_LINK_LANES;
-            const int place = first + plii_simd_record(i - first);
-            *slots++ = values[(ptrdiff_t)stride * plii_link_run_link(runs, run, place)];
+            const int link = plii_link_run_link(runs, run, first + plii_simd_record(i - first));
+            *slots++ = link != PLI_NULL_INDEX ? values[(ptrdiff_t)stride * link] : filler;
         }
     }
     for (int r = 0; r < colors->row_count; ++r) {

@@ -52,6 +52,11 @@ static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
     return plii_link_colors_first_serial_slot(colors) + colors->serial_count;
 }
 
+/* Only runs work with nodes in planes (node_planes.h). */
+static inline bool plii_link_colors_have_only_runs(const plii_link_colors* colors) {
+    return colors->runs.group_count > 0 && colors->group_count == 0 && colors->serial_count == 0;
+}
+
 /* Of each slot the value of its link: values[stride * link], or `filler` for lanes without a link. */
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);

@@ -1,26 +1,27 @@
 /* Runs of links. First come the classes of links with the same difference of node indices, if there are many of them:
    the rows, columns and diagonals of grids. Links a, a + d are chains a, a + d, a + 2 d, ..., so two colours suffice:
-   the parity of the whole part of a / d. Linear time but for a sweep over the nodes per class. */
+   the parity of the whole part of a / d. What rows of links leave after their last whole group becomes a group with the
+   links before it, in a colour of its own: they are solved there again, without a link. Linear time but for a sweep
+   over the nodes per class. */
 
 #include "link_runs.h"
 
 #include "link_quads.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 enum {
     LINK_RUNS_LEAST_CLASS = 4 * PLII_LINK_LANES, /* links */
-    LINK_RUNS_NEAR = 16                          /* classes of smaller differences are not searched in node order */
+    LINK_RUNS_LEAST_ROW = PLII_LINK_LANES /* classes of smaller differences that do not take turns have no rows */
 };
 
 /* Sides of the links of a class. */
 enum { LINK_RUNS_OPEN, LINK_RUNS_EVEN, LINK_RUNS_ODD };
 
-/* Links that may become a run: equal strides and tags so far. */
+/* Links of a colour that may become a run: of one tag, nodes as plii_link_run says. */
 typedef struct link_runs_row {
-    int node, stride, link, link_stride, count;
-    int last_node, last_link;
+    int node, step, link, link_stride, count;
+    int regular_count; /* the first ones, which have the stride */
     plii_link_tag tag;
 } link_runs_row;
 
@@ -67,48 +68,106 @@ static void link_runs_find_classes(plii_link_runs_work* work, int class_begin[PL
     }
 }
 
-static void link_runs_end_row(plii_link_runs_work* work, const link_runs_row* row, int offset, bool with_link_stride) {
+/* Links of a row that are in runs; where two and two nodes take turns, an odd last link would begin its group with half
+   a turn. */
+static int link_runs_taken(const link_runs_row* row, int offset) {
+    const bool has_turns = plii_link_run_has_turns(offset);
+    return row->count < PLII_LINK_LANES ? 0 : has_turns ? row->count / offset * offset : row->count;
+}
+
+/* Of links [begin, end) of a row; gives the index of the first. */
+static int link_runs_list(plii_link_runs_work* work, const link_runs_row* row, int offset, int begin, int end) {
     plii_link_runs* made = &work->made;
-    const int group_count = row->count / PLII_LINK_LANES, taken = group_count * PLII_LINK_LANES;
-    int node = row->node;
+    const int first = made->run_link_count;
+    for (int i = begin; i < end; ++i) {
+        made->run_links[made->run_link_count++] = work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1;
+    }
+    return first;
+}
+
+static void link_runs_end_row(plii_link_runs_work* work, const link_runs_row* row, int offset) {
+    plii_link_runs* made = &work->made;
+    const int taken = link_runs_taken(row, offset);
+    const bool has_stride = row->regular_count >= PLII_LINK_LANES;
+    const int group_count = (has_stride && row->regular_count < taken ? row->regular_count : taken) / PLII_LINK_LANES;
+    const int in_groups = PLII_LINK_LANES * group_count;
     if (group_count > 0) {
         plii_link_run* run = &made->runs[made->run_count++];
         *run = (plii_link_run){.node = row->node,
-                               .stride = row->stride,
                                .offset = offset,
-                               .link = with_link_stride ? row->link : made->run_link_count,
-                               .link_stride = with_link_stride ? row->link_stride : 0,
+                               .link = row->link,
+                               .link_stride = has_stride ? row->link_stride : 0,
                                .first_group = made->group_count,
                                .group_count = group_count,
-                               .tag = row->tag};
+                               .tag = row->tag,
+                               .step = (uint8_t)row->step,
+                               .left_count = (uint8_t)(taken - in_groups)};
+        if (!has_stride) { run->link = link_runs_list(work, row, offset, 0, in_groups); }
+        run->left = link_runs_list(work, row, offset, in_groups, taken);
         made->group_count += group_count;
     }
-    for (int i = 0; i < row->count; ++i, node += row->stride) {
-        const int link = work->places[node] - 1;
-        work->is_used[link] = i < taken;
-        if (i < taken && !with_link_stride) { made->run_links[made->run_link_count++] = link; }
+    for (int i = 0; i < row->count; ++i) {
+        work->is_used[work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1] = i < taken;
     }
 }
 
+/* Links of which tags are taken together. */
+enum { LINK_RUNS_ALL, LINK_RUNS_NOT_BENDING, LINK_RUNS_BENDING };
+
+/* A colour of a class. */
+typedef struct link_runs_half {
+    int offset;
+    uint8_t side, kind;
+    bool with_link_stride;
+} link_runs_half;
+
+static bool link_runs_is_of_kind(const pli_body* body, int link, uint8_t kind) {
+    const bool is_bending = (plii_link_tag_of(body, link) & PLII_LINK_TAG_BENDING) != 0;
+    return kind == LINK_RUNS_ALL || is_bending == (kind == LINK_RUNS_BENDING);
+}
+
+static bool link_runs_begins_link(const plii_link_runs_work* work, const link_runs_half* half, int node) {
+    return node >= 0 && node < work->body->node_count && work->places[node] > 0 && work->sides[node] == half->side &&
+           link_runs_is_of_kind(work->body, work->places[node] - 1, half->kind);
+}
+/* No link of the colour has this node, nor the one opposite of it. */
+static bool link_runs_is_between(const plii_link_runs_work* work, const link_runs_half* half, int node) {
+    return !link_runs_begins_link(work, half, node) && !link_runs_begins_link(work, half, node - half->offset) &&
+           !link_runs_begins_link(work, half, node + half->offset);
+}
+
+/* Whether the link is the next one of the row. */
+static bool link_runs_continues(const plii_link_runs_work* work, const link_runs_half* half, link_runs_row* row,
+                                int node, int link, plii_link_tag tag) {
+    if (row->count == 0 || tag != row->tag) { return false; }
+    const int way = node - row->node;
+    if (row->count == 1 && way == 2 && !plii_link_run_has_turns(half->offset)) { row->step = 2; }
+    if (way != plii_link_run_way(half->offset, row->step, row->count)) { return false; }
+    if (row->step == 2 && !link_runs_is_between(work, half, node - 1)) { return false; }
+    if (!half->with_link_stride) { return true; }
+    if (row->count == 1 && (link - row->link) % way == 0) { row->link_stride = (link - row->link) / way; }
+    const bool is_regular = row->regular_count == row->count && link == row->link + way * row->link_stride;
+    if (is_regular) { row->regular_count += 1; }
+    /* Others have room in the group of what is left. */
+    const int in_groups = row->regular_count / PLII_LINK_LANES * PLII_LINK_LANES;
+    return is_regular || row->count + 1 - in_groups <= PLII_LINK_LANES;
+}
+
 /* Lengthens the row by the link at a node, or begins a new one with it. */
-static void link_runs_add_to_row(plii_link_runs_work* work, link_runs_row* row, int node, int offset,
-                                 bool with_link_stride) {
+static void link_runs_add_to_row(plii_link_runs_work* work, const link_runs_half* half, link_runs_row* row, int node) {
     const int link = work->places[node] - 1;
     const plii_link_tag tag = plii_link_tag_of(work->body, link);
-    const int stride = node - row->last_node, link_stride = link - row->last_link;
-    if (row->count == 1 && tag == row->tag) {
-        row->stride = stride;
-        row->link_stride = link_stride;
-    }
-    if (row->count > 0 && tag == row->tag && stride == row->stride &&
-        (!with_link_stride || link_stride == row->link_stride)) {
+    if (link_runs_continues(work, half, row, node, link, tag)) {
         row->count += 1;
     } else {
-        link_runs_end_row(work, row, offset, with_link_stride);
-        *row = (link_runs_row){.node = node, .link = link, .count = 1, .tag = tag};
+        link_runs_end_row(work, row, half->offset);
+        *row = (link_runs_row){.node = node,
+                               .step = 1,
+                               .link = link,
+                               .count = 1,
+                               .regular_count = half->with_link_stride ? 1 : 0,
+                               .tag = tag};
     }
-    row->last_node = node;
-    row->last_link = link;
 }
 
 static uint8_t link_runs_other_side(uint8_t side) {
@@ -133,6 +192,12 @@ static void link_runs_take_sides(plii_link_runs_work* work, int d) {
         if (places[node] == 0) { continue; }
         const bool is_start = node < d || places[node - d] == 0;
         if (is_start) {
+            if (open_first != PLI_NULL_INDEX && node > open_last + 1) { /* another row */
+                link_runs_set_sides(work, open_first, open_last,
+                                    before != PLI_NULL_INDEX ? sides[before] : (uint8_t)LINK_RUNS_EVEN);
+                before = open_last;
+                open_first = PLI_NULL_INDEX;
+            }
             open_first = open_first == PLI_NULL_INDEX ? node : open_first;
             open_last = node;
             continue;
@@ -159,58 +224,98 @@ static void link_runs_take_sides(plii_link_runs_work* work, int d) {
     }
 }
 
-static int link_runs_compare_runs(const void* a, const void* b) {
-    const int node_a = ((const plii_link_run*)a)->node, node_b = ((const plii_link_run*)b)->node;
-    return (node_a > node_b) - (node_a < node_b);
+static void link_runs_begin_color(plii_link_runs* made) {
+    made->colors[made->color_count] = (plii_link_run_color){made->run_count, made->group_count};
+}
+static void link_runs_end_color(plii_link_runs* made) {
+    if (made->run_count > made->colors[made->color_count].first_run) { made->color_count += 1; }
 }
 
-/* Of the last colour, by node: parts of it are parts of the body. */
-static void link_runs_sort_runs(plii_link_runs* made, int color) {
-    const int first = made->colors[color].first_run;
-    int group = made->colors[color].first_group;
-    qsort(&made->runs[first], (size_t)(made->run_count - first), sizeof *made->runs, link_runs_compare_runs);
-    for (int r = first; r < made->run_count; ++r) {
-        made->runs[r].first_group = group;
-        group += made->runs[r].group_count;
+/* A colour of what the runs of the last one leave. */
+static void link_runs_take_left(plii_link_runs* made) {
+    const plii_link_run_color* color = &made->colors[made->color_count - 1];
+    const int end = made->run_count;
+    link_runs_begin_color(made);
+    for (int r = color->first_run; r < end; ++r) {
+        const plii_link_run* run = &made->runs[r];
+        if (run->left_count == 0) { continue; }
+        const int first = PLII_LINK_LANES * (run->group_count - 1) + run->left_count;
+        plii_link_run* left = &made->runs[made->run_count++];
+        *left = *run;
+        left->node += plii_link_run_way(run->offset, run->step, first);
+        left->skipped_count = (uint8_t)(PLII_LINK_LANES - run->left_count);
+        left->link = run->left - left->skipped_count;
+        left->link_stride = 0;
+        left->first_group = made->group_count++;
+        left->group_count = 1;
+        left->left_count = 0;
     }
+    link_runs_end_color(made);
 }
 
-/* One of the two colours of a class, if it has links, in an order of nodes that makes strides constant: near nodes
-   2 d apart, others one after the other. */
-static void link_runs_make_runs(plii_link_runs_work* work, int d, uint8_t side, bool with_link_stride) {
-    const int color = work->made.color_count;
-    const int stride = d < LINK_RUNS_NEAR ? 2 * d : 1;
+/* One of the two colours of a class, if it has links, and that of what its runs leave. */
+static void link_runs_make_runs(plii_link_runs_work* work, const link_runs_half* half) {
     link_runs_row row = {0};
-    work->made.colors[color].first_run = work->made.run_count;
-    work->made.colors[color].first_group = work->made.group_count;
-    for (int first = 0; first < stride; ++first) {
-        for (int64_t node = first; node < work->body->node_count; node += stride) {
-            if (work->places[node] > 0 && work->sides[node] == side) {
-                link_runs_add_to_row(work, &row, (int)node, d, with_link_stride);
-            }
+    const int color_count = work->made.color_count;
+    link_runs_begin_color(&work->made);
+    for (int node = 0; node < work->body->node_count; ++node) {
+        if (link_runs_begins_link(work, half, node)) { link_runs_add_to_row(work, half, &row, node); }
+    }
+    if (row.count > 0) { link_runs_end_row(work, &row, half->offset); }
+    link_runs_end_color(&work->made);
+    if (work->made.color_count > color_count) { link_runs_take_left(&work->made); }
+}
+
+/* Ways to make runs of a class. A list of links is longer than a stride; more colours are slower, but links of two
+   kinds by turns need them. */
+typedef struct link_runs_way {
+    bool with_link_stride, parts_kinds;
+} link_runs_way;
+
+static const link_runs_way link_runs_ways[] = {{true, false}, {false, false}, {true, true}, {false, true}};
+
+/* All colours of a class; gives how many of its links are in runs. */
+static int link_runs_make_class(plii_link_runs_work* work, int offset, link_runs_way way) {
+    const int first_run = work->made.run_count;
+    for (int side = LINK_RUNS_EVEN; side <= LINK_RUNS_ODD; ++side) {
+        const int first_kind = way.parts_kinds ? LINK_RUNS_NOT_BENDING : LINK_RUNS_ALL;
+        const int last_kind = way.parts_kinds ? LINK_RUNS_BENDING : LINK_RUNS_ALL;
+        for (int kind = first_kind; kind <= last_kind; ++kind) {
+            link_runs_make_runs(work, &(link_runs_half){offset, (uint8_t)side, (uint8_t)kind, way.with_link_stride});
         }
     }
-    if (row.count > 0) { link_runs_end_row(work, &row, d, with_link_stride); }
-    if (work->made.run_count == work->made.colors[color].first_run) { return; }
-    link_runs_sort_runs(&work->made, color);
-    work->made.color_count += 1;
+    int count = 0;
+    for (int r = first_run; r < work->made.run_count; ++r) {
+        count += PLII_LINK_LANES * work->made.runs[r].group_count - work->made.runs[r].skipped_count;
+    }
+    return count;
 }
 
-/* Both colours of a class, unless too few of its links form runs. */
-static bool link_runs_try_class(plii_link_runs_work* work, int class_index, int count, bool with_link_stride) {
+/* In the first way that leaves no link, or else the one that leaves the fewest. False where only few form runs. */
+static bool link_runs_try_class(plii_link_runs_work* work, int offset, int link_count) {
     const plii_link_runs before = work->made;
-    link_runs_make_runs(work, work->classes[class_index], LINK_RUNS_EVEN, with_link_stride);
-    link_runs_make_runs(work, work->classes[class_index], LINK_RUNS_ODD, with_link_stride);
-    const int in_runs = PLII_LINK_LANES * (work->made.group_count - before.group_count);
-    if (in_runs >= count / 4 * 3) { return true; }
+    const int way_count = work->body->link_tags != NULL ? 4 : 2;
+    int best = 0, most = -1;
+    for (int w = 0; w < way_count; ++w) {
+        work->made = before;
+        const int count = link_runs_make_class(work, offset, link_runs_ways[w]);
+        if (count == link_count) { return true; }
+        if (count > most) {
+            most = count;
+            best = w;
+        }
+    }
     work->made = before;
-    return false;
+    if (most < link_count / 4 * 3) { return false; }
+    link_runs_make_class(work, offset, link_runs_ways[best]);
+    return true;
 }
 
 void plii_link_runs_find(plii_link_runs_work* work) {
     int class_begin[PLII_LINK_RUNS_MAX_CLASSES + 1] = {0};
     link_runs_find_classes(work, class_begin);
     for (int k = 0; k < work->class_count; ++k) {
+        if (work->classes[k] > PLII_LINK_TURNS && work->classes[k] < LINK_RUNS_LEAST_ROW) { continue; }
         int count = 0;
         for (int i = class_begin[k]; i < class_begin[k + 1]; ++i) {
             /* A second link between the same two nodes is left out. */
@@ -221,7 +326,7 @@ void plii_link_runs_find(plii_link_runs_work* work) {
             }
         }
         link_runs_take_sides(work, work->classes[k]);
-        const bool is_taken = link_runs_try_class(work, k, count, true) || link_runs_try_class(work, k, count, false);
+        const bool is_taken = link_runs_try_class(work, work->classes[k], count);
         for (int i = class_begin[k]; i < class_begin[k + 1]; ++i) {
             work->places[link_runs_low_node(work->body, work->list[i])] = 0;
             if (!is_taken) { work->is_used[work->list[i]] = 0; }

@@ -1,20 +1,28 @@
 #ifndef PLII_LINK_RUNS_H
 #define PLII_LINK_RUNS_H
 
-/* Links whose nodes advance by a constant stride, as in the rows, columns and diagonals of a grid. They need no
-   indices, and most of them read their nodes in the order of memory. */
+/* Links whose nodes follow each other in memory, as in the rows, columns and diagonals of a grid. They need no indices,
+   and they may be read in planes (node_planes.h) as well as in records. */
 
 #include "body_impl.h"
 
 enum { PLII_LINK_LANES = 8 };
 
-/* Groups of eight links of one tag. */
+/* Widest offset with which first and other nodes take turns. */
+enum { PLII_LINK_TURNS = 2 };
+
+/* Groups of eight links of one tag from node a to node a + offset. First nodes come one after the other (step 1), or
+   every second one does (step 2), and no link of the colour has those between. Where the offset is at most
+   PLII_LINK_TURNS, `offset` of the first and as many of the other nodes take turns, and the step is 1. */
 typedef struct plii_link_run {
-    int node, stride;      /* the first link's smaller node; from link to link */
-    int offset;            /* to the other node */
-    int link, link_stride; /* index of the first link; from link to link, 0: `link` is an index into run_links */
+    int node, offset;      /* of the first link: the smaller node; from there to the other one */
+    int link, link_stride; /* index of the first link; from node to node, 0: `link` is an index into run_links */
     int first_group, group_count;
     plii_link_tag tag;
+    uint8_t step;
+    uint8_t skipped_count; /* first links of the first group that belong to another run */
+    uint8_t left_count;    /* links after the last group, at most eight */
+    int left;              /* index into run_links of those */
 } plii_link_run;
 
 /* Runs of one colour share no node. */
@@ -34,7 +42,7 @@ enum { PLII_LINK_RUNS_MAX_CLASSES = 32 };
 /* What finding runs needs for a while. */
 typedef struct plii_link_runs_work {
     const pli_body* body;
-    plii_link_runs made; /* with room for 2 PLII_LINK_RUNS_MAX_CLASSES colours, link_count / 8 runs, link_count links */
+    plii_link_runs made; /* with room for 8 PLII_LINK_RUNS_MAX_CLASSES colours, link_count / 4 runs, link_count links */
     int class_count;
     int classes[PLII_LINK_RUNS_MAX_CLASSES]; /* differences of node indices, ascending */
     int* places;                             /* [node_count] zero; the link of a class by its smaller node, plus 1 */
@@ -45,9 +53,23 @@ typedef struct plii_link_runs_work {
 
 void plii_link_runs_find(plii_link_runs_work* work);
 
-/* Index of a link of a run. */
+static inline bool plii_link_run_has_turns(int offset) {
+    return offset <= PLII_LINK_TURNS;
+}
+/* From the first node of a run to that of another one of its links. */
+static inline int plii_link_run_way(int offset, int step, int place) {
+    return plii_link_run_has_turns(offset) ? place / offset * 2 * offset + place % offset : step * place;
+}
+/* The same from group to group. */
+static inline int plii_link_run_group_way(int offset, int step) {
+    return plii_link_run_has_turns(offset) ? 2 * PLII_LINK_LANES : step * PLII_LINK_LANES;
+}
+
+/* Index of a link of a run, PLI_NULL_INDEX for one that it skips. */
 static inline int plii_link_run_link(const plii_link_runs* runs, const plii_link_run* run, int place) {
-    return run->link_stride == 0 ? runs->run_links[run->link + place] : run->link + place * run->link_stride;
+    if (place < run->skipped_count) { return PLI_NULL_INDEX; }
+    return run->link_stride == 0 ? runs->run_links[run->link + place]
+                                 : run->link + plii_link_run_way(run->offset, run->step, place) * run->link_stride;
 }
 
 typedef struct plii_link_part {
@@ -60,6 +82,22 @@ static inline plii_link_part plii_link_run_part(const plii_link_run* run, const 
     const int before = run->first_group - color->first_group;
     return (plii_link_part){begin > before ? begin - before : 0,
                             end - before < run->group_count ? end - before : run->group_count};
+}
+
+/* The run of a colour that has a group, counted from the colour's first one. */
+static inline const plii_link_run* plii_link_run_at(const plii_link_runs* runs, const plii_link_run_color* color,
+                                                    int group) {
+    const plii_link_run* first = &runs->runs[color[0].first_run];
+    int low = 0, high = color[1].first_run - color[0].first_run - 1;
+    while (low < high) {
+        const int middle = (low + high + 1) / 2;
+        if (first[middle].first_group - color->first_group <= group) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    return first + low;
 }
 
 #endif

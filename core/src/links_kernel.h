@@ -4,6 +4,7 @@
 /* Links on positions by colours, eight at a time; one function per instruction set, from links_kernel.inl. */
 
 #include "link_colors.h"
+#include "node_planes.h"
 
 /* In place of a squared rest length: nothing moves. */
 #define PLII_LINKS_NO_LINK (-INFINITY)
@@ -13,6 +14,7 @@ typedef struct plii_links_task {
     const plii_link_colors* colors;
     const float* rest_squared;        /* by slot, m^2 */
     const float* inverse_stiffnesses; /* [material_count] */
+    plii_planes planes;               /* of the positions, for runs; without any, all links work on the records */
 } plii_links_task;
 
 /* Groups [begin, end) of a colour of runs. */

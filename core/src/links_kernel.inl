@@ -6,19 +6,19 @@
    for nothing. */
 
 #include "link_quads_kernel.h"
+#include "link_runs_kernel.h"
 #include "links_kernel.h"
 
 enum { LINKS_BATCH = 8, LINKS_QUADS_BATCH = 6 }; /* groups */
 
 /* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
 PLII_SIMD_INLINE plii_float8 links_factor(plii_float8 length_squared, plii_float8 mass_a, plii_float8 mass_b,
-                                          const float* rest_squared, plii_float8 inverse_stiffness) {
-    const plii_float8 rest = plii_float8_load(rest_squared);
+                                          plii_float8 rest_squared, plii_float8 inverse_stiffness) {
     const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
-    const plii_float8 sum = plii_float8_add(rest, length_squared);
+    const plii_float8 sum = plii_float8_add(rest_squared, length_squared);
     const plii_float8 divisor = plii_float8_mul(mass_term, sum);
     /* The quotient, which takes longest, waits for no comparison. */
-    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest, length_squared), divisor);
+    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest_squared, length_squared), divisor);
     const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
     return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
 }
@@ -31,26 +31,21 @@ PLII_SIMD_INLINE plii_float8 links_inverse_stiffness(const plii_links_task* task
 
 // ------------------------------------------------------------------------------------------------------------- links
 
-/* First nodes of links, and the others. */
-typedef struct links_nodes {
-    plii_packed8 a, b;
-} links_nodes;
-
 /* Positions are kept from one to the other as they lie in memory, since what limits single links is how many places of
    memory are read and written. */
 typedef struct links_group {
-    links_nodes nodes;          /* kept where a register holds two of them, */
+    plii_run_records nodes;     /* kept where a register holds two of them, */
     plii_packed8 delta;         /* or else this, from the first ones to the others */
     plii_float8 move_a, move_b; /* along the difference, towards each other */
 } links_group;
 
-PLII_SIMD_INLINE void links_measure(links_group* group, links_nodes nodes, const float* rest_squared,
+PLII_SIMD_INLINE void links_measure(links_group* group, plii_run_records nodes, const float* rest_squared,
                                     plii_float8 inverse_stiffness) {
     const plii_packed8 delta = plii_packed8_sub(nodes.b, nodes.a);
     const plii_records8 d = plii_packed8_turn(delta);
     const plii_float8 mass_a = plii_packed8_turn(nodes.a).w, mass_b = plii_packed8_turn(nodes.b).w;
-    const plii_float8 factor =
-        links_factor(links_length_squared(d.x, d.y, d.z), mass_a, mass_b, rest_squared, inverse_stiffness);
+    const plii_float8 factor = links_factor(links_length_squared(d.x, d.y, d.z), mass_a, mass_b,
+                                            plii_float8_load(rest_squared), inverse_stiffness);
     group->move_a = plii_float8_mul(factor, mass_a);
     group->move_b = plii_float8_mul(factor, mass_b);
     if (PLII_SIMD_RECORDS > 1) {
@@ -64,67 +59,94 @@ PLII_SIMD_INLINE plii_packed8 links_delta(const links_group* group) {
     return PLII_SIMD_RECORDS > 1 ? plii_packed8_sub(group->nodes.b, group->nodes.a) : group->delta;
 }
 
-/* First nodes and others by turns. */
-PLII_SIMD_INLINE bool links_is_mixed(ptrdiff_t stride, ptrdiff_t offset) {
-    return stride == 2 && offset == 1;
-}
-PLII_SIMD_INLINE links_nodes links_load(const pli_vec4* at, ptrdiff_t stride, ptrdiff_t offset) {
-    links_nodes nodes;
-    if (links_is_mixed(stride, offset)) {
-        plii_packed8_load_mixed(at, &nodes.a, &nodes.b);
-    } else {
-        nodes = (links_nodes){plii_packed8_load(at, stride), plii_packed8_load(at + offset, stride)};
-    }
-    return nodes;
-}
-PLII_SIMD_INLINE void links_move(const links_group* g, pli_vec4* at, ptrdiff_t stride, ptrdiff_t offset) {
-    const links_nodes nodes = PLII_SIMD_RECORDS > 1 ? g->nodes : links_load(at, stride, offset);
+PLII_SIMD_INLINE void links_move(const links_group* g, pli_vec4* first, plii_run_form form) {
+    const plii_run_records nodes = PLII_SIMD_RECORDS > 1 ? g->nodes : plii_run_load(first, form);
     const plii_packed8 delta = links_delta(g);
-    const plii_packed8 a = plii_packed8_sub_scaled(nodes.a, delta, g->move_a);
-    const plii_packed8 b = plii_packed8_add_scaled(nodes.b, delta, g->move_b);
-    if (links_is_mixed(stride, offset)) {
-        plii_packed8_store_mixed(at, a, b);
-    } else {
-        plii_packed8_store(at, stride, a);
-        plii_packed8_store(at + offset, stride, b);
-    }
+    plii_run_store(first, form,
+                   (plii_run_records){plii_packed8_sub_scaled(nodes.a, delta, g->move_a),
+                                      plii_packed8_add_scaled(nodes.b, delta, g->move_b)});
 }
 
 PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
-                                ptrdiff_t stride, ptrdiff_t offset) {
+                                plii_run_form form) {
     const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    const ptrdiff_t step = PLII_LINK_LANES * stride;
-    pli_vec4* first = task->body->positions + run->node + step * begin;
+    const ptrdiff_t way = plii_run_way(form);
+    pli_vec4* first = task->body->positions + run->node + way * begin;
     links_group groups[LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
-            links_measure(&groups[i], links_load(first + i * step, stride, offset),
-                          rest + (ptrdiff_t)PLII_LINK_LANES * i, inverse_stiffness);
+            links_measure(&groups[i], plii_run_load(first + i * way, form), rest + (ptrdiff_t)PLII_LINK_LANES * i,
+                          inverse_stiffness);
         }
         for (int i = 0; i < count; ++i) {
-            links_move(&groups[i], first + i * step, stride, offset);
+            links_move(&groups[i], first + i * way, form);
         }
-        first += count * step;
+        first += count * way;
         rest += PLII_LINK_LANES * count;
     }
 }
 
-/* The strides of grids get code of their own. */
-static void links_run_of_any_stride(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
-    if (run->stride == 1) {
-        links_run(task, run, begin, end, 1, run->offset);
-    } else if (run->stride == 2 && run->offset == 1) {
-        links_run(task, run, begin, end, 2, 1);
-    } else {
-        links_run(task, run, begin, end, run->stride, run->offset);
+// --------------------------------------------------------------------------------------------------- links in planes
+
+PLII_SIMD_INLINE void links_solve_in_planes(const plii_planes* planes, ptrdiff_t first, plii_run_form form,
+                                            const float* rest, plii_float8 inverse_stiffness) {
+    const plii_run_numbers x = plii_run_load_plane(planes->x + first, form);
+    const plii_run_numbers y = plii_run_load_plane(planes->y + first, form);
+    const plii_run_numbers z = plii_run_load_plane(planes->z + first, form);
+    const plii_run_numbers w = plii_run_load_plane(planes->w + first, form);
+    const plii_float8 dx = plii_run_difference(x), dy = plii_run_difference(y), dz = plii_run_difference(z);
+    const plii_float8 factor =
+        links_factor(links_length_squared(dx, dy, dz), w.a, w.b, plii_run_load_slots(rest, form), inverse_stiffness);
+    const plii_float8 move_a = plii_float8_mul(factor, w.a), move_b = plii_float8_mul(factor, w.b);
+    plii_run_store_plane(planes->x + first, form, plii_run_moved(x, dx, move_a, move_b));
+    plii_run_store_plane(planes->y + first, form, plii_run_moved(y, dy, move_a, move_b));
+    plii_run_store_plane(planes->z + first, form, plii_run_moved(z, dz, move_a, move_b));
+}
+
+/* Without stages, as a group has a third fewer operations than one in records. */
+PLII_SIMD_INLINE void links_run_in_planes(const plii_links_task* task, const plii_link_run* run, int begin, int end,
+                                          plii_run_form form) {
+    const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
+    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
+    const ptrdiff_t way = plii_run_way(form);
+    const plii_planes planes = task->planes;
+    ptrdiff_t first = run->node + way * begin;
+    for (int g = begin; g < end; ++g, first += way, rest += PLII_LINK_LANES) {
+        links_solve_in_planes(&planes, first, form, rest, inverse_stiffness);
     }
 }
 
+/* Each form gets code of its own. */
+static void links_run_of_any_form(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
+    if (task->planes.x != NULL) {
+        if (run->offset == 1) {
+            links_run_in_planes(task, run, begin, end, (plii_run_form){1, 1, 1});
+        } else if (run->offset == 2) {
+            links_run_in_planes(task, run, begin, end, (plii_run_form){2, 1, 2});
+        } else if (run->step == 2) {
+            links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
+        } else {
+            links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
+        }
+    } else if (run->offset == 1) {
+        links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
+    } else if (run->offset == 2) {
+        links_run(task, run, begin, end, (plii_run_form){2, 1, 2});
+    } else if (run->step == 2) {
+        links_run(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
+    } else {
+        links_run(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
+    }
+}
+
+// -------------------------------------------------------------------------------------------------------- single links
+
 PLII_SIMD_INLINE void links_measure_single(links_group* group, const pli_vec4* positions, plii_quad_places places,
                                            const float* rest, plii_float8 inverse_stiffness) {
-    const links_nodes nodes = {plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1])};
+    const plii_run_records nodes = {plii_packed8_gather(positions, places[0]),
+                                    plii_packed8_gather(positions, places[1])};
     links_measure(group, nodes, rest, inverse_stiffness);
 }
 PLII_SIMD_INLINE void links_move_single(const links_group* g, pli_vec4* positions, plii_quad_places places) {
@@ -187,15 +209,17 @@ PLII_SIMD_INLINE void links_move_pair(plii_records8* a, plii_records8* b, const 
 PLII_SIMD_LARGE void links_solve_one(plii_records8* a, plii_records8* b, const float* rest,
                                      plii_float8 inverse_stiffness) {
     const links_difference delta = links_measure_pair(a, b);
-    links_move_pair(a, b, &delta, links_factor(delta.length_squared, a->w, b->w, rest, inverse_stiffness));
+    links_move_pair(a, b, &delta,
+                    links_factor(delta.length_squared, a->w, b->w, plii_float8_load(rest), inverse_stiffness));
 }
 /* Links between a and b and between c and d. */
 PLII_SIMD_LARGE void links_solve_two(plii_records8* a, plii_records8* b, plii_records8* c, plii_records8* d,
                                      const float* rest, plii_float8 inverse_stiffness) {
     const links_difference ab = links_measure_pair(a, b), cd = links_measure_pair(c, d);
-    const plii_float8 factor_ab = links_factor(ab.length_squared, a->w, b->w, rest, inverse_stiffness);
+    const plii_float8 factor_ab =
+        links_factor(ab.length_squared, a->w, b->w, plii_float8_load(rest), inverse_stiffness);
     const plii_float8 factor_cd =
-        links_factor(cd.length_squared, c->w, d->w, rest + PLII_LINK_LANES, inverse_stiffness);
+        links_factor(cd.length_squared, c->w, d->w, plii_float8_load(rest + PLII_LINK_LANES), inverse_stiffness);
     links_move_pair(a, b, &ab, factor_ab);
     links_move_pair(c, d, &cd, factor_cd);
 }
@@ -281,9 +305,11 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
 static void links_runs(const plii_links_task* task, int color, int begin, int end) {
     const plii_link_runs* runs = &task->colors->runs;
     const plii_link_run_color* own = &runs->colors[color];
-    for (const plii_link_run* run = runs->runs + own[0].first_run; run < runs->runs + own[1].first_run; ++run) {
+    const plii_link_run* after = runs->runs + own[1].first_run;
+    for (const plii_link_run* run = plii_link_run_at(runs, own, begin); run < after; ++run) {
         const plii_link_part part = plii_link_run_part(run, own, begin, end);
-        if (part.begin < part.end) { links_run_of_any_stride(task, run, part.begin, part.end); }
+        if (part.begin >= part.end) { return; }
+        links_run_of_any_form(task, run, part.begin, part.end);
     }
 }
 

@@ -116,16 +116,14 @@ PLII_SIMD_INLINE plii_packed8 plii_packed8_gather(const pli_vec4* records, const
                            plii_simd_pair(plii_simd_at(records, places[4]), plii_simd_at(records, places[5])),
                            plii_simd_pair(plii_simd_at(records, places[6]), plii_simd_at(records, places[7]))}};
 }
-/* Records first, first + stride, ... first + 7 stride. */
-PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, ptrdiff_t stride) {
-    if (stride == 1) {
-        return (plii_packed8){{_mm256_loadu_ps(&first[0].x), _mm256_loadu_ps(&first[2].x), _mm256_loadu_ps(&first[4].x),
-                               _mm256_loadu_ps(&first[6].x)}};
+/* Records first, first + step, ... first + 7 step; the step is 1 or 2. */
+PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, int step) {
+    if (step == 2) {
+        return (plii_packed8){{plii_simd_pair(first, first + 2), plii_simd_pair(first + 4, first + 6),
+                               plii_simd_pair(first + 8, first + 10), plii_simd_pair(first + 12, first + 14)}};
     }
-    return (plii_packed8){{plii_simd_pair(first, first + stride),
-                           plii_simd_pair(first + 2 * stride, first + 3 * stride),
-                           plii_simd_pair(first + 4 * stride, first + 5 * stride),
-                           plii_simd_pair(first + 6 * stride, first + 7 * stride)}};
+    return (plii_packed8){{_mm256_loadu_ps(&first[0].x), _mm256_loadu_ps(&first[2].x), _mm256_loadu_ps(&first[4].x),
+                           _mm256_loadu_ps(&first[6].x)}};
 }
 PLII_SIMD_INLINE plii_packed8 plii_packed8_add(plii_packed8 a, plii_packed8 b) {
     return (plii_packed8){{_mm256_add_ps(a.pairs[0], b.pairs[0]), _mm256_add_ps(a.pairs[1], b.pairs[1]),
@@ -154,12 +152,17 @@ PLII_SIMD_INLINE plii_packed8 plii_records8_turn(const plii_records8* a) {
                            _mm256_shuffle_ps(xy46, zw46, 0x44), _mm256_shuffle_ps(xy46, zw46, 0xee)}};
 }
 
-/* Of two sets whose records take turns in memory: a0, b0, a1, b1, ... */
-PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
+/* Of two sets of which one record and one, or two and two (`width`), take turns in memory: a0, b0, a1, b1, ... */
+PLII_SIMD_INLINE void plii_packed8_load_turns(const pli_vec4* first, int width, plii_packed8* a, plii_packed8* b) {
     const __m256 r0 = _mm256_loadu_ps(&first[0].x), r1 = _mm256_loadu_ps(&first[2].x);
     const __m256 r2 = _mm256_loadu_ps(&first[4].x), r3 = _mm256_loadu_ps(&first[6].x);
     const __m256 r4 = _mm256_loadu_ps(&first[8].x), r5 = _mm256_loadu_ps(&first[10].x);
     const __m256 r6 = _mm256_loadu_ps(&first[12].x), r7 = _mm256_loadu_ps(&first[14].x);
+    if (width == 2) {
+        *a = (plii_packed8){{r0, r2, r4, r6}};
+        *b = (plii_packed8){{r1, r3, r5, r7}};
+        return;
+    }
     *a = (plii_packed8){{_mm256_permute2f128_ps(r0, r1, 0x20), _mm256_permute2f128_ps(r2, r3, 0x20),
                          _mm256_permute2f128_ps(r4, r5, 0x20), _mm256_permute2f128_ps(r6, r7, 0x20)}};
     *b = (plii_packed8){{_mm256_permute2f128_ps(r0, r1, 0x31), _mm256_permute2f128_ps(r2, r3, 0x31),
@@ -195,28 +198,28 @@ PLII_SIMD_INLINE plii_packed8 plii_packed8_sub_scaled(plii_packed8 a, plii_packe
                            _mm256_blend_ps(_mm256_sub_ps(a.pairs[2], s2), a.pairs[2], 0x88),
                            _mm256_blend_ps(_mm256_sub_ps(a.pairs[3], s3), a.pairs[3], 0x88)}};
 }
-PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, ptrdiff_t stride, plii_packed8 a) {
-    if (stride == 1) {
-        _mm256_storeu_ps(&first[0].x, a.pairs[0]);
-        _mm256_storeu_ps(&first[2].x, a.pairs[1]);
-        _mm256_storeu_ps(&first[4].x, a.pairs[2]);
-        _mm256_storeu_ps(&first[6].x, a.pairs[3]);
+PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, int step, plii_packed8 a) {
+    if (step == 2) {
+        plii_simd_store_pair(first, first + 2, a.pairs[0]);
+        plii_simd_store_pair(first + 4, first + 6, a.pairs[1]);
+        plii_simd_store_pair(first + 8, first + 10, a.pairs[2]);
+        plii_simd_store_pair(first + 12, first + 14, a.pairs[3]);
         return;
     }
-    plii_simd_store_pair(first, first + stride, a.pairs[0]);
-    plii_simd_store_pair(first + 2 * stride, first + 3 * stride, a.pairs[1]);
-    plii_simd_store_pair(first + 4 * stride, first + 5 * stride, a.pairs[2]);
-    plii_simd_store_pair(first + 6 * stride, first + 7 * stride, a.pairs[3]);
+    _mm256_storeu_ps(&first[0].x, a.pairs[0]);
+    _mm256_storeu_ps(&first[2].x, a.pairs[1]);
+    _mm256_storeu_ps(&first[4].x, a.pairs[2]);
+    _mm256_storeu_ps(&first[6].x, a.pairs[3]);
 }
-PLII_SIMD_INLINE void plii_simd_store_mixed(pli_vec4* first, plii_float8 a, plii_float8 b) {
-    _mm256_storeu_ps(&first[0].x, _mm256_permute2f128_ps(a, b, 0x20));
-    _mm256_storeu_ps(&first[2].x, _mm256_permute2f128_ps(a, b, 0x31));
+PLII_SIMD_INLINE void plii_simd_store_turns(pli_vec4* first, int width, plii_float8 a, plii_float8 b) {
+    _mm256_storeu_ps(&first[0].x, width == 2 ? a : _mm256_permute2f128_ps(a, b, 0x20));
+    _mm256_storeu_ps(&first[2].x, width == 2 ? b : _mm256_permute2f128_ps(a, b, 0x31));
 }
-PLII_SIMD_INLINE void plii_packed8_store_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
-    plii_simd_store_mixed(first, a.pairs[0], b.pairs[0]);
-    plii_simd_store_mixed(first + 4, a.pairs[1], b.pairs[1]);
-    plii_simd_store_mixed(first + 8, a.pairs[2], b.pairs[2]);
-    plii_simd_store_mixed(first + 12, a.pairs[3], b.pairs[3]);
+PLII_SIMD_INLINE void plii_packed8_store_turns(pli_vec4* first, int width, plii_packed8 a, plii_packed8 b) {
+    plii_simd_store_turns(first, width, a.pairs[0], b.pairs[0]);
+    plii_simd_store_turns(first + 4, width, a.pairs[1], b.pairs[1]);
+    plii_simd_store_turns(first + 8, width, a.pairs[2], b.pairs[2]);
+    plii_simd_store_turns(first + 12, width, a.pairs[3], b.pairs[3]);
 }
 /* In the order of the records: of two at the same place the later one stays. */
 PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* places, plii_packed8 a) {
@@ -228,6 +231,34 @@ PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* pl
                          a.pairs[2]);
     plii_simd_store_pair(plii_simd_at_mutable(records, places[6]), plii_simd_at_mutable(records, places[7]),
                          a.pairs[3]);
+}
+
+/* Sixteen numbers of which one and one, or two and two (`width`), belong to two sets by turns: places 0, 1, 4, 5, 2, 3,
+   6, 7 of each. */
+PLII_SIMD_INLINE void plii_float8_load_turns(const float* source, int width, plii_float8* a, plii_float8* b) {
+    const __m256 low = _mm256_loadu_ps(source), high = _mm256_loadu_ps(source + 8);
+    *a = width == 2 ? _mm256_shuffle_ps(low, high, 0x44) : _mm256_shuffle_ps(low, high, 0x88);
+    *b = width == 2 ? _mm256_shuffle_ps(low, high, 0xee) : _mm256_shuffle_ps(low, high, 0xdd);
+}
+PLII_SIMD_INLINE void plii_float8_store_turns(float* target, int width, plii_float8 a, plii_float8 b) {
+    _mm256_storeu_ps(target, width == 2 ? _mm256_shuffle_ps(a, b, 0x44) : _mm256_unpacklo_ps(a, b));
+    _mm256_storeu_ps(target + 8, width == 2 ? _mm256_shuffle_ps(a, b, 0xee) : _mm256_unpackhi_ps(a, b));
+}
+/* Every second of fifteen numbers, in the same order, and what is between; nothing after the fifteenth is touched. */
+PLII_SIMD_INLINE void plii_float8_load_second(const float* source, plii_float8* a, plii_float8* between) {
+    const __m256 low = _mm256_loadu_ps(source), high = _mm256_loadu_ps(source + 7);
+    *a = _mm256_shuffle_ps(low, high, 0xd8);
+    *between = _mm256_shuffle_ps(low, high, 0x8d);
+}
+PLII_SIMD_INLINE void plii_float8_store_second(float* target, plii_float8 a, plii_float8 between) {
+    _mm256_storeu_ps(target, _mm256_unpacklo_ps(a, between));
+    _mm256_storeu_ps(target + 7, _mm256_unpackhi_ps(between, a));
+}
+/* From the order of records to that of memory, or of numbers that take turns. */
+PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots, bool has_turns) {
+    const __m256i in_order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7),
+                  by_turns = _mm256_setr_epi32(0, 4, 2, 6, 1, 5, 3, 7);
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(slots), has_turns ? by_turns : in_order);
 }
 
 #elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
@@ -276,6 +307,26 @@ PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
     return _mm_and_ps(_mm_cmpgt_ps(a, b), value);
+}
+/* a0, b0, a1, b1 and a2, b2, a3, b3; and the even and the odd ones of eight. */
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_low(plii_float4 a, plii_float4 b) {
+    return _mm_unpacklo_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_high(plii_float4 a, plii_float4 b) {
+    return _mm_unpackhi_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_even(plii_float4 a, plii_float4 b) {
+    return _mm_shuffle_ps(a, b, 0x88);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
+    return _mm_shuffle_ps(a, b, 0xdd);
+}
+/* The first two of both; the last two. */
+PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
+    return _mm_shuffle_ps(a, b, 0x44);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
+    return _mm_shuffle_ps(a, b, 0xee);
 }
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
@@ -329,6 +380,24 @@ PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
     return vreinterpretq_f32_u32(vandq_u32(vcgtq_f32(a, b), vreinterpretq_u32_f32(value)));
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_low(plii_float4 a, plii_float4 b) {
+    return vzip1q_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_high(plii_float4 a, plii_float4 b) {
+    return vzip2q_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_even(plii_float4 a, plii_float4 b) {
+    return vuzp1q_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
+    return vuzp2q_f32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
+    return vcombine_f32(vget_low_f32(a), vget_low_f32(b));
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
+    return vcombine_f32(vget_high_f32(a), vget_high_f32(b));
 }
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     const float32x4x2_t xz02 = vzipq_f32(r[0], r[2]), xz13 = vzipq_f32(r[1], r[3]);
@@ -402,6 +471,24 @@ PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float
     }
     return value;
 }
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_low(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[0], b.lanes[0], a.lanes[1], b.lanes[1]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_zip_high(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[2], b.lanes[2], a.lanes[3], b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_even(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[0], a.lanes[2], b.lanes[0], b.lanes[2]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[1], a.lanes[3], b.lanes[1], b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[0], a.lanes[1], b.lanes[0], b.lanes[1]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
+    return (plii_float4){{a.lanes[2], a.lanes[3], b.lanes[2], b.lanes[3]}};
+}
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     const plii_float4 a = r[0], b = r[1], c = r[2], d = r[3];
     r[0] = (plii_float4){{a.lanes[0], b.lanes[0], c.lanes[0], d.lanes[0]}};
@@ -467,11 +554,11 @@ PLII_SIMD_INLINE plii_packed8 plii_packed8_gather(const pli_vec4* records, const
          plii_float4_from(plii_simd_at(records, places[4])), plii_float4_from(plii_simd_at(records, places[5])),
          plii_float4_from(plii_simd_at(records, places[6])), plii_float4_from(plii_simd_at(records, places[7]))}};
 }
-PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, ptrdiff_t stride) {
-    return (plii_packed8){{plii_float4_from(first), plii_float4_from(first + stride),
-                           plii_float4_from(first + 2 * stride), plii_float4_from(first + 3 * stride),
-                           plii_float4_from(first + 4 * stride), plii_float4_from(first + 5 * stride),
-                           plii_float4_from(first + 6 * stride), plii_float4_from(first + 7 * stride)}};
+PLII_SIMD_INLINE plii_packed8 plii_packed8_load(const pli_vec4* first, int step) {
+    return (plii_packed8){{plii_float4_from(first), plii_float4_from(first + step), plii_float4_from(first + 2 * step),
+                           plii_float4_from(first + 3 * step), plii_float4_from(first + 4 * step),
+                           plii_float4_from(first + 5 * step), plii_float4_from(first + 6 * step),
+                           plii_float4_from(first + 7 * step)}};
 }
 PLII_SIMD_INLINE plii_packed8 plii_packed8_add(plii_packed8 a, plii_packed8 b) {
     return (plii_packed8){{plii_float4_add(a.records[0], b.records[0]), plii_float4_add(a.records[1], b.records[1]),
@@ -514,15 +601,15 @@ PLII_SIMD_INLINE plii_packed8 plii_packed8_add_scaled(plii_packed8 a, plii_packe
 PLII_SIMD_INLINE plii_packed8 plii_packed8_sub_scaled(plii_packed8 a, plii_packed8 b, plii_float8 factors) {
     return plii_packed8_sub(a, plii_packed8_scale_xyz(b, factors));
 }
-PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, ptrdiff_t stride, plii_packed8 a) {
+PLII_SIMD_INLINE void plii_packed8_store(pli_vec4* first, int step, plii_packed8 a) {
     plii_float4_to(first, a.records[0]);
-    plii_float4_to(first + stride, a.records[1]);
-    plii_float4_to(first + 2 * stride, a.records[2]);
-    plii_float4_to(first + 3 * stride, a.records[3]);
-    plii_float4_to(first + 4 * stride, a.records[4]);
-    plii_float4_to(first + 5 * stride, a.records[5]);
-    plii_float4_to(first + 6 * stride, a.records[6]);
-    plii_float4_to(first + 7 * stride, a.records[7]);
+    plii_float4_to(first + step, a.records[1]);
+    plii_float4_to(first + 2 * step, a.records[2]);
+    plii_float4_to(first + 3 * step, a.records[3]);
+    plii_float4_to(first + 4 * step, a.records[4]);
+    plii_float4_to(first + 5 * step, a.records[5]);
+    plii_float4_to(first + 6 * step, a.records[6]);
+    plii_float4_to(first + 7 * step, a.records[7]);
 }
 PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* places, plii_packed8 a) {
     plii_float4_to(plii_simd_at_mutable(records, places[0]), a.records[0]);
@@ -534,13 +621,73 @@ PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* pl
     plii_float4_to(plii_simd_at_mutable(records, places[6]), a.records[6]);
     plii_float4_to(plii_simd_at_mutable(records, places[7]), a.records[7]);
 }
-PLII_SIMD_INLINE void plii_packed8_load_mixed(const pli_vec4* first, plii_packed8* a, plii_packed8* b) {
-    *a = plii_packed8_load(first, 2);
-    *b = plii_packed8_load(first + 1, 2);
+/* From an even place to the next one; from one even place to another there are four records. */
+PLII_SIMD_INLINE ptrdiff_t plii_simd_turn(int width) {
+    return width == 2 ? 1 : 2;
 }
-PLII_SIMD_INLINE void plii_packed8_store_mixed(pli_vec4* first, plii_packed8 a, plii_packed8 b) {
-    plii_packed8_store(first, 2, a);
-    plii_packed8_store(first + 1, 2, b);
+PLII_SIMD_INLINE plii_packed8 plii_simd_load_turns(const pli_vec4* first, int width) {
+    const ptrdiff_t odd = plii_simd_turn(width);
+    return (plii_packed8){{plii_float4_from(first), plii_float4_from(first + odd), plii_float4_from(first + 4),
+                           plii_float4_from(first + 4 + odd), plii_float4_from(first + 8),
+                           plii_float4_from(first + 8 + odd), plii_float4_from(first + 12),
+                           plii_float4_from(first + 12 + odd)}};
+}
+PLII_SIMD_INLINE void plii_packed8_load_turns(const pli_vec4* first, int width, plii_packed8* a, plii_packed8* b) {
+    *a = plii_simd_load_turns(first, width);
+    *b = plii_simd_load_turns(first + width, width);
+}
+PLII_SIMD_INLINE void plii_simd_store_turns(pli_vec4* first, int width, plii_packed8 a) {
+    const ptrdiff_t odd = plii_simd_turn(width);
+    plii_float4_to(first, a.records[0]);
+    plii_float4_to(first + odd, a.records[1]);
+    plii_float4_to(first + 4, a.records[2]);
+    plii_float4_to(first + 4 + odd, a.records[3]);
+    plii_float4_to(first + 8, a.records[4]);
+    plii_float4_to(first + 8 + odd, a.records[5]);
+    plii_float4_to(first + 12, a.records[6]);
+    plii_float4_to(first + 12 + odd, a.records[7]);
+}
+PLII_SIMD_INLINE void plii_packed8_store_turns(pli_vec4* first, int width, plii_packed8 a, plii_packed8 b) {
+    plii_simd_store_turns(first, width, a);
+    plii_simd_store_turns(first + width, width, b);
+}
+
+PLII_SIMD_INLINE void plii_float8_load_turns(const float* source, int width, plii_float8* a, plii_float8* b) {
+    const plii_float4 f0 = plii_float4_load(source), f1 = plii_float4_load(source + 4);
+    const plii_float4 f2 = plii_float4_load(source + 8), f3 = plii_float4_load(source + 12);
+    if (width == 2) {
+        *a = (plii_float8){plii_float4_low_halves(f0, f1), plii_float4_low_halves(f2, f3)};
+        *b = (plii_float8){plii_float4_high_halves(f0, f1), plii_float4_high_halves(f2, f3)};
+    } else {
+        *a = (plii_float8){plii_float4_even(f0, f1), plii_float4_even(f2, f3)};
+        *b = (plii_float8){plii_float4_odd(f0, f1), plii_float4_odd(f2, f3)};
+    }
+}
+PLII_SIMD_INLINE void plii_float8_store_turns(float* target, int width, plii_float8 a, plii_float8 b) {
+    const bool is_wide = width == 2;
+    plii_float4_store(target, is_wide ? plii_float4_low_halves(a.low, b.low) : plii_float4_zip_low(a.low, b.low));
+    plii_float4_store(target + 4, is_wide ? plii_float4_high_halves(a.low, b.low) : plii_float4_zip_high(a.low, b.low));
+    plii_float4_store(target + 8,
+                      is_wide ? plii_float4_low_halves(a.high, b.high) : plii_float4_zip_low(a.high, b.high));
+    plii_float4_store(target + 12,
+                      is_wide ? plii_float4_high_halves(a.high, b.high) : plii_float4_zip_high(a.high, b.high));
+}
+PLII_SIMD_INLINE void plii_float8_load_second(const float* source, plii_float8* a, plii_float8* between) {
+    const plii_float4 f0 = plii_float4_load(source), f1 = plii_float4_load(source + 4);
+    const plii_float4 f2 = plii_float4_load(source + 7), f3 = plii_float4_load(source + 11);
+    *a = (plii_float8){plii_float4_even(f0, f1), plii_float4_odd(f2, f3)};
+    *between = (plii_float8){plii_float4_odd(f0, f1), plii_float4_even(f2, f3)};
+}
+PLII_SIMD_INLINE void plii_float8_store_second(float* target, plii_float8 a, plii_float8 between) {
+    plii_float4_store(target, plii_float4_zip_low(a.low, between.low));
+    plii_float4_store(target + 4, plii_float4_zip_high(a.low, between.low));
+    plii_float4_store(target + 7, plii_float4_zip_low(between.high, a.high));
+    plii_float4_store(target + 11, plii_float4_zip_high(between.high, a.high));
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots, bool has_turns) {
+    const plii_float4 even = plii_float4_load(slots), odd = plii_float4_load(slots + 4);
+    (void)has_turns;
+    return (plii_float8){plii_float4_zip_low(even, odd), plii_float4_zip_high(even, odd)};
 }
 
 #endif

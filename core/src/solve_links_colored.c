@@ -11,7 +11,8 @@ enum {
     COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
     COLORED_LINKS_LEAST = 3,    /* links per row on the average; a row of fewer costs more than they do one by one */
     COLORED_LINKS_BAND = 16384, /* nodes, 256 kB: half a second cache and less */
-    COLORED_LINKS_WIDEST_SKEW = 32768 /* nodes */
+    COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
+    COLORED_LINKS_TURN_GRAIN = 4096    /* nodes */
 };
 
 typedef struct colored_links_state {
@@ -103,11 +104,11 @@ static void colored_links_sweep_quads(colored_links_part* part) {
     }
 }
 
-static void colored_links_sweep(pli_body* body, void* data) {
-    const colored_links_state* state = data;
+static void colored_links_sweep_once(pli_body* body, const colored_links_state* state, plii_planes planes) {
     const plii_link_colors* colors = state->colors;
     const bool has_threads = plii_has_threads(body->context), has_bands = state->band_count > 0 && !has_threads;
-    colored_links_part part = {state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses}, 0, 0};
+    colored_links_part part = {
+        state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, planes}, 0, 0};
     if (!has_bands && (!has_threads || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES)) {
         state->kernel->sweep(&part.task);
         return;
@@ -119,6 +120,38 @@ static void colored_links_sweep(pli_body* body, void* data) {
     }
     colored_links_sweep_quads(&part);
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+}
+
+static void colored_links_sweep(pli_body* body, void* data) {
+    colored_links_sweep_once(body, data, (plii_planes){0});
+}
+
+/* In planes, where nodes of runs follow each other without being turned. Their place is that of the velocities, which
+   follow from the positions afterwards. */
+
+typedef struct colored_links_turn {
+    pli_body* body;
+    const plii_planes* planes;
+} colored_links_turn;
+
+static void colored_links_take(int begin, int end, void* data) {
+    const colored_links_turn* turn = data;
+    plii_planes_take(turn->planes, turn->body->positions, begin, end);
+}
+static void colored_links_give(int begin, int end, void* data) {
+    const colored_links_turn* turn = data;
+    plii_planes_give(turn->planes, turn->body->positions, begin, end);
+}
+
+static void colored_links_sweep_alone(pli_body* body, void* data, int count) {
+    const colored_links_state* state = data;
+    const plii_planes planes = plii_planes_at(body->velocities, body->node_count);
+    colored_links_turn turn = {body, &planes};
+    plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
+    for (int i = 0; i < count; ++i) {
+        colored_links_sweep_once(body, state, planes);
+    }
+    plii_parallel_for(body->context, colored_links_give, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
 }
 
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -137,8 +170,9 @@ typedef struct colored_links_extent {
 } colored_links_extent;
 
 static colored_links_extent colored_links_run_extent(const plii_link_run* run, int group) {
-    const int low = run->node + run->stride * PLII_LINK_LANES * group;
-    return (colored_links_extent){low, low + run->stride * (PLII_LINK_LANES - 1) + run->offset};
+    const int low = run->node + plii_link_run_group_way(run->offset, run->step) * group;
+    const int way = plii_link_run_way(run->offset, run->step, PLII_LINK_LANES - 1);
+    return (colored_links_extent){low, low + way + run->offset};
 }
 
 /* Widest group; INT_MAX when the groups of some colour are not in the order of their last nodes. */
@@ -210,6 +244,8 @@ static void colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
     const bool is_worthwhile = body->link_count >= COLORED_LINKS_LEAST * row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
+    body->sweep_links_alone =
+        is_worthwhile && plii_link_colors_have_only_runs(colors) ? colored_links_sweep_alone : NULL;
     body->sweep_links_state = state;
     state->is_stale = true;
 }
@@ -235,6 +271,7 @@ static void colored_links_disable(pli_body* body, void* data) {
     plii_link_slots_release(body, &state->rest_squared);
     plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
     body->sweep_links = plii_links_sweep;
+    body->sweep_links_alone = NULL;
     body->sweep_links_state = NULL;
 }
 

@@ -18,11 +18,9 @@ typedef struct xpbd_kinds {
 
 typedef struct xpbd_state {
     pli_xpbd_def def;
-    bool had_links;          /* on positions, before this solver came */
-    xpbd_kinds kinds;        /* that only this solver has */
-    pli_vec4* displacements; /* [node_count], as all that follow */
-    pli_vec4* carried;
-    pli_vec4* accelerations; /* m/s^2 without constraints, in this step */
+    bool had_links;   /* on positions, before this solver came */
+    xpbd_kinds kinds; /* that only this solver has */
+    plii_xpbd_records records;
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
@@ -65,7 +63,7 @@ static void xpbd_take_accelerations(pli_body* body, xpbd_state* state, const pli
             acceleration = pli_vec3_add(acceleration, body->world->def.gravity);
         }
         if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
-        plii_set_xyz(&state->accelerations[i], acceleration);
+        state->records.accelerations[i] = (pli_vec4){acceleration.x, acceleration.y, acceleration.z, 0.0f};
     }
 }
 
@@ -79,7 +77,7 @@ static void xpbd_predict(pli_body* body, float dt) {
     const plii_float4 whole_dt = plii_float4_all(step->dt);
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 position = plii_float4_from(&body->positions[i]);
-        const plii_float4 gained = plii_float4_mul(plii_float4_from(&state->accelerations[i]), whole_dt);
+        const plii_float4 gained = plii_float4_mul(plii_float4_from(&state->records.accelerations[i]), whole_dt);
         const plii_float4 velocity = plii_float4_add(plii_float4_from(&body->velocities[i]), gained);
         plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
         plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, whole_dt)));
@@ -143,11 +141,18 @@ static void xpbd_finish_and_move_range(int begin, int end, void* task) {
     }
 }
 
-static void xpbd_run_pass(pli_body* body, const xpbd_state* state, const plii_xpbd_substep* substep,
-                          pli_range_fn* range) {
-    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->carried,
-                      state->accelerations, substep->dt,      substep->inverse_dt};
-    plii_parallel_for(body->context, range, &pass, body->node_count, XPBD_NODES_GRAIN);
+static const plii_xpbd_plane_moves xpbd_record_moves = {
+    .move = xpbd_move_range, .finish = xpbd_finish_range, .finish_and_move = xpbd_finish_and_move_range};
+
+/* How nodes are moved, in records or in planes. */
+typedef struct xpbd_moves {
+    const plii_xpbd_plane_moves* ranges;
+    void* task;
+    int count, grain;
+} xpbd_moves;
+
+static void xpbd_run_pass(pli_body* body, const xpbd_moves* moves, pli_range_fn* range) {
+    plii_parallel_for(body->context, range, moves->task, moves->count, moves->grain);
 }
 
 static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds,
@@ -162,8 +167,9 @@ static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds
     }
 }
 
-static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds,
+static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, const xpbd_moves* moves,
                           plii_xpbd_substep* substep) {
+    const plii_xpbd_plane_moves* ranges = moves->ranges;
     bool has_finish = false;
     for (int k = 0; k < kinds->count; ++k) {
         has_finish = has_finish || kinds->at[k]->finish != NULL;
@@ -171,14 +177,57 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_ki
     const int count = state->def.substeps;
     for (substep->index = 0; substep->index < count; ++substep->index) {
         const bool is_moved = substep->index > 0 && !has_finish;
-        if (!is_moved) { xpbd_run_pass(body, state, substep, xpbd_move_range); }
+        if (!is_moved) { xpbd_run_pass(body, moves, ranges->move); }
         xpbd_sweep(body, state, kinds, substep);
         const bool moves_on = substep->index + 1 < count && !has_finish;
-        xpbd_run_pass(body, state, substep, moves_on ? xpbd_finish_and_move_range : xpbd_finish_range);
+        xpbd_run_pass(body, moves, moves_on ? ranges->finish_and_move : ranges->finish);
         for (int k = 0; k < kinds->count; ++k) {
             if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
         }
     }
+}
+
+static void xpbd_substeps_in_records(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds,
+                                     plii_xpbd_substep* substep) {
+    const plii_xpbd_records* records = &state->records;
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
+        records->displacements[i] = records->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
+    }
+    xpbd_pass pass = {body->positions,        body->velocities, records->displacements, records->carried,
+                      records->accelerations, substep->dt,      substep->inverse_dt};
+    const xpbd_moves moves = {&xpbd_record_moves, &pass, body->node_count, XPBD_NODES_GRAIN};
+    xpbd_substeps(body, state, kinds, &moves, substep);
+}
+
+static void xpbd_substeps_in_planes(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds,
+                                    const plii_xpbd_plane_moves* ranges, plii_xpbd_substep* substep) {
+    plii_xpbd_plane_nodes nodes = {.dt = substep->dt, .inverse_dt = substep->inverse_dt};
+    ranges->take(body, &state->records, &nodes);
+    substep->planes = &nodes.moving;
+    const xpbd_moves moves = {ranges, &nodes, nodes.block_count, XPBD_NODES_GRAIN / PLII_LANES};
+    xpbd_substeps(body, state, kinds, &moves, substep);
+    ranges->give(body, &state->records, &nodes);
+}
+
+/* Those that have something to do in this step. */
+static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
+    xpbd_kinds kinds = xpbd_all_kinds(body, state);
+    int busy = 0;
+    for (int k = 0; k < kinds.count; ++k) {
+        const plii_xpbd_kind* kind = kinds.at[k];
+        if (kind->begin != NULL) { kind->begin(body, kinds.states[k]); }
+        if (kind->is_idle != NULL && kind->is_idle(body, kinds.states[k])) { continue; }
+        kinds.at[busy] = kind;
+        kinds.states[busy++] = kinds.states[k];
+    }
+    kinds.count = busy;
+    return kinds;
+}
+
+static const plii_xpbd_plane_moves* xpbd_planes_of(const pli_body* body, const xpbd_kinds* kinds) {
+    const bool is_alone = kinds->count == 1 && kinds->at[0]->planes != NULL;
+    return is_alone ? kinds->at[0]->planes(body, kinds->states[0]) : NULL;
 }
 
 static void xpbd_solve(pli_body* body) {
@@ -187,17 +236,15 @@ static void xpbd_solve(pli_body* body) {
     const float parts = (float)state->def.substeps;
     plii_xpbd_substep substep = {.dt = step->dt / parts,
                                  .inverse_dt = step->inverse_dt * parts,
-                                 .displacements = state->displacements,
-                                 .carried = state->carried};
-    const xpbd_kinds kinds = xpbd_all_kinds(body, state);
-    for (int k = 0; k < kinds.count; ++k) {
-        if (kinds.at[k]->begin != NULL) { kinds.at[k]->begin(body, kinds.states[k]); }
+                                 .displacements = state->records.displacements,
+                                 .carried = state->records.carried};
+    const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
+    const plii_xpbd_plane_moves* planes = xpbd_planes_of(body, &kinds);
+    if (planes != NULL) {
+        xpbd_substeps_in_planes(body, state, &kinds, planes, &substep);
+    } else {
+        xpbd_substeps_in_records(body, state, &kinds, &substep);
     }
-    for (int i = 0; i < body->node_count; ++i) {
-        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
-        state->displacements[i] = state->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
-    }
-    xpbd_substeps(body, state, &kinds, &substep);
     const float kept = 1.0f - body->solver.velocity_damping;
     for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
         if (body->positions[i].w > 0.0f) {
@@ -219,19 +266,25 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
+static size_t xpbd_records_size(int node_count) {
+    return (size_t)plii_xpbd_record_count(node_count) * sizeof(pli_vec4);
+}
+
 static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
-    plii_release(body->context, state->displacements, (size_t)node_count * sizeof *state->displacements);
-    plii_release(body->context, state->carried, (size_t)node_count * sizeof *state->carried);
-    plii_release(body->context, state->accelerations, (size_t)node_count * sizeof *state->accelerations);
+    const size_t size = xpbd_records_size(node_count);
+    plii_release(body->context, state->records.displacements, size);
+    plii_release(body->context, state->records.carried, size);
+    plii_release(body->context, state->records.accelerations, size);
 }
 
 static pli_status xpbd_enable(pli_body* body, void* data) {
     xpbd_state* state = data;
-    const size_t count = (size_t)body->node_count;
-    state->displacements = plii_allocate(body->context, count * sizeof *state->displacements);
-    state->carried = plii_allocate(body->context, count * sizeof *state->carried);
-    state->accelerations = plii_allocate(body->context, count * sizeof *state->accelerations);
-    if (state->displacements == NULL || state->carried == NULL || state->accelerations == NULL) {
+    plii_xpbd_records* records = &state->records;
+    const size_t size = xpbd_records_size(body->node_count);
+    records->displacements = plii_allocate(body->context, size);
+    records->carried = plii_allocate(body->context, size);
+    records->accelerations = plii_allocate(body->context, size);
+    if (records->displacements == NULL || records->carried == NULL || records->accelerations == NULL) {
         xpbd_release(body, state, body->node_count);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -246,16 +299,14 @@ static void xpbd_disable(pli_body* body, void* data) {
 
 static size_t xpbd_bytes(const pli_body* body, const void* data) {
     (void)data;
-    return (size_t)body->node_count * (3 * sizeof(pli_vec4));
+    return 3 * xpbd_records_size(body->node_count);
 }
 
 static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                 size_t* sizes) {
     (void)body;
     (void)data;
-    sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
-    sizes[1] = (size_t)change->node_count * sizeof(pli_vec4);
-    sizes[2] = (size_t)change->node_count * sizeof(pli_vec4);
+    sizes[0] = sizes[1] = sizes[2] = xpbd_records_size(change->node_count);
     return 3;
 }
 
@@ -263,9 +314,7 @@ static int xpbd_topology_blocks(const pli_body* body, const void* data, const pl
 static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     xpbd_state* state = data;
     xpbd_release(body, state, change->old_node_count);
-    state->displacements = blocks[0];
-    state->carried = blocks[1];
-    state->accelerations = blocks[2];
+    state->records = (plii_xpbd_records){blocks[0], blocks[1], blocks[2]};
 }
 
 static const plii_feature_class xpbd_class = {

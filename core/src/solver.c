@@ -150,6 +150,29 @@ static void solver_add_drift_to_velocities(pli_body* body, float scale) {
     }
 }
 
+static bool solver_has_links_alone(const pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    if (body->sweep_links_alone == NULL || !plii_feature_is_enabled(body, &plii_links_class)) { return false; }
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature_class* klass = pipeline->features[i].klass;
+        const bool is_idle = klass->stages[PLII_STAGE_POSITION].run == NULL || klass == &plii_links_class ||
+                             (klass->is_idle != NULL && klass->is_idle(body, pipeline->features[i].state));
+        if (!is_idle) { return false; }
+    }
+    return true;
+}
+
+static void solver_iterate_positions(pli_body* body) {
+    const int count = body->solver.position_iterations;
+    if (solver_has_links_alone(body)) {
+        body->sweep_links_alone(body, body->sweep_links_state, count);
+        return;
+    }
+    for (int i = 0; i < count; ++i) {
+        plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
+    }
+}
+
 static void solver_solve(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
@@ -163,9 +186,7 @@ static void solver_solve(pli_body* body) {
         solver_positions_from_velocities(body, step->dt);
     }
     if (settings->position_iterations > 0) {
-        for (int i = 0; i < settings->position_iterations; ++i) {
-            plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
-        }
+        solver_iterate_positions(body);
         solver_velocities_from_positions(body, step->inverse_dt * (1.0f - settings->velocity_damping));
     }
     if (settings->drift_iterations > 0) {

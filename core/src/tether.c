@@ -257,8 +257,13 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
 
 static const plii_feature_class tether_class;
 
-static const plii_xpbd_kind tether_kind = {PLII_XPBD_ORDER_TETHERS, &tether_class, tether_begin,
-                                           tether_restart,          tether_sweep,  NULL};
+static const plii_xpbd_kind tether_kind = {
+    .order = PLII_XPBD_ORDER_TETHERS,
+    .klass = &tether_class,
+    .begin = tether_begin,
+    .restart = tether_restart,
+    .sweep = tether_sweep,
+};
 
 static const plii_feature_class tether_class = {
     .name = "tethers",

@@ -101,8 +101,19 @@ static const plii_feature_class xpbd_anchors_class = {
     .topology_commit = xpbd_anchors_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_anchors_kind = {PLII_XPBD_ORDER_ANCHORS, &xpbd_anchors_class, xpbd_anchors_begin,
-                                                 xpbd_anchors_restart,    xpbd_anchors_sweep,  NULL};
+static bool xpbd_anchors_is_idle(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const xpbd_anchors_state*)data)->count == 0;
+}
+
+static const plii_xpbd_kind xpbd_anchors_kind = {
+    .order = PLII_XPBD_ORDER_ANCHORS,
+    .klass = &xpbd_anchors_class,
+    .begin = xpbd_anchors_begin,
+    .restart = xpbd_anchors_restart,
+    .sweep = xpbd_anchors_sweep,
+    .is_idle = xpbd_anchors_is_idle,
+};
 
 pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body(body, __func__));

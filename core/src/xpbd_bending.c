@@ -260,8 +260,12 @@ static const plii_feature_class xpbd_bending_class = {
     .topology_commit = xpbd_bending_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_bending_kind = {PLII_XPBD_ORDER_BENDING, &xpbd_bending_class, NULL,
-                                                 xpbd_bending_restart,    xpbd_bending_sweep,  NULL};
+static const plii_xpbd_kind xpbd_bending_kind = {
+    .order = PLII_XPBD_ORDER_BENDING,
+    .klass = &xpbd_bending_class,
+    .restart = xpbd_bending_restart,
+    .sweep = xpbd_bending_sweep,
+};
 
 pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
     return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};

@@ -4,15 +4,48 @@
 /* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. */
 
 #include "body_impl.h"
+#include "node_planes.h"
 #include "pliant/xpbd.h"
 
 /* During the substeps nodes are at body->positions + displacements. Positions are those of the start of the substep;
    what their rounding left out is carried on in `carried`, so that nothing is lost however short a substep is. */
+typedef struct plii_xpbd_planes {
+    plii_planes positions, displacements, carried; /* m; w of the displacements: inverse mass, the others have none */
+} plii_xpbd_planes;
+
+/* All of the nodes in a step in planes, in the places of what is in records otherwise. Only displacements have w. */
+typedef struct plii_xpbd_plane_nodes {
+    plii_xpbd_planes moving;
+    plii_planes velocities, accelerations;
+    int block_count;      /* of PLII_LANES nodes */
+    float dt, inverse_dt; /* s, of the substep */
+} plii_xpbd_plane_nodes;
+
+/* Records that a body has for XPBD, [plii_xpbd_record_count]. */
+typedef struct plii_xpbd_records {
+    pli_vec4 *displacements, *carried, *accelerations;
+} plii_xpbd_records;
+
+/* Planes have whole blocks of nodes. */
+static inline int plii_xpbd_record_count(int node_count) {
+    return (node_count + 3) / 4 * 4;
+}
+
+/* What the solver does to nodes in planes; comes with the kinds that can do with planes. Ranges are of blocks. */
+typedef struct plii_xpbd_plane_moves {
+    void (*take)(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes);
+    void (*give)(pli_body* body, const plii_xpbd_records* records, const plii_xpbd_plane_nodes* nodes);
+    pli_range_fn *move, *finish, *finish_and_move; /* of plii_xpbd_plane_nodes */
+} plii_xpbd_plane_moves;
+
+extern const plii_xpbd_plane_moves plii_xpbd_moves_in_planes;
+
 typedef struct plii_xpbd_substep {
     float dt, inverse_dt;    /* s, of the substep */
     int index;               /* of the substep in the step */
     pli_vec4* displacements; /* [node_count] m; w = inverse mass */
     pli_vec4* carried;       /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
+    const plii_xpbd_planes* planes; /* or NULL; if there, nodes are in them alone */
 } plii_xpbd_substep;
 
 typedef void plii_xpbd_run_fn(pli_body* body, void* state, const plii_xpbd_substep* substep);
@@ -26,6 +59,10 @@ typedef struct plii_xpbd_kind {
     plii_xpbd_run_fn* restart;                  /* before the sweeps of a substep: multipliers to zero; optional */
     plii_xpbd_run_fn* sweep;
     plii_xpbd_run_fn* finish; /* after a substep, velocities are those of its end; optional */
+    /* After `begin`: there is nothing to do in this step. Optional. */
+    bool (*is_idle)(const pli_body* body, const void* state);
+    /* How nodes are moved in planes, where all that is to do in this step can be done there; or NULL. Optional. */
+    const plii_xpbd_plane_moves* (*planes)(const pli_body* body, const void* state);
 } plii_xpbd_kind;
 
 /* Contacts come last, so that what is drawn does not penetrate. */

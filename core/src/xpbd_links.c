@@ -165,8 +165,20 @@ static const plii_feature_class xpbd_links_class = {
     .topology_commit = xpbd_links_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_links_kind = {PLII_XPBD_ORDER_LINKS, &xpbd_links_class, xpbd_links_begin,
-                                               xpbd_links_restart,    xpbd_links_sweep,  NULL};
+static const plii_xpbd_plane_moves* xpbd_links_planes(const pli_body* body, const void* data) {
+    const xpbd_links_state* state = data;
+    (void)body;
+    return plii_link_colors_have_only_runs(state->colors) ? &plii_xpbd_moves_in_planes : NULL;
+}
+
+static const plii_xpbd_kind xpbd_links_kind = {
+    .order = PLII_XPBD_ORDER_LINKS,
+    .klass = &xpbd_links_class,
+    .begin = xpbd_links_begin,
+    .restart = xpbd_links_restart,
+    .sweep = xpbd_links_sweep,
+    .planes = xpbd_links_planes,
+};
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {
     return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};

@@ -2,6 +2,7 @@
    links_kernel.inl. The including file chooses the instruction set and the name of the kernel. */
 
 #include "link_quads_kernel.h"
+#include "link_runs_kernel.h"
 #include "xpbd_links_kernel.h"
 
 #include <string.h>
@@ -44,11 +45,11 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
    difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
    mass to move, and lanes without a link, whose value is infinite. */
 PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
-                                              const plii_xpbd_link_softness* softness, const float* rest_lengths,
+                                              const plii_xpbd_link_softness* softness, plii_float8 rest_length,
                                               float* multipliers) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
-    plii_float8 force = plii_float8_sub(plii_float8_load(rest_lengths), length);
+    plii_float8 force = plii_float8_sub(rest_length, length);
     if (!xpbd_links_is_soft(softness)) {
         return xpbd_links_where_finite(plii_float8_div(force, plii_float8_mul(weight, length)));
     }
@@ -101,88 +102,150 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
 PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
                                         const float* rest_lengths, float* multipliers) {
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    const plii_float8 factor =
-        xpbd_links_factor(group->length_squared, group->motion, weight, softness, rest_lengths, multipliers);
+    const plii_float8 factor = xpbd_links_factor(group->length_squared, group->motion, weight, softness,
+                                                 plii_float8_load(rest_lengths), multipliers);
     group->mass_a = plii_float8_mul(group->mass_a, factor);
     group->mass_b = plii_float8_mul(group->mass_b, factor);
 }
 
 // --------------------------------------------------------------------------------------------------------- in runs
 
-PLII_SIMD_INLINE xpbd_links_nodes xpbd_links_load(const plii_xpbd_links_task* task, ptrdiff_t first, ptrdiff_t stride) {
-    return (xpbd_links_nodes){plii_packed8_load(task->body->positions + first, stride),
-                              plii_packed8_load(task->substep->displacements + first, stride)};
+typedef struct xpbd_links_pair {
+    xpbd_links_nodes a, b;
+} xpbd_links_pair;
+
+PLII_SIMD_INLINE xpbd_links_pair xpbd_links_load(const plii_xpbd_links_task* task, ptrdiff_t first,
+                                                 plii_run_form form) {
+    const plii_run_records positions = plii_run_load(task->body->positions + first, form);
+    const plii_run_records displacements = plii_run_load(task->substep->displacements + first, form);
+    return (xpbd_links_pair){{positions.a, displacements.a}, {positions.b, displacements.b}};
 }
-PLII_SIMD_INLINE void xpbd_links_load_motion(xpbd_links_group* group, const plii_xpbd_substep* substep, ptrdiff_t a,
-                                             ptrdiff_t b, ptrdiff_t stride) {
-    xpbd_links_measure_motion(group, plii_packed8_load(substep->displacements + a, stride),
-                              plii_packed8_load(substep->displacements + b, stride),
-                              plii_packed8_load(substep->carried + a, stride),
-                              plii_packed8_load(substep->carried + b, stride));
+PLII_SIMD_INLINE void xpbd_links_load_motion(xpbd_links_group* group, const plii_xpbd_substep* substep, ptrdiff_t first,
+                                             plii_run_form form) {
+    const plii_run_records displacements = plii_run_load(substep->displacements + first, form);
+    const plii_run_records carried = plii_run_load(substep->carried + first, form);
+    xpbd_links_measure_motion(group, displacements.a, displacements.b, carried.a, carried.b);
 }
 
 PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end,
-                                     ptrdiff_t stride, ptrdiff_t offset) {
+                                     plii_run_form form) {
     const plii_xpbd_link_softness* softness = xpbd_links_softness(task, run->tag);
-    const bool is_damped = xpbd_links_is_damped(softness);
-    const ptrdiff_t step = PLII_LINK_LANES * stride;
-    const bool is_mixed = stride == 2 && offset == 1;
+    const ptrdiff_t way = plii_run_way(form);
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    ptrdiff_t first = run->node + step * begin;
+    ptrdiff_t first = run->node + way * begin;
     xpbd_links_group groups[XPBD_LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= XPBD_LINKS_BATCH) {
         const int count = left < XPBD_LINKS_BATCH ? left : XPBD_LINKS_BATCH;
         for (int i = 0; i < count; ++i) {
-            const ptrdiff_t a = first + i * step;
-            xpbd_links_nodes nodes_a, nodes_b;
-            if (is_mixed) {
-                plii_packed8_load_mixed(task->body->positions + a, &nodes_a.positions, &nodes_b.positions);
-                plii_packed8_load_mixed(task->substep->displacements + a, &nodes_a.displacements,
-                                        &nodes_b.displacements);
-            } else {
-                nodes_a = xpbd_links_load(task, a, stride);
-                nodes_b = xpbd_links_load(task, a + offset, stride);
+            const xpbd_links_pair nodes = xpbd_links_load(task, first + i * way, form);
+            xpbd_links_measure(&groups[i], nodes.a, nodes.b);
+            if (xpbd_links_is_damped(softness)) {
+                xpbd_links_load_motion(&groups[i], task->substep, first + i * way, form);
             }
-            xpbd_links_measure(&groups[i], nodes_a, nodes_b);
-            if (is_damped) { xpbd_links_load_motion(&groups[i], task->substep, a, a + offset, stride); }
         }
         for (int i = 0; i < count; ++i) {
-            xpbd_links_divide(&groups[i], softness, task->rest_lengths + slot + PLII_LINK_LANES * i,
-                              task->multipliers + slot + PLII_LINK_LANES * i);
+            const float* rest = task->rest_lengths + slot + PLII_LINK_LANES * i;
+            xpbd_links_divide(&groups[i], softness, rest, task->multipliers + slot + PLII_LINK_LANES * i);
         }
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
-            pli_vec4* at = task->substep->displacements + first + i * step;
-            plii_packed8 a, b;
-            if (is_mixed) {
-                plii_packed8_load_mixed(at, &a, &b);
-            } else {
-                a = plii_packed8_load(at, stride);
-                b = plii_packed8_load(at + offset, stride);
-            }
-            a = plii_packed8_sub(a, plii_packed8_scale_xyz(g->delta, g->mass_a));
-            b = plii_packed8_add(b, plii_packed8_scale_xyz(g->delta, g->mass_b));
-            if (is_mixed) {
-                plii_packed8_store_mixed(at, a, b);
-            } else {
-                plii_packed8_store(at, stride, a);
-                plii_packed8_store(at + offset, stride, b);
-            }
+            pli_vec4* at = task->substep->displacements + first + i * way;
+            const plii_run_records before = plii_run_load(at, form);
+            plii_run_store(at, form,
+                           (plii_run_records){plii_packed8_sub(before.a, plii_packed8_scale_xyz(g->delta, g->mass_a)),
+                                              plii_packed8_add(before.b, plii_packed8_scale_xyz(g->delta, g->mass_b))});
         }
-        first += count * step;
+        first += count * way;
         slot += PLII_LINK_LANES * count;
     }
 }
 
-/* The strides of grids get code of their own. */
-static void xpbd_links_run_of_any_stride(const plii_xpbd_links_task* task, const plii_link_run* run, int begin,
-                                         int end) {
-    if (run->stride == 1) {
-        xpbd_links_run(task, run, begin, end, 1, run->offset);
-    } else if (run->stride == 2 && run->offset == 1) {
-        xpbd_links_run(task, run, begin, end, 2, 1);
+// -------------------------------------------------------------------------------------------- in runs, nodes in planes
+
+typedef struct xpbd_links_component {
+    plii_run_numbers displacements;
+    plii_float8 delta;
+} xpbd_links_component;
+
+PLII_SIMD_INLINE xpbd_links_component xpbd_links_measure_plane(const float* positions, const float* displacements,
+                                                               plii_run_form form) {
+    const plii_run_numbers moved = plii_run_load_plane(displacements, form);
+    return (xpbd_links_component){
+        moved, plii_float8_add(plii_run_difference(plii_run_load_plane(positions, form)), plii_run_difference(moved))};
+}
+PLII_SIMD_INLINE plii_float8 xpbd_links_motion_in_plane(const xpbd_links_component* component, const float* carried,
+                                                        plii_run_form form) {
+    const plii_run_numbers moved = component->displacements, start = plii_run_load_plane(carried, form);
+    return plii_float8_sub(plii_float8_sub(moved.b, start.b), plii_float8_sub(moved.a, start.a));
+}
+PLII_SIMD_INLINE void xpbd_links_move_plane(float* displacements, plii_run_form form,
+                                            const xpbd_links_component* component, plii_float8 move_a,
+                                            plii_float8 move_b) {
+    plii_run_store_plane(displacements, form,
+                         plii_run_moved(component->displacements, component->delta, move_a, move_b));
+}
+
+PLII_SIMD_INLINE void xpbd_links_solve_in_planes(const plii_xpbd_planes* planes, ptrdiff_t first, plii_run_form form,
+                                                 const plii_xpbd_link_softness* softness, const float* rest_lengths,
+                                                 float* multipliers) {
+    const plii_planes positions = planes->positions, displacements = planes->displacements;
+    const xpbd_links_component x = xpbd_links_measure_plane(positions.x + first, displacements.x + first, form);
+    const xpbd_links_component y = xpbd_links_measure_plane(positions.y + first, displacements.y + first, form);
+    const xpbd_links_component z = xpbd_links_measure_plane(positions.z + first, displacements.z + first, form);
+    const xpbd_links_vector delta = {x.delta, y.delta, z.delta};
+    const plii_run_numbers masses = plii_run_load_plane(displacements.w + first, form);
+    const plii_float8 length_squared = xpbd_links_dot(delta, delta);
+    plii_float8 motion = length_squared;
+    if (xpbd_links_is_damped(softness)) {
+        const plii_planes carried = planes->carried;
+        const xpbd_links_vector moved = {xpbd_links_motion_in_plane(&x, carried.x + first, form),
+                                         xpbd_links_motion_in_plane(&y, carried.y + first, form),
+                                         xpbd_links_motion_in_plane(&z, carried.z + first, form)};
+        motion = xpbd_links_dot(delta, moved);
+    }
+    /* Multipliers are in the same order throughout a substep, whichever it is. */
+    const plii_float8 factor = xpbd_links_factor(length_squared, motion, plii_float8_add(masses.a, masses.b), softness,
+                                                 plii_run_load_slots(rest_lengths, form), multipliers);
+    const plii_float8 move_a = plii_float8_mul(masses.a, factor), move_b = plii_float8_mul(masses.b, factor);
+    xpbd_links_move_plane(displacements.x + first, form, &x, move_a, move_b);
+    xpbd_links_move_plane(displacements.y + first, form, &y, move_a, move_b);
+    xpbd_links_move_plane(displacements.z + first, form, &z, move_a, move_b);
+}
+
+/* Without stages: a group has half the operations of one in records. */
+PLII_SIMD_INLINE void xpbd_links_run_in_planes(const plii_xpbd_links_task* task, const plii_link_run* run, int begin,
+                                               int end, plii_run_form form) {
+    const plii_xpbd_link_softness softness = *xpbd_links_softness(task, run->tag);
+    const plii_xpbd_planes planes = *task->substep->planes;
+    const ptrdiff_t way = plii_run_way(form);
+    ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
+    ptrdiff_t first = run->node + way * begin;
+    for (int g = begin; g < end; ++g, first += way, slot += PLII_LINK_LANES) {
+        xpbd_links_solve_in_planes(&planes, first, form, &softness, task->rest_lengths + slot,
+                                   task->multipliers + slot);
+    }
+}
+
+/* Each form gets code of its own. */
+static void xpbd_links_run_of_any_form(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end) {
+    if (task->substep->planes != NULL) {
+        if (run->offset == 1) {
+            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){1, 1, 1});
+        } else if (run->offset == 2) {
+            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){2, 1, 2});
+        } else if (run->step == 2) {
+            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
+        } else {
+            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
+        }
+    } else if (run->offset == 1) {
+        xpbd_links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
+    } else if (run->offset == 2) {
+        xpbd_links_run(task, run, begin, end, (plii_run_form){2, 1, 2});
+    } else if (run->step == 2) {
+        xpbd_links_run(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
     } else {
-        xpbd_links_run(task, run, begin, end, run->stride, run->offset);
+        xpbd_links_run(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
     }
 }
 
@@ -278,7 +341,7 @@ PLII_SIMD_INLINE xpbd_links_link xpbd_links_measure_pair(const xpbd_links_quads*
 PLII_SIMD_INLINE plii_float8 xpbd_links_row_factor(const xpbd_links_link* link, plii_float8 weight,
                                                    const xpbd_links_rows* rows, int row) {
     return xpbd_links_factor(link->length_squared, link->motion, weight, &rows->softness,
-                             rows->rest_lengths + (ptrdiff_t)PLII_LINK_LANES * row,
+                             plii_float8_load(rows->rest_lengths + (ptrdiff_t)PLII_LINK_LANES * row),
                              rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row);
 }
 
@@ -413,9 +476,11 @@ static void xpbd_links_groups(const plii_xpbd_links_task* task, int begin, int e
 static void xpbd_links_runs(const plii_xpbd_links_task* task, int color, int begin, int end) {
     const plii_link_runs* runs = &task->colors->runs;
     const plii_link_run_color* own = &runs->colors[color];
-    for (const plii_link_run* run = runs->runs + own[0].first_run; run < runs->runs + own[1].first_run; ++run) {
+    const plii_link_run* after = runs->runs + own[1].first_run;
+    for (const plii_link_run* run = plii_link_run_at(runs, own, begin); run < after; ++run) {
         const plii_link_part part = plii_link_run_part(run, own, begin, end);
-        if (part.begin < part.end) { xpbd_links_run_of_any_stride(task, run, part.begin, part.end); }
+        if (part.begin >= part.end) { return; }
+        xpbd_links_run_of_any_form(task, run, part.begin, part.end);
     }
 }
 

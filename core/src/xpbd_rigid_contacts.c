@@ -176,9 +176,19 @@ static const plii_feature_class xpbd_rigid_contacts_class = {
     .topology_commit = xpbd_rigid_contacts_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_rigid_contacts_kind = {PLII_XPBD_ORDER_RIGID_CONTACTS, &xpbd_rigid_contacts_class,
-                                                        xpbd_rigid_contacts_begin,      xpbd_rigid_contacts_restart,
-                                                        xpbd_rigid_contacts_sweep,      NULL};
+static bool xpbd_rigid_contacts_is_idle(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const xpbd_rigid_contacts_state*)data)->count == 0;
+}
+
+static const plii_xpbd_kind xpbd_rigid_contacts_kind = {
+    .order = PLII_XPBD_ORDER_RIGID_CONTACTS,
+    .klass = &xpbd_rigid_contacts_class,
+    .begin = xpbd_rigid_contacts_begin,
+    .restart = xpbd_rigid_contacts_restart,
+    .sweep = xpbd_rigid_contacts_sweep,
+    .is_idle = xpbd_rigid_contacts_is_idle,
+};
 
 pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def) {
     PLII_TRY(plii_check_body(body, __func__));

@@ -217,8 +217,12 @@ static const plii_feature_class xpbd_tetras_class = {
     .bytes = xpbd_tetras_bytes,
 };
 
-static const plii_xpbd_kind xpbd_tetras_kind = {PLII_XPBD_ORDER_TETRAS, &xpbd_tetras_class, NULL,
-                                                xpbd_tetras_restart,    xpbd_tetras_sweep,  NULL};
+static const plii_xpbd_kind xpbd_tetras_kind = {
+    .order = PLII_XPBD_ORDER_TETRAS,
+    .klass = &xpbd_tetras_class,
+    .restart = xpbd_tetras_restart,
+    .sweep = xpbd_tetras_sweep,
+};
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body(body, __func__));

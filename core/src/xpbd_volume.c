@@ -102,8 +102,12 @@ static const plii_feature_class xpbd_volume_class = {
     .topology_commit = xpbd_volume_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_volume_kind = {PLII_XPBD_ORDER_VOLUME, &xpbd_volume_class, NULL,
-                                                xpbd_volume_restart,    xpbd_volume_sweep,  NULL};
+static const plii_xpbd_kind xpbd_volume_kind = {
+    .order = PLII_XPBD_ORDER_VOLUME,
+    .klass = &xpbd_volume_class,
+    .restart = xpbd_volume_restart,
+    .sweep = xpbd_volume_sweep,
+};
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio) {
     PLII_TRY(plii_check_body(body, __func__));
