@@ -60,7 +60,8 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, 
 static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
-    for (int i = 0; i < state->count; ++i) {
+    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    for (int i = 0; has_own && i < state->count; ++i) {
         plii_cluster_contact* contact = &state->contacts[i];
         if (contact->as_bullet) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
     }

@@ -57,8 +57,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
 
 /* Clusters of one body deform against each other too much for their contacts to be followed. */
 static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
-    const plii_clusters* clusters = plii_body_clusters(body);
-    return !clusters->def.as_bullet && !state->def.measure_always && key.other != body;
+    return !state->clusters->def.as_bullet && !state->def.measure_always && key.other != body;
 }
 
 /* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
@@ -608,7 +607,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
         !cluster_contacts_update_tree(other, other_state)) {
         return cluster_contacts_fail_memory(body);
     }
-    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
     const plii_contact_terms terms = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
@@ -619,14 +618,13 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     const float reach = clusters->def.as_bullet ? 0.0f : terms.margin;
     const int before = state->count;
     plii_clusters_take_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
-    plii_clusters_take_frames(other, plii_body_clusters(other), plii_bounds_grow(body->bounds, reach));
+    plii_clusters_take_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(plii_body_clusters(other), other_state,
-                              plii_bounds_grow(clusters->items[i].bounds, reach));
+        cluster_contacts_find(other_clusters, other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
-            if (!plii_body_clusters(other)->items[candidate].settings.collides) { continue; }
+            if (!other_clusters->items[candidate].settings.collides) { continue; }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
             const pli_status status = cluster_contacts_meet_cluster(body, state, other_state, &pair, &terms);
             if (status != PLI_OK) {

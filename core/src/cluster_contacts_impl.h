@@ -69,6 +69,7 @@ typedef struct plii_near_surface {
 
 typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
+    plii_clusters* clusters; /* of the body, as of the last search */
     plii_cluster_contact* contacts;
     int count, capacity;
     bool leads;                 /* solves the contacts of all bodies, but for those as_bullet */
@@ -99,10 +100,6 @@ extern const plii_feature_class plii_cluster_contacts_class;
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
                                const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
-/* The target of impulses that a cluster is; a frozen body takes none. */
-static inline plii_joint_target plii_cluster_contact_target(const pli_body* body, int cluster) {
-    return (plii_joint_target){.cluster = body->is_frozen ? NULL : &plii_body_clusters(body)->items[cluster]};
-}
 /* A contact that is not as_bullet; `normal` is a unit vector. */
 void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
                               const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,

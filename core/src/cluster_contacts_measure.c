@@ -55,7 +55,8 @@ void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* st
 }
 
 bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters* clusters = plii_body_clusters(body);
+    state->clusters = clusters;
     if (state->has_hulls && state->hull_count == clusters->count) { return true; }
     /* Clusters were added, or memory ran out half way. */
     if (state->hull_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
@@ -78,7 +79,7 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
 
 plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin) {
-    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_clusters* clusters = state->clusters;
     plii_support_groups* groups = &state->hulls[cluster];
     if (groups->node_count > 0 && !groups->is_current) { plii_support_groups_update(body->positions, groups); }
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
@@ -212,7 +213,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
                                          float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
     const pli_shape* shape = info->rigid->shapes[info->shape];
-    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
     const plii_cluster_hull soft = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
@@ -235,7 +236,7 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
                                            plii_cluster_contacts* other_state, plii_convex_cache* cache,
                                            float max_distance, pli_cluster_contact* info) {
     if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
-    const pli_vec3 origin = plii_body_clusters(body)->items[info->cluster].frame.origin;
+    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
     const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
     if (cluster_contacts_were_apart(state, cache)) {

@@ -102,11 +102,13 @@ bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contac
                                   plii_cluster_contacts* state) {
     const manifold_limits* limits = manifold_limits_of(info);
     if (++manifold->age > limits->age || manifold->key != key || manifold->margin != terms[0].margin) { return false; }
-    const plii_joint_target targets[2] = {plii_cluster_contact_target(body, info->cluster),
-                                          info->other != NULL
-                                              ? plii_cluster_contact_target(info->other, info->other_cluster)
-                                              : (plii_joint_target){.rigid = info->rigid}};
-    const pli_transform a = plii_body_clusters(body)->items[info->cluster].frame, b = manifold_other_frame(info);
+    plii_cluster* cluster = &state->clusters->items[info->cluster];
+    plii_cluster* other = info->other != NULL ? &plii_body_clusters(info->other)->items[info->other_cluster] : NULL;
+    /* A frozen body takes no impulses. */
+    const plii_joint_target targets[2] = {
+        {.cluster = body->is_frozen ? NULL : cluster},
+        {.cluster = other == NULL || info->other->is_frozen ? NULL : other, .rigid = info->rigid}};
+    const pli_transform a = cluster->frame, b = other != NULL ? other->frame : info->rigid->state.pose;
     if (manifold_has_turned(manifold, manifold_turn(a, b), limits->turn)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
