@@ -11,6 +11,7 @@
 /* Of the distance: contacts need no more, and round shapes take twice as many steps to the usual one. */
 #define CLUSTER_CONTACTS_GAP 1e-4
 #define CLUSTER_CONTACTS_NODE_GAP 1e-3f /* of the margin: how exact the answer of the deepest node must be */
+#define CLUSTER_CONTACTS_SAME_WAY 0.9f  /* cosine of how far the way out of an overlap may turn */
 #define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
 static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
@@ -196,6 +197,11 @@ static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const
     }
     const float distance = nodes->distances[deepest] + hard->shape->def.radius;
     if (!(distance < max_distance && distance - gap <= CLUSTER_CONTACTS_NODE_GAP * body->collision_margin)) {
+        return RIGID_UNKNOWN;
+    }
+    /* Out the way it came in, though the other side may have become nearer. */
+    if (distance < 0.0f && cache != NULL && cache->has_normal &&
+        !(pli_vec3_dot(n, cache->normal) > CLUSTER_CONTACTS_SAME_WAY)) {
         return RIGID_UNKNOWN;
     }
     info->witness = plii_cluster_node(body, soft->clusters, soft->cluster, deepest);
