@@ -9,7 +9,7 @@
 
 #define GROUPS_MAX_COUNT 7 /* of contacts of a pair; more are taken as another pair */
 /* How much heavier than a cluster a rigid body must be to be in more than one lane. */
-#define GROUPS_HEAVIER 4.0f
+#define GROUPS_HEAVIER 16.0f
 
 // ----------------------------------------------------------------------------------------------------------- grouping
 
