@@ -7,7 +7,7 @@
 #include <limits.h>
 
 enum {
-    COLORED_LINKS_GRAIN = 128,      /* groups of links; about 1 microsecond */
+    COLORED_LINKS_GRAIN = 32,       /* groups of links */
     COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
     COLORED_LINKS_LEAST = 3,    /* links per row on the average; a row of fewer costs more than they do one by one */
     COLORED_LINKS_BAND = 16384, /* nodes, 256 kB: half a second cache and less */

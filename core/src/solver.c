@@ -165,7 +165,9 @@ static bool solver_has_links_alone(const pli_body* body) {
 static void solver_iterate_positions(pli_body* body) {
     const int count = body->solver.position_iterations;
     if (solver_has_links_alone(body)) {
+        plii_world_profile(body->world, "position", plii_links_class.name, true);
         body->sweep_links_alone(body, body->sweep_links_state, count);
+        plii_world_profile(body->world, "position", plii_links_class.name, false);
         return;
     }
     for (int i = 0; i < count; ++i) {

@@ -4,7 +4,8 @@
 
 #include <string.h>
 
-enum { XPBD_LINKS_GRAIN = 64, XPBD_LINKS_QUADS_GRAIN = 16 }; /* groups of links, of quads; about 1 microsecond */
+/* Groups of links, of quads. What ends of rows leave is little, but parted as the rows are, or nodes would wander. */
+enum { XPBD_LINKS_GRAIN = 16, XPBD_LINKS_QUADS_GRAIN = 16 };
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;

@@ -43,17 +43,33 @@ double enclosed_volume(const SoftState& state) {
     return volume;
 }
 
+// Over the whole run: at its end alone the volume is too large with some settings and too small with others, and those
+// between happen to be right.
+class BallEvaluation final : public Evaluation {
+public:
+    void after_step(const Engine& engine, int) override {
+        const double at_rest = static_cast<double>(pli_mesh_volume(engine.description().softs.front().mesh.get()));
+        const double error = enclosed_volume(engine.soft(0)) / at_rest - 1;
+        squares_ += error * error;
+        ++steps_;
+    }
+    std::vector<double> errors(const Engine& engine) override {
+        return {std::sqrt(squares_ / steps_), measure(engine).rms_stretch};
+    }
+
+private:
+    double squares_ = 0;
+    int steps_ = 0;
+};
+
 PrecisionScene ball() {
     PrecisionScene made;
     made.name = "volume";
-    made.summary = "A ball that keeps its volume lies on the ground.";
-    made.metrics = {{"E3", "|volume / volume at rest - 1|"}, {"E3_stretch", "rms stretch"}};
+    made.summary = "A ball that keeps its volume falls to the ground.";
+    made.metrics = {{"E3", "volume / volume at rest - 1, root mean square over 5 s"}, {"E3_stretch", "rms stretch"}};
     made.seconds = 5;
     made.build = build_ball;
-    made.evaluate = at_the_end([](const Engine& engine) -> std::vector<double> {
-        const double at_rest = static_cast<double>(pli_mesh_volume(engine.description().softs.front().mesh.get()));
-        return {std::fabs(enclosed_volume(engine.soft(0)) / at_rest - 1), measure(engine).rms_stretch};
-    });
+    made.evaluate = [](const Setting&) { return std::make_unique<BallEvaluation>(); };
     return made;
 }
 
