@@ -86,7 +86,7 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
     work->colors = link_colors_carve(carver, links * sizeof *work->colors);
     if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
-    made->colors = link_colors_carve(carver, (8 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
+    made->colors = link_colors_carve(carver, (4 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
     made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
     made->run_links = link_colors_carve(carver, links * sizeof *made->run_links);
     runs->sides = link_colors_carve(carver, nodes * sizeof *runs->sides);

@@ -1,8 +1,7 @@
 /* Runs of links. First come the classes of links with the same difference of node indices, if there are many of them:
    the rows, columns and diagonals of grids. Links a, a + d are chains a, a + d, a + 2 d, ..., so two colours suffice:
    the parity of the whole part of a / d. What rows of links leave after their last whole group becomes a group with the
-   links before it, in a colour of its own: they are solved there again, without a link. Linear time but for a sweep
-   over the nodes per class. */
+   links before it, which it skips. Linear time but for a sweep over the nodes per class. */
 
 #include "link_runs.h"
 
@@ -75,37 +74,36 @@ static int link_runs_taken(const link_runs_row* row, int offset) {
     return row->count < PLII_LINK_LANES ? 0 : has_turns ? row->count / offset * offset : row->count;
 }
 
-/* Of links [begin, end) of a row; gives the index of the first. */
-static int link_runs_list(plii_link_runs_work* work, const link_runs_row* row, int offset, int begin, int end) {
+/* Links [begin, end) of a row become a run. Those that it skips come before `begin`. */
+static void link_runs_add_run(plii_link_runs_work* work, const link_runs_row* row, int offset, int begin, int end,
+                              bool has_stride) {
     plii_link_runs* made = &work->made;
-    const int first = made->run_link_count;
-    for (int i = begin; i < end; ++i) {
+    const int group_count = (end - begin + PLII_LINK_LANES - 1) / PLII_LINK_LANES;
+    const int skipped_count = PLII_LINK_LANES * group_count - (end - begin);
+    const int way = plii_link_run_way(offset, row->step, begin - skipped_count);
+    made->runs[made->run_count++] =
+        (plii_link_run){.node = row->node + way,
+                        .offset = offset,
+                        .link = has_stride ? row->link + way * row->link_stride : made->run_link_count - skipped_count,
+                        .link_stride = has_stride ? row->link_stride : 0,
+                        .first_group = made->group_count,
+                        .group_count = group_count,
+                        .tag = row->tag,
+                        .step = (uint8_t)row->step,
+                        .skipped_count = (uint8_t)skipped_count};
+    made->group_count += group_count;
+    for (int i = begin; i < end && !has_stride; ++i) {
         made->run_links[made->run_link_count++] = work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1;
     }
-    return first;
 }
 
 static void link_runs_end_row(plii_link_runs_work* work, const link_runs_row* row, int offset) {
-    plii_link_runs* made = &work->made;
     const int taken = link_runs_taken(row, offset);
     const bool has_stride = row->regular_count >= PLII_LINK_LANES;
-    const int group_count = (has_stride && row->regular_count < taken ? row->regular_count : taken) / PLII_LINK_LANES;
-    const int in_groups = PLII_LINK_LANES * group_count;
-    if (group_count > 0) {
-        plii_link_run* run = &made->runs[made->run_count++];
-        *run = (plii_link_run){.node = row->node,
-                               .offset = offset,
-                               .link = row->link,
-                               .link_stride = has_stride ? row->link_stride : 0,
-                               .first_group = made->group_count,
-                               .group_count = group_count,
-                               .tag = row->tag,
-                               .step = (uint8_t)row->step,
-                               .left_count = (uint8_t)(taken - in_groups)};
-        if (!has_stride) { run->link = link_runs_list(work, row, offset, 0, in_groups); }
-        run->left = link_runs_list(work, row, offset, in_groups, taken);
-        made->group_count += group_count;
-    }
+    const int regular_count = has_stride && row->regular_count < taken ? row->regular_count : taken;
+    const int in_groups = regular_count / PLII_LINK_LANES * PLII_LINK_LANES;
+    if (in_groups > 0) { link_runs_add_run(work, row, offset, 0, in_groups, has_stride); }
+    if (in_groups < taken) { link_runs_add_run(work, row, offset, in_groups, taken, false); }
     for (int i = 0; i < row->count; ++i) {
         work->is_used[work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1] = i < taken;
     }
@@ -224,46 +222,16 @@ static void link_runs_take_sides(plii_link_runs_work* work, int d) {
     }
 }
 
-static void link_runs_begin_color(plii_link_runs* made) {
-    made->colors[made->color_count] = (plii_link_run_color){made->run_count, made->group_count};
-}
-static void link_runs_end_color(plii_link_runs* made) {
-    if (made->run_count > made->colors[made->color_count].first_run) { made->color_count += 1; }
-}
-
-/* A colour of what the runs of the last one leave. */
-static void link_runs_take_left(plii_link_runs* made) {
-    const plii_link_run_color* color = &made->colors[made->color_count - 1];
-    const int end = made->run_count;
-    link_runs_begin_color(made);
-    for (int r = color->first_run; r < end; ++r) {
-        const plii_link_run* run = &made->runs[r];
-        if (run->left_count == 0) { continue; }
-        const int first = PLII_LINK_LANES * (run->group_count - 1) + run->left_count;
-        plii_link_run* left = &made->runs[made->run_count++];
-        *left = *run;
-        left->node += plii_link_run_way(run->offset, run->step, first);
-        left->skipped_count = (uint8_t)(PLII_LINK_LANES - run->left_count);
-        left->link = run->left - left->skipped_count;
-        left->link_stride = 0;
-        left->first_group = made->group_count++;
-        left->group_count = 1;
-        left->left_count = 0;
-    }
-    link_runs_end_color(made);
-}
-
-/* One of the two colours of a class, if it has links, and that of what its runs leave. */
+/* One of the two colours of a class, if it has links. */
 static void link_runs_make_runs(plii_link_runs_work* work, const link_runs_half* half) {
+    plii_link_runs* made = &work->made;
     link_runs_row row = {0};
-    const int color_count = work->made.color_count;
-    link_runs_begin_color(&work->made);
+    made->colors[made->color_count] = (plii_link_run_color){made->run_count, made->group_count};
     for (int node = 0; node < work->body->node_count; ++node) {
         if (link_runs_begins_link(work, half, node)) { link_runs_add_to_row(work, half, &row, node); }
     }
     if (row.count > 0) { link_runs_end_row(work, &row, half->offset); }
-    link_runs_end_color(&work->made);
-    if (work->made.color_count > color_count) { link_runs_take_left(&work->made); }
+    if (made->run_count > made->colors[made->color_count].first_run) { made->color_count += 1; }
 }
 
 /* Ways to make runs of a class. A list of links is longer than a stride; more colours are slower, but links of two

@@ -20,9 +20,8 @@ typedef struct plii_link_run {
     int first_group, group_count;
     plii_link_tag tag;
     uint8_t step;
-    uint8_t skipped_count; /* first links of the first group that belong to another run */
-    uint8_t left_count;    /* links after the last group, at most eight */
-    int left;              /* index into run_links of those */
+    uint8_t
+        skipped_count; /* first links of the first group that belong to the run before; there is only one group then */
 } plii_link_run;
 
 /* Runs of one colour share no node. */
@@ -42,7 +41,7 @@ enum { PLII_LINK_RUNS_MAX_CLASSES = 32 };
 /* What finding runs needs for a while. */
 typedef struct plii_link_runs_work {
     const pli_body* body;
-    plii_link_runs made; /* with room for 8 PLII_LINK_RUNS_MAX_CLASSES colours, link_count / 4 runs, link_count links */
+    plii_link_runs made; /* with room for 4 PLII_LINK_RUNS_MAX_CLASSES colours, link_count / 4 runs, link_count links */
     int class_count;
     int classes[PLII_LINK_RUNS_MAX_CLASSES]; /* differences of node indices, ascending */
     int* places;                             /* [node_count] zero; the link of a class by its smaller node, plus 1 */
@@ -98,6 +97,18 @@ static inline const plii_link_run* plii_link_run_at(const plii_link_runs* runs, 
         }
     }
     return first + low;
+}
+
+static inline bool plii_link_run_is_end(const plii_link_runs* runs, const plii_link_run_color* color, int group) {
+    return group < color[1].first_group - color[0].first_group &&
+           plii_link_run_at(runs, color, group)->skipped_count > 0;
+}
+/* What a part of the groups of a colour stands for: the end of a row, which has nodes of the group before it, comes
+   with that one. */
+static inline plii_link_part plii_link_runs_part(const plii_link_runs* runs, const plii_link_run_color* color,
+                                                 int begin, int end) {
+    return (plii_link_part){begin + plii_link_run_is_end(runs, color, begin),
+                            end + plii_link_run_is_end(runs, color, end)};
 }
 
 #endif

@@ -305,9 +305,11 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
 static void links_runs(const plii_links_task* task, int color, int begin, int end) {
     const plii_link_runs* runs = &task->colors->runs;
     const plii_link_run_color* own = &runs->colors[color];
+    const plii_link_part whole = plii_link_runs_part(runs, own, begin, end);
     const plii_link_run* after = runs->runs + own[1].first_run;
-    for (const plii_link_run* run = plii_link_run_at(runs, own, begin); run < after; ++run) {
-        const plii_link_part part = plii_link_run_part(run, own, begin, end);
+    if (whole.begin >= whole.end) { return; }
+    for (const plii_link_run* run = plii_link_run_at(runs, own, whole.begin); run < after; ++run) {
+        const plii_link_part part = plii_link_run_part(run, own, whole.begin, whole.end);
         if (part.begin >= part.end) { return; }
         links_run_of_any_form(task, run, part.begin, part.end);
     }
