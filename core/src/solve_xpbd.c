@@ -48,40 +48,52 @@ static xpbd_kinds xpbd_all_kinds(const pli_body* body, const xpbd_state* state) 
 
 // -------------------------------------------------------------------------------------------------------- the step
 
-/* That by forces is limited as in the position-based solver. */
-static void xpbd_take_accelerations(pli_body* body, xpbd_state* state, const plii_step* step) {
-    const float limit = body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt;
-    for (int i = 0; i < body->node_count; ++i) {
-        pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
-        if (body->positions[i].w > 0.0f) {
-            if (body->forces != NULL) {
-                acceleration = pli_vec3_scale(body->forces[i], body->positions[i].w);
-                acceleration =
-                    pli_vec3_make(plii_clamp(acceleration.x, -limit, limit), plii_clamp(acceleration.y, -limit, limit),
-                                  plii_clamp(acceleration.z, -limit, limit));
-            }
-            acceleration = pli_vec3_add(acceleration, body->world->def.gravity);
-        }
-        if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
-        state->records.accelerations[i] = (pli_vec4){acceleration.x, acceleration.y, acceleration.z, 0.0f};
+typedef struct xpbd_prediction {
+    pli_body* body;
+    pli_vec4* accelerations;
+    float dt, limit; /* of accelerations by forces, as in the position-based solver, m/s^2 */
+} xpbd_prediction;
+
+/* Consumes the forces. */
+static pli_vec3 xpbd_acceleration(const xpbd_prediction* prediction, int node) {
+    const pli_body* body = prediction->body;
+    const float inverse_mass = body->positions[node].w, limit = prediction->limit;
+    pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
+    if (body->forces != NULL) {
+        acceleration = pli_vec3_scale(body->forces[node], inverse_mass);
+        acceleration =
+            pli_vec3_make(plii_clamp(acceleration.x, -limit, limit), plii_clamp(acceleration.y, -limit, limit),
+                          plii_clamp(acceleration.z, -limit, limit));
+        body->forces[node] = pli_vec3_make(0, 0, 0);
+    }
+    return inverse_mass > 0.0f ? pli_vec3_add(acceleration, body->world->def.gravity) : pli_vec3_make(0, 0, 0);
+}
+
+static void xpbd_fly(int begin, int end, void* data) {
+    const xpbd_prediction* prediction = data;
+    pli_body* body = prediction->body;
+    const plii_float4 dt = plii_float4_all(prediction->dt);
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 a = xpbd_acceleration(prediction, i);
+        const plii_float4 acceleration = plii_lanes_xyzw(a.x, a.y, a.z, 0.0f);
+        const plii_float4 position = plii_float4_from(&body->positions[i]);
+        const plii_float4 velocity =
+            plii_float4_add(plii_float4_from(&body->velocities[i]), plii_float4_mul(acceleration, dt));
+        plii_float4_to(&prediction->accelerations[i], acceleration);
+        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
+        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, dt)));
     }
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-    xpbd_take_accelerations(body, state, step);
-    const plii_float4 whole_dt = plii_float4_all(step->dt);
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 position = plii_float4_from(&body->positions[i]);
-        const plii_float4 gained = plii_float4_mul(plii_float4_from(&state->records.accelerations[i]), whole_dt);
-        const plii_float4 velocity = plii_float4_add(plii_float4_from(&body->velocities[i]), gained);
-        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
-        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, whole_dt)));
-    }
+    xpbd_prediction prediction = {body, state->records.accelerations, step->dt,
+                                  body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
+    plii_parallel_for(body->context, xpbd_fly, &prediction, body->node_count, XPBD_NODES_GRAIN);
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     plii_solver_update_predicted_bounds(body);
 }
