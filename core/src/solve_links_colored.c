@@ -175,7 +175,8 @@ static colored_links_extent colored_links_run_extent(const plii_link_run* run, i
     return (colored_links_extent){low, low + way + run->offset};
 }
 
-/* Widest group; INT_MAX when the groups of some colour are not in the order of their last nodes. */
+/* Widest group, and how much further the end of a row, which comes with it, may go; INT_MAX when the groups of some
+   colour are not in the order of their last nodes. */
 static int colored_links_reach(const plii_link_runs* runs) {
     int reach = 0;
     for (int c = 0; c < runs->color_count; ++c) {
@@ -190,7 +191,7 @@ static int colored_links_reach(const plii_link_runs* runs) {
             }
         }
     }
-    return reach + 1;
+    return reach + 1 + 2 * PLII_LINK_LANES;
 }
 
 /* Of one colour, in all bands. */

@@ -175,4 +175,4 @@ static void xpbd_planes_finish_and_move(int begin, int end, void* nodes) {
 }
 
 const plii_xpbd_plane_moves plii_xpbd_moves_in_planes = {xpbd_planes_take, xpbd_planes_give, xpbd_planes_move,
-                                                xpbd_planes_finish, xpbd_planes_finish_and_move};
+                                                         xpbd_planes_finish, xpbd_planes_finish_and_move};
