@@ -9,7 +9,7 @@
 
 enum {
     LINK_COLORS_MAX = 64,
-    LINK_COLORS_QUADS_NODES = 128, /* a smaller body has too few quads for their colours */
+    LINK_COLORS_QUADS_NODES = 80, /* a smaller body has too few quads for their colours */
     LINK_COLORS_RUNS_NODES = 4096 /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
 };
 
@@ -217,6 +217,13 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
 
 // ------------------------------------------------------------------------------------------------------------- kinds
 
+/* Kernels solve groups of a kind together, and have code of its own for two triangles: where one link is missing an
+   empty row costs less than a kind of few groups. */
+static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
+    const bool lacks_one = (pairs & ~PLII_LINK_TWO_TRIANGLES) == 0 && link_colors_link_count(pairs) == 4;
+    return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
+}
+
 /* Items of a group have one colour and tag, and one kind once there are kinds. */
 static int link_colors_group_end(const link_colors_work* work, int first) {
     const int lead = work->order[first];
@@ -245,6 +252,7 @@ static void link_colors_sort_kinds(link_colors_work* work) {
         for (int i = first; i < end; ++i) {
             kind |= link_colors_pairs_at(work, work->order[i]);
         }
+        kind = link_colors_group_pairs(kind, end - first);
         for (; first < end; ++first) {
             work->kinds[work->order[first]] = kind;
         }
@@ -311,7 +319,8 @@ static void link_colors_make_group(link_colors_maker* maker, int first, int end)
         link_colors_fill_lane(&lanes[PLII_LINK_LANES - count + i], &item);
         pairs |= item.pairs;
     }
-    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]), pairs);
+    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]),
+                          link_colors_group_pairs(pairs, count));
 }
 
 static void link_colors_make_groups(link_colors_maker* maker) {
