@@ -14,7 +14,7 @@ typedef struct sample_hull {
     int calls;
 } sample_hull;
 
-static inline pli_vec3 sample_support(const void* user, pli_vec3 direction) {
+static inline int sample_farthest(const void* user, pli_vec3 direction) {
     sample_hull* hull = (sample_hull*)(uintptr_t)user; /* the count is the test's business */
     ++hull->calls;
     int best = 0;
@@ -26,11 +26,25 @@ static inline pli_vec3 sample_support(const void* user, pli_vec3 direction) {
             best = i;
         }
     }
-    return hull->points[best];
+    return best;
 }
+static inline pli_vec3 sample_point(const void* user, int vertex) {
+    const sample_hull* hull = (const sample_hull*)user;
+    return hull->points[vertex];
+}
+static inline pli_vec3 sample_support(const void* user, pli_vec3 direction) {
+    return sample_point(user, sample_farthest(user, direction));
+}
+
+static const plii_convex_vertices sample_vertices = {sample_farthest, sample_point};
 
 static inline plii_convex sample_convex(const sample_hull* hull) {
     const plii_convex convex = {.support = sample_support, .user = hull, .centre = hull->centre};
+    return convex;
+}
+static inline plii_convex sample_numbered_convex(const sample_hull* hull) {
+    plii_convex convex = sample_convex(hull);
+    convex.vertices = &sample_vertices;
     return convex;
 }
 

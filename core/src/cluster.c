@@ -8,9 +8,11 @@
 
 #include "fat_box.h"
 #include "polar.h"
-#include "rotation_batch.h"
+#include "rotation_follow.h"
 
 #include <string.h>
+
+#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are taken at once */
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
@@ -68,15 +70,30 @@ static void cluster_update_velocities(const pli_body* body, const plii_clusters*
                  pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin), 1.0f - settings->angular_damping));
 }
 
-/* The frame is known; what follows from it. */
-static void cluster_update_from_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    const pli_mat3 rotation = cluster->frame.rotation;
-    cluster->inverse_inertia =
-        pli_mat3_mul(pli_mat3_mul(rotation, cluster->inverse_inertia_local), pli_mat3_transpose(rotation));
-    cluster_update_velocities(body, clusters, cluster);
+/* Turned to where the frame is: two products of matrices, row by row. */
+static void cluster_take_inertia(plii_cluster* cluster) {
+    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&cluster->frame.rotation);
+    const pli_mat3* local = &cluster->inverse_inertia_local;
+    const plii_lanes_mat3 local_rows = {{plii_lanes_from_vec3(&local->rows[0]), plii_lanes_from_vec3(&local->rows[1]),
+                                         plii_lanes_from_vec3(&local->rows[2])}};
+    for (int i = 0; i < 3; ++i) {
+        const plii_float4 turned =
+            plii_lanes_mat3_mul(&local_rows, plii_lanes_from_vec3(&cluster->frame.rotation.rows[i]));
+        plii_lanes_to_vec3(&cluster->inverse_inertia.rows[i], plii_lanes_mat3_mul(&rotation, turned));
+    }
+}
+
+static void cluster_clear_impulses(plii_cluster* cluster) {
     cluster->velocity_impulse = cluster->angular_velocity_impulse = pli_vec3_make(0, 0, 0);
     cluster->drift_impulse = cluster->angular_drift_impulse = pli_vec3_make(0, 0, 0);
     cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
+}
+
+/* The frame is known; what follows from it. */
+static void cluster_update_from_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_inertia(cluster);
+    cluster_update_velocities(body, clusters, cluster);
+    cluster_clear_impulses(cluster);
 }
 
 static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -123,30 +140,83 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
     }
 }
 
+/* What a frame and its motion are made of, about the first member. */
+typedef struct cluster_sums {
+    plii_float4 first, moment, momentum, spin; /* w of each is of no use */
+    plii_float4 rest, products[3];             /* rest places, and these by each coordinate of the present ones */
+} cluster_sums;
+
+/* One pass: each of the sums is a chain of additions, which then wait for each other no longer. */
+static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 zero = plii_float4_all(0.0f);
+    cluster_sums sums = {
+        plii_float4_from(&body->positions[members[0].node]), zero, zero, zero, zero, {zero, zero, zero}};
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
+        const plii_float4 now = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), sums.first);
+        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
+        sums.moment = plii_float4_add(sums.moment, plii_float4_mul(now, mass));
+        sums.momentum = plii_float4_add(sums.momentum, share);
+        sums.spin = plii_float4_add(sums.spin, plii_lanes_cross(now, share));
+        sums.rest = plii_float4_add(sums.rest, rest);
+        sums.products[0] = plii_float4_add(sums.products[0], plii_float4_mul(rest, plii_lanes_all_x(now)));
+        sums.products[1] = plii_float4_add(sums.products[1], plii_float4_mul(rest, plii_lanes_all_y(now)));
+        sums.products[2] = plii_float4_add(sums.products[2], plii_float4_mul(rest, plii_lanes_all_z(now)));
+    }
+    return sums;
+}
+
+/* Takes centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
+   covariance. */
+static pli_mat3 cluster_take_sums(plii_cluster* cluster, const cluster_sums* sums) {
+    const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
+    const plii_float4 centre = plii_float4_mul(sums->moment, inverse_mass);
+    plii_lanes_to_vec3(&cluster->frame.origin, plii_float4_add(sums->first, centre));
+    const plii_float4 spin = plii_float4_sub(sums->spin, plii_lanes_cross(centre, sums->momentum));
+    const plii_float4 left = plii_float4_all(1.0f - cluster->settings.linear_damping);
+    plii_float4_to(&cluster->linear_velocity,
+                   plii_lanes_xyz(plii_float4_mul(plii_float4_mul(sums->momentum, inverse_mass), left)));
+    plii_float4_to(&cluster->angular_velocity, plii_lanes_xyz(spin));
+    if (cluster->is_point) { return plii_mat3_diagonal(0, 0, 0); }
+    const plii_float4 shifts[3] = {plii_lanes_all_x(centre), plii_lanes_all_y(centre), plii_lanes_all_z(centre)};
+    pli_mat3 covariance;
+    for (int k = 0; k < 3; ++k) {
+        plii_lanes_to_vec3(&covariance.rows[k],
+                           plii_float4_sub(sums->products[k], plii_float4_mul(sums->rest, shifts[k])));
+    }
+    return covariance;
+}
+
 static void clusters_take_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
                                 int count) {
-    pli_mat3 covariances[PLII_ROTATION_LANES] = {{.rows = {{0}}}};
-    pli_quat turns[PLII_ROTATION_LANES] = {{0}};
+    pli_mat3 covariances[CLUSTER_BATCH] = {{.rows = {{0}}}};
+    pli_quat turns[CLUSTER_BATCH] = {{0}};
     for (int i = 0; i < count; ++i) {
         plii_cluster* cluster = items[i];
-        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
-        covariances[i] = cluster->is_point ? plii_mat3_diagonal(0, 0, 0)
-                                           : cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+        const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
+        covariances[i] = cluster_take_sums(cluster, &sums);
         turns[i] = cluster->turn;
     }
-    plii_rotation_batch(count, covariances, turns, covariances);
+    pli_mat3 rotations[CLUSTER_BATCH];
+    plii_rotation_follow(count, covariances, turns, rotations);
     for (int i = 0; i < count; ++i) {
-        items[i]->turn = turns[i];
-        items[i]->frame.rotation = covariances[i];
-        cluster_update_from_frame(body, clusters, items[i]);
-        items[i]->has_frame = true;
+        plii_cluster* cluster = items[i];
+        cluster->turn = turns[i];
+        cluster->frame.rotation = rotations[i];
+        cluster_take_inertia(cluster);
+        cluster_clear_impulses(cluster);
+        const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
+        plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
+                                                                1.0f - cluster->settings.angular_damping));
+        cluster->has_frame = true;
     }
 }
 
 typedef struct cluster_batch {
     const pli_body* body;
     const plii_clusters* clusters;
-    plii_cluster* items[PLII_ROTATION_LANES];
+    plii_cluster* items[CLUSTER_BATCH];
     int count;
 } cluster_batch;
 
@@ -156,7 +226,7 @@ static void cluster_batch_end(cluster_batch* batch) {
 }
 static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
     batch->items[batch->count++] = cluster;
-    if (batch->count == PLII_ROTATION_LANES) { cluster_batch_end(batch); }
+    if (batch->count == CLUSTER_BATCH) { cluster_batch_end(batch); }
 }
 
 void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {

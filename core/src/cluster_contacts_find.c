@@ -261,7 +261,7 @@ static bool cluster_contacts_is_near_hull(pli_vec3 point, const plii_cluster_hul
     pli_vec3 gap;
     if (plii_support_groups_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
-    const plii_convex a = {cluster_contacts_point_support, &point, point, 0.0f};
+    const plii_convex a = {.support = cluster_contacts_point_support, .user = &point, .centre = point};
     const plii_convex b = plii_cluster_hull_convex(hull);
     if (cluster_contacts_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin)) { return false; }
     const near_answer answer = cluster_contacts_approach(point, hull, &b, gap, margin);

@@ -14,13 +14,10 @@
 #define CLUSTER_CONTACTS_SAME_WAY 0.9f  /* cosine of how far the way out of an overlap may turn */
 #define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
-static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
+static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->node_count > 0) {
-        const int node = plii_support_groups_query(positions, hull->groups, direction);
-        return pli_vec3_sub(plii_xyz(positions[node]), hull->origin);
-    }
+    if (hull->groups->node_count > 0) { return plii_support_groups_query(positions, hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     float best = -INFINITY;
     int farthest = members[0].node;
@@ -31,7 +28,18 @@ static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
             farthest = members[i].node;
         }
     }
-    return pli_vec3_sub(plii_xyz(positions[farthest]), hull->origin);
+    return farthest;
+}
+
+static pli_vec3 cluster_hull_point(const void* user, int node) {
+    const plii_cluster_hull* hull = user;
+    return pli_vec3_sub(plii_xyz(hull->body->positions[node]), hull->origin);
+}
+
+static const plii_convex_vertices cluster_hull_vertices = {cluster_hull_farthest, cluster_hull_point};
+
+static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
+    return cluster_hull_point(user, cluster_hull_farthest(user, direction));
 }
 
 typedef struct rigid_hull {
@@ -92,12 +100,14 @@ float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction)
 }
 
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
-    return (plii_convex){cluster_hull_support, hull, pli_vec3_sub(hull->cluster->frame.origin, hull->origin), 0.0f};
+    return (plii_convex){.support = cluster_hull_support,
+                         .user = hull,
+                         .centre = pli_vec3_sub(hull->cluster->frame.origin, hull->origin)};
 }
 
 /* Most pairs that are too far apart were so before, in a direction that still may show it. */
 static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
-    return !state->def.measure_always && cache != NULL && cache->count == 1;
+    return !state->def.measure_always && cache != NULL && cache->count == 1 && !cache->has_vertices;
 }
 
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
@@ -190,8 +200,9 @@ static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const
     const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
     if (gap > max_distance) {
         if (cache != NULL) {
-            cache->directions[0] = n;
+            cache->as.directions[0] = n;
             cache->count = 1;
+            cache->has_vertices = false;
         }
         return RIGID_APART;
     }
@@ -224,7 +235,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     if (cluster_contacts_were_apart(state, cache)) {
-        const pli_vec3 n = cache->directions[0];
+        const pli_vec3 n = cache->as.directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
@@ -234,7 +245,8 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);
-    const plii_convex b = {rigid_hull_support, &hard, hard.pose.origin, shape->def.radius};
+    const plii_convex b = {
+        .support = rigid_hull_support, .user = &hard, .centre = hard.pose.origin, .radius = shape->def.radius};
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }
 
@@ -246,10 +258,13 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
     const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
     if (cluster_contacts_were_apart(state, cache)) {
-        const pli_vec3 n = cache->directions[0];
+        const pli_vec3 n = cache->as.directions[0];
         const float end = plii_cluster_hull_reach(&hull_b, n);
         if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
-    const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+    plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+    if (!state->def.measure_always && !state->clusters->def.as_bullet) {
+        a.vertices = b.vertices = &cluster_hull_vertices;
+    }
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }

@@ -129,7 +129,7 @@ static void convex_descend(convex_search* search, convex_way way) {
                                       .gap = search->gap,
                                       .max_support_calls = search->max_support_calls - search->support_calls - 2};
         if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
-        plii_convex_cache start = {.directions = {way.normal}, .count = 1};
+        plii_convex_cache start = {.as.directions = {way.normal}, .count = 1};
         plii_gjk_result gjk;
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;

@@ -81,8 +81,8 @@ static bool face_way_measure(const face_way_core* core, const pli_vec3* corners,
                              plii_convex_cache* cache, plii_convex_result* result) {
     const pli_vec3 middle =
         core->triangle == NULL ? core->pose.origin : pli_transform_point(core->pose, face_way_middle(core->triangle));
-    const plii_convex rigid = {face_way_core_support, core, middle, 0.0f};
-    const plii_convex face = {face_way_support, corners, face_way_middle(corners), 0.0f};
+    const plii_convex rigid = {.support = face_way_core_support, .user = core, .centre = middle};
+    const plii_convex face = {.support = face_way_support, .user = corners, .centre = face_way_middle(corners)};
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
 #if PLIANT_WITH_CCD
@@ -155,7 +155,7 @@ static float face_way_approach(const plii_face_way* way, pli_vec3 normal) {
 }
 
 bool plii_face_way_advance(const plii_face_way* way, float target, float tolerance, plii_face_moment* moment) {
-    plii_convex_cache cache = {.directions = {moment->normal}, .count = 1};
+    plii_convex_cache cache = {.as.directions = {moment->normal}, .count = 1};
     for (int i = 0; i < FACE_WAY_MAX_ADVANCES; ++i) {
         const float gap = moment->distance - target;
         if (!(gap > tolerance)) { return true; }

@@ -13,11 +13,15 @@ typedef enum plii_convex_relation {
     PLII_CONVEX_UNDEFINED    /* a support point is not finite */
 } plii_convex_relation;
 
-/* What one pair remembers from query to query; all zero at first. Support directions instead of points, so that it
-   stays of use while both sets move and deform. */
+/* What one pair remembers from query to query; all zero at first. Vertices or support directions instead of points, so
+   that it stays of use while both sets move and deform. */
 typedef struct plii_convex_cache {
-    pli_vec3 directions[4]; /* normals (b to a) whose support points made the last simplex */
+    union {
+        pli_vec3 directions[4]; /* normals (b to a) whose support points made the last simplex */
+        int vertices[4][2];     /* of a and b, in the last simplex, where both have numbered vertices */
+    } as;
     int count;
+    bool has_vertices;
     pli_vec3 normal; /* of the last signed distance */
     bool has_normal;
 } plii_convex_cache;

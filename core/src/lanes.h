@@ -30,6 +30,9 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
     return _mm_and_ps(a, b);
 }
+PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
+    return _mm_or_ps(a, b);
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
 }
@@ -95,6 +98,9 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
     return vandq_u32(a, b);
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
+    return vorrq_u32(a, b);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return vbslq_f32(mask, yes, no);
@@ -162,6 +168,10 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
     return (plii_mask4){
         {a.lanes[0] && b.lanes[0], a.lanes[1] && b.lanes[1], a.lanes[2] && b.lanes[2], a.lanes[3] && b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
+    return (plii_mask4){
+        {a.lanes[0] || b.lanes[0], a.lanes[1] || b.lanes[1], a.lanes[2] || b.lanes[2], a.lanes[3] || b.lanes[3]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return (plii_float4){{mask.lanes[0] ? yes.lanes[0] : no.lanes[0], mask.lanes[1] ? yes.lanes[1] : no.lanes[1],

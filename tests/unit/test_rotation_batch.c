@@ -2,6 +2,7 @@
 
 #include "check.h"
 #include "rotation_batch.h"
+#include "rotation_follow.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -318,12 +319,86 @@ static void test_useless_input(void** state) {
     }
 }
 
+// ------------------------------------------------------------------------------------------------------
+// rotation_follow
+
+static pli_quat turned(pli_quat q, pli_vec3 turn) {
+    const pli_vec3 v = {q.x, q.y, q.z}, half = pli_vec3_scale(turn, 0.5f);
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(half, q.w), pli_vec3_cross(v, half));
+    return (pli_quat){.x = q.x + moved.x, .y = q.y + moved.y, .z = q.z + moved.z, .w = q.w - pli_vec3_dot(v, half)};
+}
+
+/* Starts up to half a radian beside the result, and matrices of all kinds beside those that shape matching has. */
+static void test_follow_is_batch(void** state) {
+    (void)state;
+    uint64_t seed = 3;
+    enum { COUNT = 20000 };
+    double worst[KIND_COUNT] = {0.0}, worst_orthogonality = 0.0;
+    for (int i = 0; i < COUNT; ++i) {
+        const matrix_kind kind = (matrix_kind)(i % KIND_COUNT);
+        pli_quat result = random_quaternion(&seed);
+        const pli_mat3 matrix = random_matrix(&seed, kind, result);
+        pli_mat3 expected, found;
+        plii_rotation_batch(1, &matrix, &result, &expected);
+        pli_quat q = turned(result, pli_vec3_scale(random_vector(&seed), 0.3f * random_unit(&seed)));
+        plii_rotation_follow(1, &matrix, &q, &found);
+        if (!(orthogonality_error(found) <= worst_orthogonality)) { worst_orthogonality = orthogonality_error(found); }
+        double value[3], rotation[3][3];
+        decompose(matrix, value, rotation);
+        if (!(value[1] + value[2] > 1e-3 * value[0])) { continue; }
+        double error = 0.0;
+        for (int row = 0; row < 3; ++row) {
+            for (int k = 0; k < 3; ++k) {
+                error = fmax(error, fabs(element(found, row, k) - element(expected, row, k)));
+            }
+        }
+        if (!(error <= worst[kind])) { worst[kind] = error; }
+        const pli_mat3 of_quaternion = pli_mat3_from_quat(q);
+        for (int row = 0; row < 3; ++row) {
+            for (int k = 0; k < 3; ++k) {
+                check_near(element(of_quaternion, row, k), element(found, row, k), 1e-6);
+            }
+        }
+    }
+    print_message("orthogonality %.2g\n", worst_orthogonality);
+    for (int k = 0; k < KIND_COUNT; ++k) {
+        print_message("  %-16s differ by %.2g\n", kind_names[k], worst[k]);
+        check_at_most(worst[k], 3e-6);
+    }
+    check_at_most(worst_orthogonality, 1e-6);
+}
+
+static void test_follow_lanes_are_alike(void** state) {
+    (void)state;
+    uint64_t seed = 5;
+    enum { COUNT = 51 };
+    pli_mat3 matrices[COUNT], rotations[COUNT];
+    pli_quat starts[COUNT], quaternions[COUNT];
+    for (int i = 0; i < COUNT; ++i) {
+        starts[i] = random_quaternion(&seed);
+        matrices[i] = random_matrix(&seed, (matrix_kind)(i % KIND_COUNT), starts[i]);
+        if (i % 3 != 0) { plii_rotation_batch(1, &matrices[i], &starts[i], &rotations[i]); }
+        quaternions[i] = starts[i];
+    }
+    matrices[7].rows[1].y = NAN;
+    quaternions[9] = starts[9] = (pli_quat){0, 0, 0, 0};
+    plii_rotation_follow(COUNT, matrices, quaternions, rotations);
+    for (int i = 0; i < COUNT; ++i) {
+        pli_quat single = starts[i];
+        pli_mat3 rotation;
+        plii_rotation_follow(1, &matrices[i], &single, &rotation);
+        assert_memory_equal(&single, &quaternions[i], sizeof single);
+        assert_memory_equal(&rotation, &rotations[i], sizeof rotation);
+        check_at_most(orthogonality_error(rotation), 1e-6);
+    }
+    plii_rotation_follow(0, NULL, NULL, NULL);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_singular_values),
-        cmocka_unit_test(test_lanes_are_alike),
-        cmocka_unit_test(test_start_fills_what_is_open),
-        cmocka_unit_test(test_useless_input),
+        cmocka_unit_test(test_against_singular_values),  cmocka_unit_test(test_lanes_are_alike),
+        cmocka_unit_test(test_start_fills_what_is_open), cmocka_unit_test(test_useless_input),
+        cmocka_unit_test(test_follow_is_batch),          cmocka_unit_test(test_follow_lanes_are_alike),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
