@@ -3,14 +3,16 @@
 
 #include "link_colors.h"
 
+#include "node_planes.h"
 #include "simd.h"
 
 #include <string.h>
 
 enum {
     LINK_COLORS_MAX = 64,
-    LINK_COLORS_QUADS_NODES = 128, /* a smaller body has too few quads for their colours */
-    LINK_COLORS_RUNS_NODES = 4096 /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
+    LINK_COLORS_QUADS_NODES = 80, /* a smaller body has too few quads for their colours */
+    LINK_COLORS_RUNS_NODES =
+        PLII_PLANES_LEAST_NODES /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
 };
 
 /* Quads and single links in one order: index of a quad, or quad count + index of a single link. */
@@ -57,6 +59,7 @@ static void link_colors_carve_result(link_colors_carver* carver, plii_link_color
     plii_link_runs* runs = &colors->runs;
     runs->colors = link_colors_carve(carver, ((size_t)runs->color_count + 1) * sizeof *runs->colors);
     runs->runs = link_colors_carve(carver, (size_t)runs->run_count * sizeof *runs->runs);
+    runs->sources = link_colors_carve(carver, (size_t)runs->source_count * sizeof *runs->sources);
     runs->run_links = link_colors_carve(carver, (size_t)runs->run_link_count * sizeof *runs->run_links);
     colors->colors = link_colors_carve(carver, (size_t)colors->color_count * sizeof *colors->colors);
     colors->groups = link_colors_carve(carver, (size_t)colors->group_count * sizeof *colors->groups);
@@ -88,6 +91,7 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
     made->colors = link_colors_carve(carver, (4 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
     made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
+    made->sources = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->sources);
     made->run_links = link_colors_carve(carver, links * sizeof *made->run_links);
     runs->sides = link_colors_carve(carver, nodes * sizeof *runs->sides);
     runs->places = work->counts;
@@ -217,6 +221,13 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
 
 // ------------------------------------------------------------------------------------------------------------- kinds
 
+/* Kernels solve groups of a kind together, and have code of its own for two triangles: where one link is missing an
+   empty row costs less than a kind of few groups. */
+static uint8_t link_colors_group_pairs(uint8_t pairs, int count) {
+    const bool lacks_one = (pairs & ~PLII_LINK_TWO_TRIANGLES) == 0 && link_colors_link_count(pairs) == 4;
+    return lacks_one && 2 * count >= PLII_LINK_LANES ? PLII_LINK_TWO_TRIANGLES : pairs;
+}
+
 /* Items of a group have one colour and tag, and one kind once there are kinds. */
 static int link_colors_group_end(const link_colors_work* work, int first) {
     const int lead = work->order[first];
@@ -245,6 +256,7 @@ static void link_colors_sort_kinds(link_colors_work* work) {
         for (int i = first; i < end; ++i) {
             kind |= link_colors_pairs_at(work, work->order[i]);
         }
+        kind = link_colors_group_pairs(kind, end - first);
         for (; first < end; ++first) {
             work->kinds[work->order[first]] = kind;
         }
@@ -311,7 +323,8 @@ static void link_colors_make_group(link_colors_maker* maker, int first, int end)
         link_colors_fill_lane(&lanes[PLII_LINK_LANES - count + i], &item);
         pairs |= item.pairs;
     }
-    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]), pairs);
+    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]),
+                          link_colors_group_pairs(pairs, count));
 }
 
 static void link_colors_make_groups(link_colors_maker* maker) {
@@ -349,6 +362,7 @@ static void link_colors_copy_runs(const plii_link_runs* made, plii_link_runs* ru
     if (made->color_count == 0) { return; }
     memcpy(runs->colors, made->colors, ((size_t)made->color_count + 1) * sizeof *runs->colors);
     memcpy(runs->runs, made->runs, (size_t)made->run_count * sizeof *runs->runs);
+    memcpy(runs->sources, made->sources, (size_t)made->source_count * sizeof *runs->sources);
     memcpy(runs->run_links, made->run_links, (size_t)made->run_link_count * sizeof *runs->run_links);
 }
 
@@ -404,10 +418,15 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots) {
     const plii_link_runs* runs = &colors->runs;
-    for (const plii_link_run* run = runs->runs; run < runs->runs + runs->run_count; ++run) {
-        for (int i = 0; i < PLII_LINK_LANES * run->group_count; ++i) {
-            const int first = i / PLII_LINK_LANES * PLII_LINK_LANES;
-            const int link = plii_link_run_link(runs, run, first + plii_simd_record(i - first));
+    const plii_link_run* run = runs->runs;
+    for (int s = 0; s < runs->source_count; ++s) {
+        const int first_group = runs->sources[s].first_group;
+        const int end = s + 1 < runs->source_count ? runs->sources[s + 1].first_group : runs->group_count;
+        run += first_group == run->first_group + run->group_count;
+        const int skipped_count = end == run->first_group + run->group_count ? run->skipped_count : 0;
+        for (int i = 0; i < PLII_LINK_LANES * (end - first_group); ++i) {
+            const int place = i / PLII_LINK_LANES * PLII_LINK_LANES + plii_simd_record(i % PLII_LINK_LANES);
+            const int link = plii_link_runs_link(runs, run, &runs->sources[s], place - skipped_count);
             *slots++ = link != PLI_NULL_INDEX ? values[(ptrdiff_t)stride * link] : filler;
         }
     }

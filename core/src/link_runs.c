@@ -74,23 +74,34 @@ static int link_runs_taken(const link_runs_row* row, int offset) {
     return row->count < PLII_LINK_LANES ? 0 : has_turns ? row->count / offset * offset : row->count;
 }
 
-/* Links [begin, end) of a row become a run. Those that it skips come before `begin`. */
-static void link_runs_add_run(plii_link_runs_work* work, const link_runs_row* row, int offset, int begin, int end,
-                              bool has_stride) {
+/* Groups that go on where the last run of the colour ends, with links of a row from `begin` on, lengthen it. */
+static plii_link_run* link_runs_run_of(plii_link_runs* made, const link_runs_row* row, int offset, int begin) {
+    const int node = row->node + plii_link_run_way(offset, row->step, begin);
+    if (made->run_count > made->colors[made->color_count].first_run) {
+        plii_link_run* last = &made->runs[made->run_count - 1];
+        if (last->skipped_count == 0 && last->tag == row->tag && last->step == row->step &&
+            plii_link_run_node(last, last->group_count) == node) {
+            return last;
+        }
+    }
+    plii_link_run* run = &made->runs[made->run_count++];
+    *run = (plii_link_run){
+        .node = node, .offset = offset, .first_group = made->group_count, .tag = row->tag, .step = (uint8_t)row->step};
+    return run;
+}
+
+/* Links [begin, end) of a row come into runs. Those that an end skips come before `begin`. */
+static void link_runs_add_groups(plii_link_runs_work* work, const link_runs_row* row, int offset, int begin, int end,
+                                 bool has_stride) {
     plii_link_runs* made = &work->made;
+    plii_link_run* run = link_runs_run_of(made, row, offset, begin);
     const int group_count = (end - begin + PLII_LINK_LANES - 1) / PLII_LINK_LANES;
-    const int skipped_count = PLII_LINK_LANES * group_count - (end - begin);
-    const int way = plii_link_run_way(offset, row->step, begin - skipped_count);
-    made->runs[made->run_count++] =
-        (plii_link_run){.node = row->node + way,
-                        .offset = offset,
-                        .link = has_stride ? row->link + way * row->link_stride : made->run_link_count - skipped_count,
-                        .link_stride = has_stride ? row->link_stride : 0,
-                        .first_group = made->group_count,
-                        .group_count = group_count,
-                        .tag = row->tag,
-                        .step = (uint8_t)row->step,
-                        .skipped_count = (uint8_t)skipped_count};
+    const int way = plii_link_run_way(offset, row->step, begin);
+    made->sources[made->source_count++] =
+        (plii_link_source){made->group_count, has_stride ? row->link + way * row->link_stride : made->run_link_count,
+                           has_stride ? row->link_stride : 0};
+    run->group_count += group_count;
+    run->skipped_count = (uint8_t)(PLII_LINK_LANES * group_count - (end - begin));
     made->group_count += group_count;
     for (int i = begin; i < end && !has_stride; ++i) {
         made->run_links[made->run_link_count++] = work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1;
@@ -102,8 +113,8 @@ static void link_runs_end_row(plii_link_runs_work* work, const link_runs_row* ro
     const bool has_stride = row->regular_count >= PLII_LINK_LANES;
     const int regular_count = has_stride && row->regular_count < taken ? row->regular_count : taken;
     const int in_groups = regular_count / PLII_LINK_LANES * PLII_LINK_LANES;
-    if (in_groups > 0) { link_runs_add_run(work, row, offset, 0, in_groups, has_stride); }
-    if (in_groups < taken) { link_runs_add_run(work, row, offset, in_groups, taken, false); }
+    if (in_groups > 0) { link_runs_add_groups(work, row, offset, 0, in_groups, has_stride); }
+    if (in_groups < taken) { link_runs_add_groups(work, row, offset, in_groups, taken, false); }
     for (int i = 0; i < row->count; ++i) {
         work->is_used[work->places[row->node + plii_link_run_way(offset, row->step, i)] - 1] = i < taken;
     }

@@ -72,7 +72,7 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
     const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
     const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
     const ptrdiff_t way = plii_run_way(form);
-    pli_vec4* first = task->body->positions + run->node + way * begin;
+    pli_vec4* first = task->body->positions + plii_link_run_node(run, begin);
     links_group groups[LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
         const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
@@ -90,46 +90,56 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
 
 // --------------------------------------------------------------------------------------------------- links in planes
 
-PLII_SIMD_INLINE void links_solve_in_planes(const plii_planes* planes, ptrdiff_t first, plii_run_form form,
-                                            const float* rest, plii_float8 inverse_stiffness) {
-    const plii_run_numbers x = plii_run_load_plane(planes->x + first, form);
-    const plii_run_numbers y = plii_run_load_plane(planes->y + first, form);
-    const plii_run_numbers z = plii_run_load_plane(planes->z + first, form);
-    const plii_run_numbers w = plii_run_load_plane(planes->w + first, form);
+PLII_SIMD_INLINE void links_solve_in_planes(const plii_planes* planes, plii_run_places at, int kind,
+                                            plii_float8 rest_squared, plii_float8 inverse_stiffness) {
+    const plii_run_numbers x = plii_run_load_plane(planes->x, &at, kind);
+    const plii_run_numbers y = plii_run_load_plane(planes->y, &at, kind);
+    const plii_run_numbers z = plii_run_load_plane(planes->z, &at, kind);
+    const plii_run_numbers w = plii_run_load_plane(planes->w, &at, kind);
     const plii_float8 dx = plii_run_difference(x), dy = plii_run_difference(y), dz = plii_run_difference(z);
     const plii_float8 factor =
-        links_factor(links_length_squared(dx, dy, dz), w.a, w.b, plii_run_load_slots(rest, form), inverse_stiffness);
+        links_factor(links_length_squared(dx, dy, dz), w.a, w.b, rest_squared, inverse_stiffness);
     const plii_float8 move_a = plii_float8_mul(factor, w.a), move_b = plii_float8_mul(factor, w.b);
-    plii_run_store_plane(planes->x + first, form, plii_run_moved(x, dx, move_a, move_b));
-    plii_run_store_plane(planes->y + first, form, plii_run_moved(y, dy, move_a, move_b));
-    plii_run_store_plane(planes->z + first, form, plii_run_moved(z, dz, move_a, move_b));
+    plii_run_store_plane(planes->x, &at, kind, plii_run_moved(x, dx, move_a, move_b));
+    plii_run_store_plane(planes->y, &at, kind, plii_run_moved(y, dy, move_a, move_b));
+    plii_run_store_plane(planes->z, &at, kind, plii_run_moved(z, dz, move_a, move_b));
 }
 
-/* Without stages, as a group has a third fewer operations than one in records. */
-PLII_SIMD_INLINE void links_run_in_planes(const plii_links_task* task, const plii_link_run* run, int begin, int end,
-                                          plii_run_form form) {
+/* Without stages, as a group has a third fewer operations than one in records. Of links in steps of one node the even
+   ones of two groups are solved together, then the odd ones. */
+static void links_run_in_planes(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
     const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
-    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    const ptrdiff_t way = plii_run_way(form);
     const plii_planes planes = task->planes;
-    ptrdiff_t first = run->node + way * begin;
-    for (int g = begin; g < end; ++g, first += way, rest += PLII_LINK_LANES) {
-        links_solve_in_planes(&planes, first, form, rest, inverse_stiffness);
+    const ptrdiff_t way = plii_run_places_way(run);
+    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
+    plii_run_places at = plii_run_places_of(&planes, run, begin);
+    int left = end - begin;
+    if (run->offset == 2) {
+        for (; left > 0; --left, rest += PLII_LINK_LANES, at = plii_run_places_after(at, way)) {
+            links_solve_in_planes(&planes, at, PLII_RUN_TURNS, plii_float8_load_turned_slots(rest), inverse_stiffness);
+        }
+    } else if (run->offset == 1 || run->step == 2) {
+        for (; left > 0; --left, rest += PLII_LINK_LANES, at = plii_run_places_after(at, way)) {
+            links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, plii_float8_load_slots(rest), inverse_stiffness);
+        }
+    } else {
+        for (; left > 1; left -= 2, rest += 2 * PLII_LINK_LANES, at = plii_run_places_after(at, 2 * way)) {
+            const float *odd = rest + PLII_LINK_LANES / 2, *next = rest + PLII_LINK_LANES;
+            links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, plii_float8_load_halves(rest, next), inverse_stiffness);
+            links_solve_in_planes(&planes, plii_run_places_odd(at), PLII_RUN_WHOLE,
+                                  plii_float8_load_halves(odd, odd + PLII_LINK_LANES), inverse_stiffness);
+        }
+        if (left > 0) {
+            links_solve_in_planes(&planes, at, PLII_RUN_HALVES, plii_float8_load(rest), inverse_stiffness);
+        }
     }
 }
 
 /* Each form gets code of its own. */
-static void links_run_of_any_form(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
+static void links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
+    const plii_links_task* task = data;
     if (task->planes.x != NULL) {
-        if (run->offset == 1) {
-            links_run_in_planes(task, run, begin, end, (plii_run_form){1, 1, 1});
-        } else if (run->offset == 2) {
-            links_run_in_planes(task, run, begin, end, (plii_run_form){2, 1, 2});
-        } else if (run->step == 2) {
-            links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
-        } else {
-            links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
-        }
+        links_run_in_planes(task, run, begin, end);
     } else if (run->offset == 1) {
         links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
     } else if (run->offset == 2) {
@@ -303,16 +313,7 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
 // ------------------------------------------------------------------------------------------------------------- sweeps
 
 static void links_runs(const plii_links_task* task, int color, int begin, int end) {
-    const plii_link_runs* runs = &task->colors->runs;
-    const plii_link_run_color* own = &runs->colors[color];
-    const plii_link_part whole = plii_link_runs_part(runs, own, begin, end);
-    const plii_link_run* after = runs->runs + own[1].first_run;
-    if (whole.begin >= whole.end) { return; }
-    for (const plii_link_run* run = plii_link_run_at(runs, own, whole.begin); run < after; ++run) {
-        const plii_link_part part = plii_link_run_part(run, own, whole.begin, whole.end);
-        if (part.begin >= part.end) { return; }
-        links_run_of_any_form(task, run, part.begin, part.end);
-    }
+    plii_runs_solve(&task->colors->runs, color, begin, end, links_run_of_any_form, task);
 }
 
 /* One link after the other. */

@@ -4,15 +4,28 @@
 
 #include "body_impl.h"
 
+#include <string.h>
+
+enum { NODE_PASSES_BLOCK = 4096, NODE_PASSES_MAX_BLOCKS = 32 };
+
+typedef struct node_extent {
+    plii_float4 low, high;
+    plii_mask4 finite;
+} node_extent;
+
+typedef struct node_extents_task {
+    const pli_vec4* positions;
+    int count, block;
+    node_extent* extents; /* [blocks] */
+} node_extents_task;
+
 /* Two chains, since each comparison waits for the one before. */
-bool plii_body_update_bounds(pli_body* body) {
-    const pli_vec4* positions = body->positions;
-    const int count = body->node_count;
+static node_extent node_extent_of(const pli_vec4* positions, int begin, int end) {
     plii_float4 low[2], high[2];
     plii_mask4 finite[2];
-    low[0] = low[1] = high[0] = high[1] = plii_float4_from(&positions[0]);
+    low[0] = low[1] = high[0] = high[1] = plii_float4_from(&positions[begin]);
     finite[0] = finite[1] = plii_lanes_finite(low[0]);
-    for (int i = 1; i + 1 < count; i += 2) {
+    for (int i = begin + 1; i + 1 < end; i += 2) {
         const plii_float4 a = plii_float4_from(&positions[i]), b = plii_float4_from(&positions[i + 1]);
         low[0] = plii_lanes_min(a, low[0]);
         high[0] = plii_lanes_max(a, high[0]);
@@ -21,13 +34,46 @@ bool plii_body_update_bounds(pli_body* body) {
         finite[0] = plii_lanes_both(finite[0], plii_lanes_finite(a));
         finite[1] = plii_lanes_both(finite[1], plii_lanes_finite(b));
     }
-    const plii_float4 last = plii_float4_from(&positions[count - 1]);
+    const plii_float4 last = plii_float4_from(&positions[end - 1]);
+    return (node_extent){plii_lanes_min(last, plii_lanes_min(low[1], low[0])),
+                         plii_lanes_max(last, plii_lanes_max(high[1], high[0])),
+                         plii_lanes_both(plii_lanes_finite(last), plii_lanes_both(finite[0], finite[1]))};
+}
+
+static void node_extents_range(int begin, int end, void* data) {
+    const node_extents_task* task = data;
+    for (int b = begin; b < end; ++b) {
+        const int first = b * task->block, rest = task->count - first;
+        task->extents[b] = node_extent_of(task->positions, first, first + (rest < task->block ? rest : task->block));
+    }
+}
+
+/* Blocks depend on the number of nodes alone, so that the bits do not depend on threads. */
+static node_extent node_extent_in_blocks(const pli_body* body) {
+    const int count = body->node_count, least = (count + NODE_PASSES_MAX_BLOCKS - 1) / NODE_PASSES_MAX_BLOCKS;
+    const int block = least > NODE_PASSES_BLOCK ? least : NODE_PASSES_BLOCK, block_count = (count + block - 1) / block;
+    node_extent extents[NODE_PASSES_MAX_BLOCKS];
+    memset(extents, 0, sizeof extents);
+    node_extents_task task = {body->positions, count, block, extents};
+    plii_parallel_for(body->context, node_extents_range, &task, block_count, 1);
+    node_extent all = extents[0];
+    for (int b = 1; b < block_count; ++b) {
+        all.low = plii_lanes_min(extents[b].low, all.low);
+        all.high = plii_lanes_max(extents[b].high, all.high);
+        all.finite = plii_lanes_both(extents[b].finite, all.finite);
+    }
+    return all;
+}
+
+bool plii_body_update_bounds(pli_body* body) {
+    const node_extent extent = body->node_count > NODE_PASSES_BLOCK
+                                   ? node_extent_in_blocks(body)
+                                   : node_extent_of(body->positions, 0, body->node_count);
     pli_bounds bounds;
-    plii_lanes_to_vec3(&bounds.min, plii_lanes_min(last, plii_lanes_min(low[1], low[0])));
-    plii_lanes_to_vec3(&bounds.max, plii_lanes_max(last, plii_lanes_max(high[1], high[0])));
+    plii_lanes_to_vec3(&bounds.min, extent.low);
+    plii_lanes_to_vec3(&bounds.max, extent.high);
     body->bounds = plii_bounds_grow(bounds, body->collision_margin);
-    const plii_mask4 all = plii_lanes_both(plii_lanes_finite(last), plii_lanes_both(finite[0], finite[1]));
-    return (plii_lanes_bits(all) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+    return (plii_lanes_bits(extent.finite) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
 int plii_body_find_non_finite_node(const pli_body* body) {

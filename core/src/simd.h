@@ -233,32 +233,30 @@ PLII_SIMD_INLINE void plii_packed8_scatter(pli_vec4* records, const uint32_t* pl
                          a.pairs[3]);
 }
 
-/* Sixteen numbers of which one and one, or two and two (`width`), belong to two sets by turns: places 0, 1, 4, 5, 2, 3,
-   6, 7 of each. */
-PLII_SIMD_INLINE void plii_float8_load_turns(const float* source, int width, plii_float8* a, plii_float8* b) {
-    const __m256 low = _mm256_loadu_ps(source), high = _mm256_loadu_ps(source + 8);
-    *a = width == 2 ? _mm256_shuffle_ps(low, high, 0x44) : _mm256_shuffle_ps(low, high, 0x88);
-    *b = width == 2 ? _mm256_shuffle_ps(low, high, 0xee) : _mm256_shuffle_ps(low, high, 0xdd);
+PLII_SIMD_INLINE plii_float8 plii_float8_load_halves(const float* low, const float* high) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(low)), _mm_loadu_ps(high), 1);
 }
-PLII_SIMD_INLINE void plii_float8_store_turns(float* target, int width, plii_float8 a, plii_float8 b) {
-    _mm256_storeu_ps(target, width == 2 ? _mm256_shuffle_ps(a, b, 0x44) : _mm256_unpacklo_ps(a, b));
-    _mm256_storeu_ps(target + 8, width == 2 ? _mm256_shuffle_ps(a, b, 0xee) : _mm256_unpackhi_ps(a, b));
+PLII_SIMD_INLINE void plii_float8_store_halves(float* low, float* high, plii_float8 a) {
+    _mm_storeu_ps(low, _mm256_castps256_ps128(a));
+    _mm_storeu_ps(high, _mm256_extractf128_ps(a, 1));
 }
-/* Every second of fifteen numbers, in the same order, and what is between; nothing after the fifteenth is touched. */
-PLII_SIMD_INLINE void plii_float8_load_second(const float* source, plii_float8* a, plii_float8* between) {
-    const __m256 low = _mm256_loadu_ps(source), high = _mm256_loadu_ps(source + 7);
-    *a = _mm256_shuffle_ps(low, high, 0xd8);
-    *between = _mm256_shuffle_ps(low, high, 0x8d);
+/* Numbers that take turns in two rows of eight; lanes 0, 1, 4 and 5 are those of the first row. */
+PLII_SIMD_INLINE void plii_float8_load_turns(const float* first, const float* second, plii_float8* a, plii_float8* b) {
+    const __m256 low = _mm256_loadu_ps(first), high = _mm256_loadu_ps(second);
+    *a = _mm256_shuffle_ps(low, high, 0x88);
+    *b = _mm256_shuffle_ps(low, high, 0xdd);
 }
-PLII_SIMD_INLINE void plii_float8_store_second(float* target, plii_float8 a, plii_float8 between) {
-    _mm256_storeu_ps(target, _mm256_unpacklo_ps(a, between));
-    _mm256_storeu_ps(target + 7, _mm256_unpackhi_ps(between, a));
+PLII_SIMD_INLINE void plii_float8_store_turns(float* first, float* second, plii_float8 a, plii_float8 b) {
+    _mm256_storeu_ps(first, _mm256_unpacklo_ps(a, b));
+    _mm256_storeu_ps(second, _mm256_unpackhi_ps(a, b));
 }
-/* From the order of records to that of memory, or of numbers that take turns. */
-PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots, bool has_turns) {
-    const __m256i in_order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7),
-                  by_turns = _mm256_setr_epi32(0, 4, 2, 6, 1, 5, 3, 7);
-    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(slots), has_turns ? by_turns : in_order);
+/* From the order of records to that of memory. */
+PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots) {
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(slots), _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
+}
+/* From the order of records, of which even ones are the first of two rows, to that of numbers that take turns. */
+PLII_SIMD_INLINE plii_float8 plii_float8_load_turned_slots(const float* slots) {
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(slots), _mm256_setr_epi32(0, 1, 4, 5, 2, 3, 6, 7));
 }
 
 #elif defined(PLII_SIMD_SSE2) || defined(PLII_SIMD_NEON) || defined(PLII_SIMD_PORTABLE)
@@ -322,12 +320,6 @@ PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
     return _mm_shuffle_ps(a, b, 0xdd);
 }
 /* The first two of both; the last two. */
-PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
-    return _mm_shuffle_ps(a, b, 0x44);
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
-    return _mm_shuffle_ps(a, b, 0xee);
-}
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     _MM_TRANSPOSE4_PS(r[0], r[1], r[2], r[3]);
 }
@@ -392,12 +384,6 @@ PLII_SIMD_INLINE plii_float4 plii_float4_even(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
     return vuzp2q_f32(a, b);
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
-    return vcombine_f32(vget_low_f32(a), vget_low_f32(b));
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
-    return vcombine_f32(vget_high_f32(a), vget_high_f32(b));
 }
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     const float32x4x2_t xz02 = vzipq_f32(r[0], r[2]), xz13 = vzipq_f32(r[1], r[3]);
@@ -482,12 +468,6 @@ PLII_SIMD_INLINE plii_float4 plii_float4_even(plii_float4 a, plii_float4 b) {
 }
 PLII_SIMD_INLINE plii_float4 plii_float4_odd(plii_float4 a, plii_float4 b) {
     return (plii_float4){{a.lanes[1], a.lanes[3], b.lanes[1], b.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_low_halves(plii_float4 a, plii_float4 b) {
-    return (plii_float4){{a.lanes[0], a.lanes[1], b.lanes[0], b.lanes[1]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_high_halves(plii_float4 a, plii_float4 b) {
-    return (plii_float4){{a.lanes[2], a.lanes[3], b.lanes[2], b.lanes[3]}};
 }
 PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
     const plii_float4 a = r[0], b = r[1], c = r[2], d = r[3];
@@ -652,42 +632,31 @@ PLII_SIMD_INLINE void plii_packed8_store_turns(pli_vec4* first, int width, plii_
     plii_simd_store_turns(first + width, width, b);
 }
 
-PLII_SIMD_INLINE void plii_float8_load_turns(const float* source, int width, plii_float8* a, plii_float8* b) {
-    const plii_float4 f0 = plii_float4_load(source), f1 = plii_float4_load(source + 4);
-    const plii_float4 f2 = plii_float4_load(source + 8), f3 = plii_float4_load(source + 12);
-    if (width == 2) {
-        *a = (plii_float8){plii_float4_low_halves(f0, f1), plii_float4_low_halves(f2, f3)};
-        *b = (plii_float8){plii_float4_high_halves(f0, f1), plii_float4_high_halves(f2, f3)};
-    } else {
-        *a = (plii_float8){plii_float4_even(f0, f1), plii_float4_even(f2, f3)};
-        *b = (plii_float8){plii_float4_odd(f0, f1), plii_float4_odd(f2, f3)};
-    }
+PLII_SIMD_INLINE plii_float8 plii_float8_load_halves(const float* low, const float* high) {
+    return (plii_float8){plii_float4_load(low), plii_float4_load(high)};
 }
-PLII_SIMD_INLINE void plii_float8_store_turns(float* target, int width, plii_float8 a, plii_float8 b) {
-    const bool is_wide = width == 2;
-    plii_float4_store(target, is_wide ? plii_float4_low_halves(a.low, b.low) : plii_float4_zip_low(a.low, b.low));
-    plii_float4_store(target + 4, is_wide ? plii_float4_high_halves(a.low, b.low) : plii_float4_zip_high(a.low, b.low));
-    plii_float4_store(target + 8,
-                      is_wide ? plii_float4_low_halves(a.high, b.high) : plii_float4_zip_low(a.high, b.high));
-    plii_float4_store(target + 12,
-                      is_wide ? plii_float4_high_halves(a.high, b.high) : plii_float4_zip_high(a.high, b.high));
+PLII_SIMD_INLINE void plii_float8_store_halves(float* low, float* high, plii_float8 a) {
+    plii_float4_store(low, a.low);
+    plii_float4_store(high, a.high);
 }
-PLII_SIMD_INLINE void plii_float8_load_second(const float* source, plii_float8* a, plii_float8* between) {
-    const plii_float4 f0 = plii_float4_load(source), f1 = plii_float4_load(source + 4);
-    const plii_float4 f2 = plii_float4_load(source + 7), f3 = plii_float4_load(source + 11);
-    *a = (plii_float8){plii_float4_even(f0, f1), plii_float4_odd(f2, f3)};
-    *between = (plii_float8){plii_float4_odd(f0, f1), plii_float4_even(f2, f3)};
+PLII_SIMD_INLINE void plii_float8_load_turns(const float* first, const float* second, plii_float8* a, plii_float8* b) {
+    const plii_float4 f0 = plii_float4_load(first), f1 = plii_float4_load(first + 4);
+    const plii_float4 s0 = plii_float4_load(second), s1 = plii_float4_load(second + 4);
+    *a = (plii_float8){plii_float4_even(f0, f1), plii_float4_even(s0, s1)};
+    *b = (plii_float8){plii_float4_odd(f0, f1), plii_float4_odd(s0, s1)};
 }
-PLII_SIMD_INLINE void plii_float8_store_second(float* target, plii_float8 a, plii_float8 between) {
-    plii_float4_store(target, plii_float4_zip_low(a.low, between.low));
-    plii_float4_store(target + 4, plii_float4_zip_high(a.low, between.low));
-    plii_float4_store(target + 7, plii_float4_zip_low(between.high, a.high));
-    plii_float4_store(target + 11, plii_float4_zip_high(between.high, a.high));
+PLII_SIMD_INLINE void plii_float8_store_turns(float* first, float* second, plii_float8 a, plii_float8 b) {
+    plii_float4_store(first, plii_float4_zip_low(a.low, b.low));
+    plii_float4_store(first + 4, plii_float4_zip_high(a.low, b.low));
+    plii_float4_store(second, plii_float4_zip_low(a.high, b.high));
+    plii_float4_store(second + 4, plii_float4_zip_high(a.high, b.high));
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots, bool has_turns) {
+PLII_SIMD_INLINE plii_float8 plii_float8_load_slots(const float* slots) {
     const plii_float4 even = plii_float4_load(slots), odd = plii_float4_load(slots + 4);
-    (void)has_turns;
     return (plii_float8){plii_float4_zip_low(even, odd), plii_float4_zip_high(even, odd)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_load_turned_slots(const float* slots) {
+    return plii_float8_load(slots);
 }
 
 #endif

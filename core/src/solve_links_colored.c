@@ -170,7 +170,7 @@ typedef struct colored_links_extent {
 } colored_links_extent;
 
 static colored_links_extent colored_links_run_extent(const plii_link_run* run, int group) {
-    const int low = run->node + plii_link_run_group_way(run->offset, run->step) * group;
+    const int low = plii_link_run_node(run, group);
     const int way = plii_link_run_way(run->offset, run->step, PLII_LINK_LANES - 1);
     return (colored_links_extent){low, low + way + run->offset};
 }

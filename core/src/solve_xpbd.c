@@ -279,7 +279,7 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static size_t xpbd_records_size(int node_count) {
-    return (size_t)plii_xpbd_record_count(node_count) * sizeof(pli_vec4);
+    return (size_t)plii_planes_record_count(node_count) * sizeof(pli_vec4);
 }
 
 static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {

@@ -21,15 +21,10 @@ typedef struct plii_xpbd_plane_nodes {
     float dt, inverse_dt; /* s, of the substep */
 } plii_xpbd_plane_nodes;
 
-/* Records that a body has for XPBD, [plii_xpbd_record_count]. */
+/* Records that a body has for XPBD, [plii_planes_record_count]. */
 typedef struct plii_xpbd_records {
     pli_vec4 *displacements, *carried, *accelerations;
 } plii_xpbd_records;
-
-/* Planes have whole blocks of nodes. */
-static inline int plii_xpbd_record_count(int node_count) {
-    return (node_count + 3) / 4 * 4;
-}
 
 /* What the solver does to nodes in planes; comes with the kinds that can do with planes. Ranges are of blocks. */
 typedef struct plii_xpbd_plane_moves {

@@ -41,12 +41,32 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
     return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
 }
 
+/* Of eight links, one after the other or in two parts. */
+typedef struct xpbd_links_multipliers {
+    float* low;
+    ptrdiff_t high; /* after the low ones */
+} xpbd_links_multipliers;
+
+PLII_SIMD_INLINE xpbd_links_multipliers xpbd_links_multipliers_at(float* first) {
+    return (xpbd_links_multipliers){first, PLII_LINK_LANES / 2};
+}
+PLII_SIMD_INLINE plii_float8 xpbd_links_load_multipliers(xpbd_links_multipliers m) {
+    return m.high == PLII_LINK_LANES / 2 ? plii_float8_load(m.low) : plii_float8_load_halves(m.low, m.low + m.high);
+}
+PLII_SIMD_INLINE void xpbd_links_store_multipliers(xpbd_links_multipliers m, plii_float8 a) {
+    if (m.high == PLII_LINK_LANES / 2) {
+        plii_float8_store(m.low, a);
+    } else {
+        plii_float8_store_halves(m.low, m.low + m.high, a);
+    }
+}
+
 /* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
    difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
    mass to move, and lanes without a link, whose value is infinite. */
 PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
                                               const plii_xpbd_link_softness* softness, plii_float8 rest_length,
-                                              float* multipliers) {
+                                              xpbd_links_multipliers multipliers) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(rest_length, length);
@@ -55,7 +75,7 @@ PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_f
     }
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
     const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
-    force = plii_float8_sub(force, plii_float8_mul(alpha, plii_float8_load(multipliers)));
+    force = plii_float8_sub(force, plii_float8_mul(alpha, xpbd_links_load_multipliers(multipliers)));
     if (xpbd_links_is_damped(softness)) {
         force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
     }
@@ -63,7 +83,7 @@ PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_f
         plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
     const plii_float8 change =
         xpbd_links_where_finite(plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor)));
-    plii_float8_store(multipliers, plii_float8_add(plii_float8_load(multipliers), change));
+    xpbd_links_store_multipliers(multipliers, plii_float8_add(xpbd_links_load_multipliers(multipliers), change));
     return plii_float8_mul(change, inverse);
 }
 
@@ -102,8 +122,9 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
 PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
                                         const float* rest_lengths, float* multipliers) {
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    const plii_float8 factor = xpbd_links_factor(group->length_squared, group->motion, weight, softness,
-                                                 plii_float8_load(rest_lengths), multipliers);
+    const plii_float8 factor =
+        xpbd_links_factor(group->length_squared, group->motion, weight, softness, plii_float8_load(rest_lengths),
+                          xpbd_links_multipliers_at(multipliers));
     group->mass_a = plii_float8_mul(group->mass_a, factor);
     group->mass_b = plii_float8_mul(group->mass_b, factor);
 }
@@ -132,7 +153,7 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
     const plii_xpbd_link_softness* softness = xpbd_links_softness(task, run->tag);
     const ptrdiff_t way = plii_run_way(form);
     ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    ptrdiff_t first = run->node + way * begin;
+    ptrdiff_t first = plii_link_run_node(run, begin);
     xpbd_links_group groups[XPBD_LINKS_BATCH];
     for (int left = end - begin; left > 0; left -= XPBD_LINKS_BATCH) {
         const int count = left < XPBD_LINKS_BATCH ? left : XPBD_LINKS_BATCH;
@@ -168,76 +189,107 @@ typedef struct xpbd_links_component {
 } xpbd_links_component;
 
 PLII_SIMD_INLINE xpbd_links_component xpbd_links_measure_plane(const float* positions, const float* displacements,
-                                                               plii_run_form form) {
-    const plii_run_numbers moved = plii_run_load_plane(displacements, form);
-    return (xpbd_links_component){
-        moved, plii_float8_add(plii_run_difference(plii_run_load_plane(positions, form)), plii_run_difference(moved))};
+                                                               const plii_run_places* at, int kind) {
+    const plii_run_numbers moved = plii_run_load_plane(displacements, at, kind);
+    return (xpbd_links_component){moved, plii_float8_add(plii_run_difference(plii_run_load_plane(positions, at, kind)),
+                                                         plii_run_difference(moved))};
 }
 PLII_SIMD_INLINE plii_float8 xpbd_links_motion_in_plane(const xpbd_links_component* component, const float* carried,
-                                                        plii_run_form form) {
-    const plii_run_numbers moved = component->displacements, start = plii_run_load_plane(carried, form);
+                                                        const plii_run_places* at, int kind) {
+    const plii_run_numbers moved = component->displacements, start = plii_run_load_plane(carried, at, kind);
     return plii_float8_sub(plii_float8_sub(moved.b, start.b), plii_float8_sub(moved.a, start.a));
 }
-PLII_SIMD_INLINE void xpbd_links_move_plane(float* displacements, plii_run_form form,
+PLII_SIMD_INLINE void xpbd_links_move_plane(float* displacements, const plii_run_places* at, int kind,
                                             const xpbd_links_component* component, plii_float8 move_a,
                                             plii_float8 move_b) {
-    plii_run_store_plane(displacements, form,
+    plii_run_store_plane(displacements, at, kind,
                          plii_run_moved(component->displacements, component->delta, move_a, move_b));
 }
 
-PLII_SIMD_INLINE void xpbd_links_solve_in_planes(const plii_xpbd_planes* planes, ptrdiff_t first, plii_run_form form,
-                                                 const plii_xpbd_link_softness* softness, const float* rest_lengths,
-                                                 float* multipliers) {
+PLII_SIMD_INLINE void xpbd_links_solve_in_planes(const plii_xpbd_planes* planes, plii_run_places at, int kind,
+                                                 const plii_xpbd_link_softness* softness, plii_float8 rest_length,
+                                                 xpbd_links_multipliers multipliers) {
     const plii_planes positions = planes->positions, displacements = planes->displacements;
-    const xpbd_links_component x = xpbd_links_measure_plane(positions.x + first, displacements.x + first, form);
-    const xpbd_links_component y = xpbd_links_measure_plane(positions.y + first, displacements.y + first, form);
-    const xpbd_links_component z = xpbd_links_measure_plane(positions.z + first, displacements.z + first, form);
+    const xpbd_links_component x = xpbd_links_measure_plane(positions.x, displacements.x, &at, kind);
+    const xpbd_links_component y = xpbd_links_measure_plane(positions.y, displacements.y, &at, kind);
+    const xpbd_links_component z = xpbd_links_measure_plane(positions.z, displacements.z, &at, kind);
     const xpbd_links_vector delta = {x.delta, y.delta, z.delta};
-    const plii_run_numbers masses = plii_run_load_plane(displacements.w + first, form);
+    const plii_run_numbers masses = plii_run_load_plane(displacements.w, &at, kind);
     const plii_float8 length_squared = xpbd_links_dot(delta, delta);
     plii_float8 motion = length_squared;
     if (xpbd_links_is_damped(softness)) {
         const plii_planes carried = planes->carried;
-        const xpbd_links_vector moved = {xpbd_links_motion_in_plane(&x, carried.x + first, form),
-                                         xpbd_links_motion_in_plane(&y, carried.y + first, form),
-                                         xpbd_links_motion_in_plane(&z, carried.z + first, form)};
+        const xpbd_links_vector moved = {xpbd_links_motion_in_plane(&x, carried.x, &at, kind),
+                                         xpbd_links_motion_in_plane(&y, carried.y, &at, kind),
+                                         xpbd_links_motion_in_plane(&z, carried.z, &at, kind)};
         motion = xpbd_links_dot(delta, moved);
     }
-    /* Multipliers are in the same order throughout a substep, whichever it is. */
     const plii_float8 factor = xpbd_links_factor(length_squared, motion, plii_float8_add(masses.a, masses.b), softness,
-                                                 plii_run_load_slots(rest_lengths, form), multipliers);
+                                                 rest_length, multipliers);
     const plii_float8 move_a = plii_float8_mul(masses.a, factor), move_b = plii_float8_mul(masses.b, factor);
-    xpbd_links_move_plane(displacements.x + first, form, &x, move_a, move_b);
-    xpbd_links_move_plane(displacements.y + first, form, &y, move_a, move_b);
-    xpbd_links_move_plane(displacements.z + first, form, &z, move_a, move_b);
+    xpbd_links_move_plane(displacements.x, &at, kind, &x, move_a, move_b);
+    xpbd_links_move_plane(displacements.y, &at, kind, &y, move_a, move_b);
+    xpbd_links_move_plane(displacements.z, &at, kind, &z, move_a, move_b);
 }
 
-/* Without stages: a group has half the operations of one in records. */
-PLII_SIMD_INLINE void xpbd_links_run_in_planes(const plii_xpbd_links_task* task, const plii_link_run* run, int begin,
-                                               int end, plii_run_form form) {
+/* Without stages, as in links_run_in_planes. Multipliers of a group are in the same order throughout a substep,
+   whichever it is, and never leave the slots of the group. */
+static void xpbd_links_run_in_planes(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end) {
     const plii_xpbd_link_softness softness = *xpbd_links_softness(task, run->tag);
     const plii_xpbd_planes planes = *task->substep->planes;
-    const ptrdiff_t way = plii_run_way(form);
-    ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    ptrdiff_t first = run->node + way * begin;
-    for (int g = begin; g < end; ++g, first += way, slot += PLII_LINK_LANES) {
-        xpbd_links_solve_in_planes(&planes, first, form, &softness, task->rest_lengths + slot,
-                                   task->multipliers + slot);
+    const ptrdiff_t way = plii_run_places_way(run), slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
+    const float* rest = task->rest_lengths + slot;
+    float* multipliers = task->multipliers + slot;
+    plii_run_places at = plii_run_places_of(&planes.positions, run, begin);
+    int left = end - begin;
+    if (run->offset == 2) {
+        for (; left > 0; --left, rest += PLII_LINK_LANES, multipliers += PLII_LINK_LANES) {
+            xpbd_links_solve_in_planes(&planes, at, PLII_RUN_TURNS, &softness, plii_float8_load_turned_slots(rest),
+                                       xpbd_links_multipliers_at(multipliers));
+            at = plii_run_places_after(at, way);
+        }
+        return;
+    }
+    if (run->offset == 1 || run->step == 2) {
+        for (; left > 0; --left, rest += PLII_LINK_LANES, multipliers += PLII_LINK_LANES) {
+            xpbd_links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, &softness, plii_float8_load_slots(rest),
+                                       xpbd_links_multipliers_at(multipliers));
+            at = plii_run_places_after(at, way);
+        }
+        return;
+    }
+    /* Multipliers lie pair by pair, whichever part of the run this is. */
+    const int full_count = run->group_count - (run->skipped_count > 0);
+    if (begin % 2 != 0 && begin < full_count) {
+        xpbd_links_solve_in_planes(&planes, at, PLII_RUN_HALVES, &softness, plii_float8_load(rest),
+                                   (xpbd_links_multipliers){multipliers - PLII_LINK_LANES / 2, PLII_LINK_LANES});
+        at = plii_run_places_after(at, way);
+        rest += PLII_LINK_LANES;
+        multipliers += PLII_LINK_LANES;
+        --left;
+    }
+    for (; left > 1; left -= 2, rest += 2 * PLII_LINK_LANES, multipliers += 2 * PLII_LINK_LANES) {
+        const float* odd = rest + PLII_LINK_LANES / 2;
+        xpbd_links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, &softness,
+                                   plii_float8_load_halves(rest, rest + PLII_LINK_LANES),
+                                   xpbd_links_multipliers_at(multipliers));
+        xpbd_links_solve_in_planes(&planes, plii_run_places_odd(at), PLII_RUN_WHOLE, &softness,
+                                   plii_float8_load_halves(odd, odd + PLII_LINK_LANES),
+                                   xpbd_links_multipliers_at(multipliers + PLII_LINK_LANES));
+        at = plii_run_places_after(at, 2 * way);
+    }
+    if (left > 0) {
+        xpbd_links_solve_in_planes(
+            &planes, at, PLII_RUN_HALVES, &softness, plii_float8_load(rest),
+            (xpbd_links_multipliers){multipliers, end < full_count ? PLII_LINK_LANES : PLII_LINK_LANES / 2});
     }
 }
 
 /* Each form gets code of its own. */
-static void xpbd_links_run_of_any_form(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end) {
+static void xpbd_links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
+    const plii_xpbd_links_task* task = data;
     if (task->substep->planes != NULL) {
-        if (run->offset == 1) {
-            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){1, 1, 1});
-        } else if (run->offset == 2) {
-            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){2, 1, 2});
-        } else if (run->step == 2) {
-            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
-        } else {
-            xpbd_links_run_in_planes(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
-        }
+        xpbd_links_run_in_planes(task, run, begin, end);
     } else if (run->offset == 1) {
         xpbd_links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
     } else if (run->offset == 2) {
@@ -342,7 +394,7 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_row_factor(const xpbd_links_link* link, 
                                                    const xpbd_links_rows* rows, int row) {
     return xpbd_links_factor(link->length_squared, link->motion, weight, &rows->softness,
                              plii_float8_load(rows->rest_lengths + (ptrdiff_t)PLII_LINK_LANES * row),
-                             rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row);
+                             xpbd_links_multipliers_at(rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row));
 }
 
 PLII_SIMD_INLINE void xpbd_links_move_pair(plii_records8* a, plii_records8* b, const xpbd_links_vector* delta,
@@ -474,16 +526,7 @@ static void xpbd_links_groups(const plii_xpbd_links_task* task, int begin, int e
 // ------------------------------------------------------------------------------------------------------------- sweeps
 
 static void xpbd_links_runs(const plii_xpbd_links_task* task, int color, int begin, int end) {
-    const plii_link_runs* runs = &task->colors->runs;
-    const plii_link_run_color* own = &runs->colors[color];
-    const plii_link_part whole = plii_link_runs_part(runs, own, begin, end);
-    const plii_link_run* after = runs->runs + own[1].first_run;
-    if (whole.begin >= whole.end) { return; }
-    for (const plii_link_run* run = plii_link_run_at(runs, own, whole.begin); run < after; ++run) {
-        const plii_link_part part = plii_link_run_part(run, own, whole.begin, whole.end);
-        if (part.begin >= part.end) { return; }
-        xpbd_links_run_of_any_form(task, run, part.begin, part.end);
-    }
+    plii_runs_solve(&task->colors->runs, color, begin, end, xpbd_links_run_of_any_form, task);
 }
 
 /* One link after the other. */

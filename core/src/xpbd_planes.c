@@ -17,8 +17,8 @@ typedef struct xpbd_planes_task {
     const plii_xpbd_plane_nodes* nodes;
 } xpbd_planes_task;
 
-static plii_planes xpbd_planes_xyz(pli_vec4* place, int length) {
-    plii_planes planes = plii_planes_at(place, length);
+static plii_planes xpbd_planes_xyz(pli_vec4* place, int node_count) {
+    plii_planes planes = plii_planes_at(place, node_count);
     planes.w = NULL;
     return planes;
 }
@@ -35,8 +35,9 @@ static void xpbd_planes_take_velocities(int begin, int end, void* data) {
     const plii_planes* displacements = &task->nodes->moving.displacements;
     plii_planes_take(&task->nodes->velocities, task->body->velocities, begin, end);
     for (int i = begin; i < end; ++i) {
-        displacements->w[i] = task->body->positions[i].w;
-        displacements->x[i] = displacements->y[i] = displacements->z[i] = 0.0f;
+        const ptrdiff_t place = plii_planes_place(displacements, i);
+        displacements->w[place] = task->body->positions[i].w;
+        displacements->x[place] = displacements->y[place] = displacements->z[place] = 0.0f;
     }
 }
 static void xpbd_planes_take_positions(int begin, int end, void* data) {
@@ -44,35 +45,39 @@ static void xpbd_planes_take_positions(int begin, int end, void* data) {
     const plii_planes* carried = &task->nodes->moving.carried;
     plii_planes_take(&task->nodes->moving.positions, task->body->previous, begin, end);
     for (int i = begin; i < end; ++i) {
-        carried->x[i] = carried->y[i] = carried->z[i] = 0.0f;
+        const ptrdiff_t place = plii_planes_place(carried, i);
+        carried->x[place] = carried->y[place] = carried->z[place] = 0.0f;
     }
 }
 
-/* What fills up the last block stays where it is. */
-static void xpbd_planes_fill(const plii_planes* planes, int begin, int end) {
-    for (int i = begin; i < end; ++i) {
-        planes->x[i] = planes->y[i] = planes->z[i] = 0.0f;
-        if (planes->w != NULL) { planes->w[i] = 0.0f; }
+/* What lies behind the even and the odd nodes stays where it is. */
+static void xpbd_planes_fill(const plii_planes* planes, int node_count) {
+    const ptrdiff_t ends[2] = {plii_planes_place(planes, node_count), plii_planes_place(planes, node_count + 1)};
+    for (int k = 0; k < 2; ++k) {
+        for (ptrdiff_t i = ends[k]; i % planes->odd != 0; ++i) {
+            planes->x[i] = planes->y[i] = planes->z[i] = 0.0f;
+            if (planes->w != NULL) { planes->w[i] = 0.0f; }
+        }
     }
 }
 
 static void xpbd_planes_take(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes) {
-    const int count = body->node_count, length = plii_xpbd_record_count(count);
-    nodes->block_count = length / PLII_LANES;
-    nodes->accelerations = xpbd_planes_xyz(records->carried, length);
-    nodes->velocities = xpbd_planes_xyz(records->accelerations, length);
-    nodes->moving.positions = xpbd_planes_xyz(body->positions, length);
-    nodes->moving.displacements = plii_planes_at(records->displacements, length);
-    nodes->moving.carried = xpbd_planes_xyz(body->velocities, length);
+    const int count = body->node_count;
+    nodes->block_count = plii_planes_record_count(count) / PLII_LANES;
+    nodes->accelerations = xpbd_planes_xyz(records->carried, count);
+    nodes->velocities = xpbd_planes_xyz(records->accelerations, count);
+    nodes->moving.positions = xpbd_planes_xyz(body->positions, count);
+    nodes->moving.displacements = plii_planes_at(records->displacements, count);
+    nodes->moving.carried = xpbd_planes_xyz(body->velocities, count);
     xpbd_planes_task task = {body, records, nodes};
     plii_parallel_for(body->context, xpbd_planes_take_accelerations, &task, count, XPBD_PLANES_GRAIN);
     plii_parallel_for(body->context, xpbd_planes_take_velocities, &task, count, XPBD_PLANES_GRAIN);
     plii_parallel_for(body->context, xpbd_planes_take_positions, &task, count, XPBD_PLANES_GRAIN);
-    xpbd_planes_fill(&nodes->accelerations, count, length);
-    xpbd_planes_fill(&nodes->velocities, count, length);
-    xpbd_planes_fill(&nodes->moving.positions, count, length);
-    xpbd_planes_fill(&nodes->moving.displacements, count, length);
-    xpbd_planes_fill(&nodes->moving.carried, count, length);
+    xpbd_planes_fill(&nodes->accelerations, count);
+    xpbd_planes_fill(&nodes->velocities, count);
+    xpbd_planes_fill(&nodes->moving.positions, count);
+    xpbd_planes_fill(&nodes->moving.displacements, count);
+    xpbd_planes_fill(&nodes->moving.carried, count);
 }
 
 /* Accelerations are done with: records of the positions go through their place. */

@@ -113,6 +113,7 @@ static void xpbd_rigid_contacts_press(pli_body* body, const plii_xpbd_substep* s
     const pli_vec3 surface = pli_vec3_add(contact->point.moved, xpbd_rigid_contacts_motion(substep, contact));
     const pli_vec3 to_node = pli_vec3_sub(plii_xpbd_position(body, substep, contact->node), surface);
     const float gap = pli_vec3_dot(contact->normal, to_node) + contact->offset;
+    if (contact->multiplier == 0.0f && !(gap < contact->floor)) { return; }
     const float change = plii_xpbd_multiplier(gap - contact->floor, contact->weight, state->def.compliance, 0.0f,
                                               contact->multiplier, 0.0f, substep);
     const float multiplier = plii_max(0.0f, contact->multiplier + change);

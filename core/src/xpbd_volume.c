@@ -1,14 +1,18 @@
-/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the surface.
-   The gradient of a node is a sixth of the sum of the cross products of the faces around it. */
+/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
+   surface. */
+
+#include "lanes.h"
 
 #include "xpbd_impl.h"
+
+#include <string.h>
 
 typedef struct xpbd_volume_state {
     float compliance;     /* m^5/N */
     float pressure_ratio; /* wanted volume over the one at rest */
     double rest_volume;   /* m^3 */
     float multiplier;
-    pli_vec3* gradients; /* [node_count] m^2 */
+    pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
 static void xpbd_volume_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
@@ -17,45 +21,78 @@ static void xpbd_volume_restart(pli_body* body, void* data, const plii_xpbd_subs
     ((xpbd_volume_state*)data)->multiplier = 0.0f;
 }
 
-static void xpbd_volume_add(pli_vec3* gradient, pli_vec3 u, pli_vec3 v) {
-    *gradient = pli_vec3_add(*gradient, plii_vec3_divide(pli_vec3_cross(u, v), 6.0f));
+/* Nodes are taken relative to the place of node 0 at the start of the substep, which keeps rounding small far from the
+   origin; on a closed surface that changes nothing. There the sum of (b - a) x (c - a) over the faces around a node is
+   six times its gradient too, so the cross product of a face serves all its nodes. */
+
+enum { XPBD_VOLUME_FACES = 16 }; /* whose volume is added up in single precision */
+
+typedef struct xpbd_volume_nodes {
+    const pli_vec4 *positions, *displacements;
+    plii_float4 origin;
+} xpbd_volume_nodes;
+
+PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
+    return plii_float4_add(plii_float4_sub(plii_float4_from(&nodes->positions[node]), nodes->origin),
+                           plii_float4_from(&nodes->displacements[node]));
 }
 
-/* Relative to node 0, which keeps the cross products small far from the origin; on a closed surface that changes
-   nothing. */
-static double xpbd_volume_gather(const pli_body* body, xpbd_volume_state* state, const plii_xpbd_substep* substep) {
-    const plii_topology* topology = body->topology;
-    const pli_vec3 origin = plii_xpbd_position(body, substep, 0);
-    double volume = 0.0;
-    for (int i = 0; i < body->node_count; ++i) {
-        state->gradients[i] = pli_vec3_make(0, 0, 0);
+PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
+    plii_float4_to(sum, plii_float4_add(plii_float4_from(sum), cross));
+}
+
+/* Returns the volume, m^3, and makes `gradients` six times what they are. */
+static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients, const plii_xpbd_substep* substep) {
+    const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
+    const int count = body->topology->face_count;
+    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
+    memset(gradients, 0, (size_t)body->node_count * sizeof *gradients);
+    double sum = 0.0;
+    for (int begin = 0; begin < count; begin += XPBD_VOLUME_FACES) {
+        const int end = count - begin < XPBD_VOLUME_FACES ? count : begin + XPBD_VOLUME_FACES;
+        plii_float4 part = plii_float4_all(0.0f);
+        for (int i = begin; i < end; ++i) {
+            const int* n = faces[i];
+            const plii_float4 a = xpbd_volume_corner(&nodes, n[0]);
+            const plii_float4 ab = plii_float4_sub(xpbd_volume_corner(&nodes, n[1]), a);
+            const plii_float4 ac = plii_float4_sub(xpbd_volume_corner(&nodes, n[2]), a);
+            const plii_float4 cross = plii_lanes_xyz(plii_lanes_cross(ab, ac));
+            xpbd_volume_add(&gradients[n[0]], cross);
+            xpbd_volume_add(&gradients[n[1]], cross);
+            xpbd_volume_add(&gradients[n[2]], cross);
+            part = plii_float4_add(part, plii_float4_mul(a, cross));
+        }
+        sum += (double)plii_lanes_sum(part);
     }
-    for (int i = 0; i < topology->face_count; ++i) {
-        const int* n = topology->faces[i];
-        const pli_vec3 a = pli_vec3_sub(plii_xpbd_position(body, substep, n[0]), origin);
-        const pli_vec3 b = pli_vec3_sub(plii_xpbd_position(body, substep, n[1]), origin);
-        const pli_vec3 c = pli_vec3_sub(plii_xpbd_position(body, substep, n[2]), origin);
-        xpbd_volume_add(&state->gradients[n[0]], b, c);
-        xpbd_volume_add(&state->gradients[n[1]], c, a);
-        xpbd_volume_add(&state->gradients[n[2]], a, b);
-        volume += (double)pli_vec3_dot(a, pli_vec3_cross(b, c)) / 6.0;
+    return sum / 6.0;
+}
+
+/* Sum of w |gradient|^2. */
+static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* gradients, int count) {
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < count; ++i) {
+        const plii_float4 gradient = plii_float4_from(&gradients[i]);
+        const plii_float4 inverse_mass = plii_lanes_all_w(plii_float4_from(&displacements[i]));
+        sum = plii_float4_add(sum, plii_float4_mul(plii_float4_mul(gradient, gradient), inverse_mass));
     }
-    return volume;
+    return plii_lanes_sum(sum) / 36.0f;
 }
 
 static void xpbd_volume_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
     xpbd_volume_state* state = data;
-    const double volume = xpbd_volume_gather(body, state, substep);
-    float weight = 0.0f;
-    for (int i = 0; i < body->node_count; ++i) {
-        weight += substep->displacements[i].w * pli_vec3_length_squared(state->gradients[i]);
-    }
+    pli_vec4* displacements = substep->displacements;
+    const double volume = xpbd_volume_gather(body, state->gradients, substep);
+    const float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
     const double missing = volume - (double)state->pressure_ratio * state->rest_volume;
     const float change =
         plii_xpbd_multiplier((float)missing, weight, state->compliance, 0.0f, state->multiplier, 0.0f, substep);
     state->multiplier += change;
+    const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
-        plii_xpbd_move(substep, i, state->gradients[i], change);
+        const plii_float4 displacement = plii_float4_from(&displacements[i]);
+        const plii_float4 share = plii_float4_mul(plii_lanes_all_w(displacement), scale);
+        const plii_float4 moved = plii_float4_mul(plii_float4_from(&state->gradients[i]), share);
+        plii_float4_to(&displacements[i], plii_float4_add(displacement, moved));
     }
 }
 
@@ -63,7 +100,7 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_xpbd_subste
 
 static size_t xpbd_volume_bytes(const pli_body* body, const void* data) {
     (void)data;
-    return (size_t)body->node_count * sizeof(pli_vec3);
+    return (size_t)body->node_count * sizeof(pli_vec4);
 }
 
 static pli_status xpbd_volume_enable(pli_body* body, void* data) {
@@ -82,7 +119,7 @@ static int xpbd_volume_topology_blocks(const pli_body* body, const void* data, c
                                        size_t* sizes) {
     (void)body;
     (void)data;
-    sizes[0] = (size_t)change->node_count * sizeof(pli_vec3);
+    sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
     return 1;
 }
 
