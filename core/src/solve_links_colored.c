@@ -9,6 +9,7 @@
 enum {
     COLORED_LINKS_GRAIN = 32,       /* groups of links */
     COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
+    COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3,    /* links per row on the average; a row of fewer costs more than they do one by one */
     COLORED_LINKS_BAND = 16384, /* nodes, 256 kB: half a second cache and less */
     COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
@@ -239,11 +240,13 @@ static void colored_links_release_bands(const pli_body* body, colored_links_stat
 static size_t colored_links_stiffness_size(const pli_body* body) {
     return (size_t)body->material_count * sizeof(float);
 }
-/* A body of a few links that all meet stays with the ordered sweep. */
+/* A body of few links, whose colours would not fill the lanes, or of some that all meet stays with the ordered sweep:
+   along a chain that comes further per sweep than colours do. */
 static void colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
     const plii_link_colors* colors = state->colors;
     const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
-    const bool is_worthwhile = body->link_count >= COLORED_LINKS_LEAST * row_count;
+    const bool is_worthwhile =
+        body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
     body->sweep_links_alone =
         is_worthwhile && plii_link_colors_have_only_runs(colors) ? colored_links_sweep_alone : NULL;
