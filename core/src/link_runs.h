@@ -74,6 +74,10 @@ static inline int plii_link_run_group_way(int offset, int step) {
 static inline bool plii_link_run_is_end(const plii_link_run* run, int group) {
     return run->skipped_count > 0 && group == run->group_count - 1;
 }
+/* Groups without the end. */
+static inline int plii_link_run_full_count(const plii_link_run* run) {
+    return run->group_count - (run->skipped_count > 0);
+}
 /* First node of a group. */
 static inline int plii_link_run_node(const plii_link_run* run, int group) {
     return plii_link_run_is_end(run, group)

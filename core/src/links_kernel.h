@@ -14,7 +14,7 @@ typedef struct plii_links_task {
     const plii_link_colors* colors;
     const float* rest_squared;        /* by slot, m^2 */
     const float* inverse_stiffnesses; /* [material_count] */
-    plii_planes planes;               /* of the positions, for runs; without any, all links work on the records */
+    plii_planes planes;               /* of the positions, only for links in planes */
 } plii_links_task;
 
 /* Groups [begin, end) of a colour of runs. */
@@ -25,12 +25,15 @@ typedef void plii_links_groups_fn(const plii_links_task* task, int begin, int en
 typedef void plii_links_whole_fn(const plii_links_task* task);
 
 typedef struct plii_links_kernel {
-    plii_links_runs_fn* runs;
+    plii_links_runs_fn *runs, *in_planes;
     plii_links_groups_fn* groups;
     plii_links_whole_fn *serial, *sweep;
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
     plii_links_kernel_avx512, plii_links_kernel_neon;
+
+/* Sixteen at once. */
+plii_links_runs_fn plii_links_in_planes_avx512;
 
 #endif

@@ -8,23 +8,10 @@
 #include "link_quads_kernel.h"
 #include "link_runs_kernel.h"
 #include "links_kernel.h"
+#include "links_planes.inl"
 
 enum { LINKS_BATCH = 8, LINKS_QUADS_BATCH = 6 }; /* groups */
 
-/* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
-PLII_SIMD_INLINE plii_float8 links_factor(plii_float8 length_squared, plii_float8 mass_a, plii_float8 mass_b,
-                                          plii_float8 rest_squared, plii_float8 inverse_stiffness) {
-    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
-    const plii_float8 sum = plii_float8_add(rest_squared, length_squared);
-    const plii_float8 divisor = plii_float8_mul(mass_term, sum);
-    /* The quotient, which takes longest, waits for no comparison. */
-    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest_squared, length_squared), divisor);
-    const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
-    return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
-}
-PLII_SIMD_INLINE plii_float8 links_length_squared(plii_float8 x, plii_float8 y, plii_float8 z) {
-    return plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
-}
 PLII_SIMD_INLINE plii_float8 links_inverse_stiffness(const plii_links_task* task, plii_link_tag tag) {
     return plii_float8_all(task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)]);
 }
@@ -88,59 +75,10 @@ PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run
     }
 }
 
-// --------------------------------------------------------------------------------------------------- links in planes
-
-PLII_SIMD_INLINE void links_solve_in_planes(const plii_planes* planes, plii_run_places at, int kind,
-                                            plii_float8 rest_squared, plii_float8 inverse_stiffness) {
-    const plii_run_numbers x = plii_run_load_plane(planes->x, &at, kind);
-    const plii_run_numbers y = plii_run_load_plane(planes->y, &at, kind);
-    const plii_run_numbers z = plii_run_load_plane(planes->z, &at, kind);
-    const plii_run_numbers w = plii_run_load_plane(planes->w, &at, kind);
-    const plii_float8 dx = plii_run_difference(x), dy = plii_run_difference(y), dz = plii_run_difference(z);
-    const plii_float8 factor =
-        links_factor(links_length_squared(dx, dy, dz), w.a, w.b, rest_squared, inverse_stiffness);
-    const plii_float8 move_a = plii_float8_mul(factor, w.a), move_b = plii_float8_mul(factor, w.b);
-    plii_run_store_plane(planes->x, &at, kind, plii_run_moved(x, dx, move_a, move_b));
-    plii_run_store_plane(planes->y, &at, kind, plii_run_moved(y, dy, move_a, move_b));
-    plii_run_store_plane(planes->z, &at, kind, plii_run_moved(z, dz, move_a, move_b));
-}
-
-/* Without stages, as a group has a third fewer operations than one in records. Of links in steps of one node the even
-   ones of two groups are solved together, then the odd ones. */
-static void links_run_in_planes(const plii_links_task* task, const plii_link_run* run, int begin, int end) {
-    const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
-    const plii_planes planes = task->planes;
-    const ptrdiff_t way = plii_run_places_way(run);
-    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    plii_run_places at = plii_run_places_of(&planes, run, begin);
-    int left = end - begin;
-    if (run->offset == 2) {
-        for (; left > 0; --left, rest += PLII_LINK_LANES, at = plii_run_places_after(at, way)) {
-            links_solve_in_planes(&planes, at, PLII_RUN_TURNS, plii_float8_load_turned_slots(rest), inverse_stiffness);
-        }
-    } else if (run->offset == 1 || run->step == 2) {
-        for (; left > 0; --left, rest += PLII_LINK_LANES, at = plii_run_places_after(at, way)) {
-            links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, plii_float8_load_slots(rest), inverse_stiffness);
-        }
-    } else {
-        for (; left > 1; left -= 2, rest += 2 * PLII_LINK_LANES, at = plii_run_places_after(at, 2 * way)) {
-            const float *odd = rest + PLII_LINK_LANES / 2, *next = rest + PLII_LINK_LANES;
-            links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, plii_float8_load_halves(rest, next), inverse_stiffness);
-            links_solve_in_planes(&planes, plii_run_places_odd(at), PLII_RUN_WHOLE,
-                                  plii_float8_load_halves(odd, odd + PLII_LINK_LANES), inverse_stiffness);
-        }
-        if (left > 0) {
-            links_solve_in_planes(&planes, at, PLII_RUN_HALVES, plii_float8_load(rest), inverse_stiffness);
-        }
-    }
-}
-
 /* Each form gets code of its own. */
 static void links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
     const plii_links_task* task = data;
-    if (task->planes.x != NULL) {
-        links_run_in_planes(task, run, begin, end);
-    } else if (run->offset == 1) {
+    if (run->offset == 1) {
         links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
     } else if (run->offset == 2) {
         links_run(task, run, begin, end, (plii_run_form){2, 1, 2});

@@ -19,6 +19,7 @@ enum {
 typedef struct colored_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
+    plii_links_runs_fn* in_planes;
     plii_link_slots rest_squared; /* m^2 */
     uint32_t rest_revision;
     bool is_stale;
@@ -47,6 +48,13 @@ static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
     }
 }
 
+static plii_links_runs_fn* colored_links_in_planes(pli_simd simd) {
+#if PLIANT_SIMD_X86
+    if (simd == PLI_SIMD_AVX512) { return plii_links_in_planes_avx512; }
+#endif
+    return colored_links_kernel(simd)->in_planes;
+}
+
 static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     for (int i = 0; i < body->material_count; ++i) {
         state->inverse_stiffnesses[i] = 1.0f / body->materials[i].linear_stiffness;
@@ -63,6 +71,7 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
 
 typedef struct colored_links_part {
     const colored_links_state* state;
+    plii_links_runs_fn* solve_runs;
     plii_links_task task;
     int color;       /* of runs */
     int first_group; /* of a colour of quads */
@@ -70,7 +79,7 @@ typedef struct colored_links_part {
 
 static void colored_links_runs_range(int begin, int end, void* data) {
     const colored_links_part* part = data;
-    part->state->kernel->runs(&part->task, part->color, begin, end);
+    part->solve_runs(&part->task, part->color, begin, end);
 }
 static void colored_links_quads_range(int begin, int end, void* data) {
     const colored_links_part* part = data;
@@ -92,7 +101,7 @@ static void colored_links_sweep_runs_in_bands(const colored_links_part* part) {
     for (int b = 0; b < state->band_count; ++b, cuts += color_count) {
         for (int c = 0; c < color_count; ++c) {
             const int before = b > 0 ? cuts[c - color_count] : 0;
-            if (before < cuts[c]) { state->kernel->runs(&part->task, c, before, cuts[c]); }
+            if (before < cuts[c]) { part->solve_runs(&part->task, c, before, cuts[c]); }
         }
     }
 }
@@ -108,9 +117,13 @@ static void colored_links_sweep_quads(colored_links_part* part) {
 static void colored_links_sweep_once(pli_body* body, const colored_links_state* state, plii_planes planes) {
     const plii_link_colors* colors = state->colors;
     const bool has_threads = plii_has_threads(body->context), has_bands = state->band_count > 0 && !has_threads;
-    colored_links_part part = {
-        state, {body, colors, state->rest_squared.values, state->inverse_stiffnesses, planes}, 0, 0};
-    if (!has_bands && (!has_threads || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES)) {
+    const bool is_in_planes = planes.x != NULL;
+    colored_links_part part = {state,
+                               is_in_planes ? state->in_planes : state->kernel->runs,
+                               {body, colors, state->rest_squared.values, state->inverse_stiffnesses, planes},
+                               0,
+                               0};
+    if (!is_in_planes && !has_bands && (!has_threads || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES)) {
         state->kernel->sweep(&part.task);
         return;
     }
@@ -258,6 +271,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = colored_links_kernel(body->context->simd);
+    state->in_planes = colored_links_in_planes(body->context->simd);
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
     if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
         plii_link_slots_release(body, &state->rest_squared);

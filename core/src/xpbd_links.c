@@ -11,6 +11,7 @@ typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
     const plii_link_colors* colors;
     const plii_xpbd_links_kernel* kernel;
+    plii_xpbd_links_runs_fn* in_planes;
     plii_link_slots rest_lengths, multipliers;
     plii_xpbd_link_softness* softness; /* [2 * material_count] */
     uint32_t rest_revision;
@@ -34,6 +35,13 @@ static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
     default:
         return &plii_xpbd_links_kernel_portable;
     }
+}
+
+static plii_xpbd_links_runs_fn* xpbd_links_in_planes_of(pli_simd simd) {
+#if PLIANT_SIMD_X86
+    if (simd == PLI_SIMD_AVX512) { return plii_xpbd_links_in_planes_avx512; }
+#endif
+    return xpbd_links_kernel_of(simd)->in_planes;
 }
 
 // --------------------------------------------------------------------------------------------------------- solving
@@ -70,6 +78,7 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_subst
 
 typedef struct xpbd_links_part {
     const plii_xpbd_links_kernel* kernel;
+    plii_xpbd_links_runs_fn* solve_runs;
     plii_xpbd_links_task task;
     int color;       /* of runs */
     int first_group; /* of a colour of quads */
@@ -77,7 +86,7 @@ typedef struct xpbd_links_part {
 
 static void xpbd_links_runs_range(int begin, int end, void* data) {
     const xpbd_links_part* part = data;
-    part->kernel->runs(&part->task, part->color, begin, end);
+    part->solve_runs(&part->task, part->color, begin, end);
 }
 static void xpbd_links_quads_range(int begin, int end, void* data) {
     const xpbd_links_part* part = data;
@@ -89,6 +98,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
     const plii_link_colors* colors = state->colors;
     xpbd_links_part part = {
         state->kernel,
+        substep->planes != NULL ? state->in_planes : state->kernel->runs,
         {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
         0,
         0};
@@ -124,6 +134,7 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = xpbd_links_kernel_of(body->context->simd);
+    state->in_planes = xpbd_links_in_planes_of(body->context->simd);
     state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
     if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||

@@ -32,12 +32,15 @@ typedef void plii_xpbd_links_groups_fn(const plii_xpbd_links_task* task, int beg
 typedef void plii_xpbd_links_serial_fn(const plii_xpbd_links_task* task);
 
 typedef struct plii_xpbd_links_kernel {
-    plii_xpbd_links_runs_fn* runs;
+    plii_xpbd_links_runs_fn *runs, *in_planes;
     plii_xpbd_links_groups_fn* groups;
     plii_xpbd_links_serial_fn* serial;
 } plii_xpbd_links_kernel;
 
 extern const plii_xpbd_links_kernel plii_xpbd_links_kernel_portable, plii_xpbd_links_kernel_sse2,
     plii_xpbd_links_kernel_avx2, plii_xpbd_links_kernel_neon;
+
+/* Sixteen at once. */
+plii_xpbd_links_runs_fn plii_xpbd_links_in_planes_avx512;
 
 #endif

@@ -3,91 +3,21 @@
 
 #include "link_quads_kernel.h"
 #include "link_runs_kernel.h"
-#include "xpbd_links_kernel.h"
+#include "xpbd_links_planes.inl"
 
 #include <string.h>
 
 enum { XPBD_LINKS_BATCH = 8, XPBD_LINKS_QUADS_BATCH = 4 }; /* groups */
 
-PLII_SIMD_INLINE bool xpbd_links_is_damped(const plii_xpbd_link_softness* softness) {
-    return softness->gamma > 0.0f;
-}
-PLII_SIMD_INLINE bool xpbd_links_is_soft(const plii_xpbd_link_softness* softness) {
-    return softness->alpha > 0.0f;
-}
-PLII_SIMD_INLINE const plii_xpbd_link_softness* xpbd_links_softness(const plii_xpbd_links_task* task,
-                                                                    plii_link_tag tag) {
-    return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
-}
+/* How multipliers of a group in records lie. */
+static const plii_run_block xpbd_links_group_block = {PLII_RUN_ALL, PLII_LINK_LANES};
+static const plii_run_slots xpbd_links_group_slots = {0, {0, 0}};
 
-typedef struct xpbd_links_vector {
-    plii_float8 x, y, z;
-} xpbd_links_vector;
+// ---------------------------------------------------------------------------------------------------------- in stages
 
 PLII_SIMD_INLINE xpbd_links_vector xpbd_links_xyz(plii_records8 a) {
     return (xpbd_links_vector){a.x, a.y, a.z};
 }
-/* b - a */
-PLII_SIMD_INLINE xpbd_links_vector xpbd_links_difference(xpbd_links_vector a, xpbd_links_vector b) {
-    return (xpbd_links_vector){plii_float8_sub(b.x, a.x), plii_float8_sub(b.y, a.y), plii_float8_sub(b.z, a.z)};
-}
-PLII_SIMD_INLINE plii_float8 xpbd_links_dot(xpbd_links_vector a, xpbd_links_vector b) {
-    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
-                           plii_float8_mul(a.z, b.z));
-}
-
-PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
-    a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
-    return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
-}
-
-/* Of eight links, one after the other or in two parts. */
-typedef struct xpbd_links_multipliers {
-    float* low;
-    ptrdiff_t high; /* after the low ones */
-} xpbd_links_multipliers;
-
-PLII_SIMD_INLINE xpbd_links_multipliers xpbd_links_multipliers_at(float* first) {
-    return (xpbd_links_multipliers){first, PLII_LINK_LANES / 2};
-}
-PLII_SIMD_INLINE plii_float8 xpbd_links_load_multipliers(xpbd_links_multipliers m) {
-    return m.high == PLII_LINK_LANES / 2 ? plii_float8_load(m.low) : plii_float8_load_halves(m.low, m.low + m.high);
-}
-PLII_SIMD_INLINE void xpbd_links_store_multipliers(xpbd_links_multipliers m, plii_float8 a) {
-    if (m.high == PLII_LINK_LANES / 2) {
-        plii_float8_store(m.low, a);
-    } else {
-        plii_float8_store_halves(m.low, m.low + m.high, a);
-    }
-}
-
-/* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
-   difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
-   mass to move, and lanes without a link, whose value is infinite. */
-PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
-                                              const plii_xpbd_link_softness* softness, plii_float8 rest_length,
-                                              xpbd_links_multipliers multipliers) {
-    const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_float8 length = plii_float8_sqrt(length_squared);
-    plii_float8 force = plii_float8_sub(rest_length, length);
-    if (!xpbd_links_is_soft(softness)) {
-        return xpbd_links_where_finite(plii_float8_div(force, plii_float8_mul(weight, length)));
-    }
-    const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
-    const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
-    force = plii_float8_sub(force, plii_float8_mul(alpha, xpbd_links_load_multipliers(multipliers)));
-    if (xpbd_links_is_damped(softness)) {
-        force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
-    }
-    const plii_float8 divisor =
-        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
-    const plii_float8 change =
-        xpbd_links_where_finite(plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor)));
-    xpbd_links_store_multipliers(multipliers, plii_float8_add(xpbd_links_load_multipliers(multipliers), change));
-    return plii_float8_mul(change, inverse);
-}
-
-// ---------------------------------------------------------------------------------------------------------- in stages
 
 typedef struct xpbd_links_group {
     plii_packed8 delta; /* from the first nodes to the others */
@@ -124,7 +54,7 @@ PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
     const plii_float8 factor =
         xpbd_links_factor(group->length_squared, group->motion, weight, softness, plii_float8_load(rest_lengths),
-                          xpbd_links_multipliers_at(multipliers));
+                          multipliers, xpbd_links_group_block, xpbd_links_group_slots);
     group->mass_a = plii_float8_mul(group->mass_a, factor);
     group->mass_b = plii_float8_mul(group->mass_b, factor);
 }
@@ -181,116 +111,10 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
     }
 }
 
-// -------------------------------------------------------------------------------------------- in runs, nodes in planes
-
-typedef struct xpbd_links_component {
-    plii_run_numbers displacements;
-    plii_float8 delta;
-} xpbd_links_component;
-
-PLII_SIMD_INLINE xpbd_links_component xpbd_links_measure_plane(const float* positions, const float* displacements,
-                                                               const plii_run_places* at, int kind) {
-    const plii_run_numbers moved = plii_run_load_plane(displacements, at, kind);
-    return (xpbd_links_component){moved, plii_float8_add(plii_run_difference(plii_run_load_plane(positions, at, kind)),
-                                                         plii_run_difference(moved))};
-}
-PLII_SIMD_INLINE plii_float8 xpbd_links_motion_in_plane(const xpbd_links_component* component, const float* carried,
-                                                        const plii_run_places* at, int kind) {
-    const plii_run_numbers moved = component->displacements, start = plii_run_load_plane(carried, at, kind);
-    return plii_float8_sub(plii_float8_sub(moved.b, start.b), plii_float8_sub(moved.a, start.a));
-}
-PLII_SIMD_INLINE void xpbd_links_move_plane(float* displacements, const plii_run_places* at, int kind,
-                                            const xpbd_links_component* component, plii_float8 move_a,
-                                            plii_float8 move_b) {
-    plii_run_store_plane(displacements, at, kind,
-                         plii_run_moved(component->displacements, component->delta, move_a, move_b));
-}
-
-PLII_SIMD_INLINE void xpbd_links_solve_in_planes(const plii_xpbd_planes* planes, plii_run_places at, int kind,
-                                                 const plii_xpbd_link_softness* softness, plii_float8 rest_length,
-                                                 xpbd_links_multipliers multipliers) {
-    const plii_planes positions = planes->positions, displacements = planes->displacements;
-    const xpbd_links_component x = xpbd_links_measure_plane(positions.x, displacements.x, &at, kind);
-    const xpbd_links_component y = xpbd_links_measure_plane(positions.y, displacements.y, &at, kind);
-    const xpbd_links_component z = xpbd_links_measure_plane(positions.z, displacements.z, &at, kind);
-    const xpbd_links_vector delta = {x.delta, y.delta, z.delta};
-    const plii_run_numbers masses = plii_run_load_plane(displacements.w, &at, kind);
-    const plii_float8 length_squared = xpbd_links_dot(delta, delta);
-    plii_float8 motion = length_squared;
-    if (xpbd_links_is_damped(softness)) {
-        const plii_planes carried = planes->carried;
-        const xpbd_links_vector moved = {xpbd_links_motion_in_plane(&x, carried.x, &at, kind),
-                                         xpbd_links_motion_in_plane(&y, carried.y, &at, kind),
-                                         xpbd_links_motion_in_plane(&z, carried.z, &at, kind)};
-        motion = xpbd_links_dot(delta, moved);
-    }
-    const plii_float8 factor = xpbd_links_factor(length_squared, motion, plii_float8_add(masses.a, masses.b), softness,
-                                                 rest_length, multipliers);
-    const plii_float8 move_a = plii_float8_mul(masses.a, factor), move_b = plii_float8_mul(masses.b, factor);
-    xpbd_links_move_plane(displacements.x, &at, kind, &x, move_a, move_b);
-    xpbd_links_move_plane(displacements.y, &at, kind, &y, move_a, move_b);
-    xpbd_links_move_plane(displacements.z, &at, kind, &z, move_a, move_b);
-}
-
-/* Without stages, as in links_run_in_planes. Multipliers of a group are in the same order throughout a substep,
-   whichever it is, and never leave the slots of the group. */
-static void xpbd_links_run_in_planes(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end) {
-    const plii_xpbd_link_softness softness = *xpbd_links_softness(task, run->tag);
-    const plii_xpbd_planes planes = *task->substep->planes;
-    const ptrdiff_t way = plii_run_places_way(run), slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    const float* rest = task->rest_lengths + slot;
-    float* multipliers = task->multipliers + slot;
-    plii_run_places at = plii_run_places_of(&planes.positions, run, begin);
-    int left = end - begin;
-    if (run->offset == 2) {
-        for (; left > 0; --left, rest += PLII_LINK_LANES, multipliers += PLII_LINK_LANES) {
-            xpbd_links_solve_in_planes(&planes, at, PLII_RUN_TURNS, &softness, plii_float8_load_turned_slots(rest),
-                                       xpbd_links_multipliers_at(multipliers));
-            at = plii_run_places_after(at, way);
-        }
-        return;
-    }
-    if (run->offset == 1 || run->step == 2) {
-        for (; left > 0; --left, rest += PLII_LINK_LANES, multipliers += PLII_LINK_LANES) {
-            xpbd_links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, &softness, plii_float8_load_slots(rest),
-                                       xpbd_links_multipliers_at(multipliers));
-            at = plii_run_places_after(at, way);
-        }
-        return;
-    }
-    /* Multipliers lie pair by pair, whichever part of the run this is. */
-    const int full_count = run->group_count - (run->skipped_count > 0);
-    if (begin % 2 != 0 && begin < full_count) {
-        xpbd_links_solve_in_planes(&planes, at, PLII_RUN_HALVES, &softness, plii_float8_load(rest),
-                                   (xpbd_links_multipliers){multipliers - PLII_LINK_LANES / 2, PLII_LINK_LANES});
-        at = plii_run_places_after(at, way);
-        rest += PLII_LINK_LANES;
-        multipliers += PLII_LINK_LANES;
-        --left;
-    }
-    for (; left > 1; left -= 2, rest += 2 * PLII_LINK_LANES, multipliers += 2 * PLII_LINK_LANES) {
-        const float* odd = rest + PLII_LINK_LANES / 2;
-        xpbd_links_solve_in_planes(&planes, at, PLII_RUN_WHOLE, &softness,
-                                   plii_float8_load_halves(rest, rest + PLII_LINK_LANES),
-                                   xpbd_links_multipliers_at(multipliers));
-        xpbd_links_solve_in_planes(&planes, plii_run_places_odd(at), PLII_RUN_WHOLE, &softness,
-                                   plii_float8_load_halves(odd, odd + PLII_LINK_LANES),
-                                   xpbd_links_multipliers_at(multipliers + PLII_LINK_LANES));
-        at = plii_run_places_after(at, 2 * way);
-    }
-    if (left > 0) {
-        xpbd_links_solve_in_planes(
-            &planes, at, PLII_RUN_HALVES, &softness, plii_float8_load(rest),
-            (xpbd_links_multipliers){multipliers, end < full_count ? PLII_LINK_LANES : PLII_LINK_LANES / 2});
-    }
-}
-
 /* Each form gets code of its own. */
 static void xpbd_links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
     const plii_xpbd_links_task* task = data;
-    if (task->substep->planes != NULL) {
-        xpbd_links_run_in_planes(task, run, begin, end);
-    } else if (run->offset == 1) {
+    if (run->offset == 1) {
         xpbd_links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
     } else if (run->offset == 2) {
         xpbd_links_run(task, run, begin, end, (plii_run_form){2, 1, 2});
@@ -394,7 +218,8 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_row_factor(const xpbd_links_link* link, 
                                                    const xpbd_links_rows* rows, int row) {
     return xpbd_links_factor(link->length_squared, link->motion, weight, &rows->softness,
                              plii_float8_load(rows->rest_lengths + (ptrdiff_t)PLII_LINK_LANES * row),
-                             xpbd_links_multipliers_at(rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row));
+                             rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row, xpbd_links_group_block,
+                             xpbd_links_group_slots);
 }
 
 PLII_SIMD_INLINE void xpbd_links_move_pair(plii_records8* a, plii_records8* b, const xpbd_links_vector* delta,
