@@ -33,6 +33,11 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
     return _mm_or_ps(a, b);
 }
+/* copysignf */
+PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
+    const __m128 bit = _mm_set1_ps(-0.0f);
+    return _mm_or_ps(_mm_andnot_ps(bit, size), _mm_and_ps(bit, sign));
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
 }
@@ -101,6 +106,9 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
     return vorrq_u32(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
+    return vbslq_f32(vdupq_n_u32(0x80000000u), sign, size);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return vbslq_f32(mask, yes, no);
@@ -172,6 +180,10 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
     return (plii_mask4){
         {a.lanes[0] || b.lanes[0], a.lanes[1] || b.lanes[1], a.lanes[2] || b.lanes[2], a.lanes[3] || b.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
+    return (plii_float4){{copysignf(size.lanes[0], sign.lanes[0]), copysignf(size.lanes[1], sign.lanes[1]),
+                          copysignf(size.lanes[2], sign.lanes[2]), copysignf(size.lanes[3], sign.lanes[3])}};
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return (plii_float4){{mask.lanes[0] ? yes.lanes[0] : no.lanes[0], mask.lanes[1] ? yes.lanes[1] : no.lanes[1],

@@ -1,33 +1,57 @@
 /* Box around the origin, with sharp edges. */
 
+#include "lanes.h"
+
 #include "shape_impl.h"
 
 typedef struct box_data {
     pli_vec3 half_extents;
 } box_data;
 
+static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3x4* normals) {
+    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
+    const plii_vec3x4 size = {plii_lanes_with_sign(p.x, zero), plii_lanes_with_sign(p.y, zero),
+                              plii_lanes_with_sign(p.z, zero)};
+    const plii_vec3x4 q = plii_vec3x4_sub(size, h);
+    const plii_vec3x4 m = {plii_lanes_max(q.x, zero), plii_lanes_max(q.y, zero), plii_lanes_max(q.z, zero)};
+    const plii_float4 squared = plii_vec3x4_dot(m, m), length = plii_float4_sqrt(squared);
+    const plii_mask4 is_outside = plii_lanes_at_most(plii_float4_all(PLII_SHAPE_TINY_SQUARED), squared);
+    const plii_vec3x4 way = plii_vec3x4_scale(m, plii_float4_div(one, length));
+    const plii_mask4 on_x = plii_lanes_both(plii_lanes_at_most(q.y, q.x), plii_lanes_at_most(q.z, q.x));
+    const plii_mask4 y_before_z = plii_lanes_at_most(q.z, q.y);
+    const plii_vec3x4 side = {plii_lanes_select(on_x, one, zero),
+                              plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, one, zero)),
+                              plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, zero, one))};
+    const plii_vec3x4 normal = plii_vec3x4_select(is_outside, way, side);
+    *normals = (plii_vec3x4){plii_lanes_with_sign(normal.x, p.x), plii_lanes_with_sign(normal.y, p.y),
+                             plii_lanes_with_sign(normal.z, p.z)};
+    const plii_float4 inside = plii_lanes_select(on_x, q.x, plii_lanes_select(y_before_z, q.y, q.z));
+    return plii_lanes_select(is_outside, length, inside);
+}
+
 /* Outside: to the nearest point of the box. Inside: to the nearest side; between equally near ones x goes before y
    before z, and at coordinate 0 the positive side is taken. */
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
-    const pli_vec3 h = ((const box_data*)user)->half_extents;
+    const plii_vec3x4 h = plii_vec3x4_all(((const box_data*)user)->half_extents);
     (void)max_distance;
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 p = points[i];
-        const pli_vec3 q = pli_vec3_make(fabsf(p.x) - h.x, fabsf(p.y) - h.y, fabsf(p.z) - h.z);
-        const pli_vec3 m = pli_vec3_make(plii_max(q.x, 0.0f), plii_max(q.y, 0.0f), plii_max(q.z, 0.0f));
-        const float squared = pli_vec3_length_squared(m);
-        const float length = sqrtf(squared);
-        const bool is_outside = squared >= PLII_SHAPE_TINY_SQUARED;
-        const float inverse = is_outside ? 1.0f / length : 0.0f;
-        const bool on_x = q.x >= q.y && q.x >= q.z;
-        const bool on_y = !on_x && q.y >= q.z;
-        const bool on_z = !on_x && !on_y;
-        const float inside = on_x ? q.x : on_y ? q.y : q.z;
-        distances[i] = is_outside ? length : inside;
-        normals[i].x = copysignf(is_outside ? m.x * inverse : on_x ? 1.0f : 0.0f, p.x);
-        normals[i].y = copysignf(is_outside ? m.y * inverse : on_y ? 1.0f : 0.0f, p.y);
-        normals[i].z = copysignf(is_outside ? m.z * inverse : on_z ? 1.0f : 0.0f, p.z);
+    plii_vec3x4 found;
+    int i = 0;
+    for (; i + PLII_LANES <= count; i += PLII_LANES) {
+        plii_float4_store(&distances[i], box_distances_of_four(h, plii_vec3x4_from(&points[i]), &found));
+        plii_vec3x4_to(&normals[i], found);
+    }
+    if (i == count) { return; }
+    pli_vec3 last[PLII_LANES], last_normals[PLII_LANES];
+    float last_distances[PLII_LANES];
+    for (int k = 0; k < PLII_LANES; ++k) {
+        last[k] = points[i + k < count ? i + k : i];
+    }
+    plii_float4_store(last_distances, box_distances_of_four(h, plii_vec3x4_from(last), &found));
+    plii_vec3x4_to(last_normals, found);
+    for (int k = 0; i + k < count; ++k) {
+        distances[i + k] = last_distances[k];
+        normals[i + k] = last_normals[k];
     }
 }
 

@@ -15,6 +15,7 @@
 #define TRIANGLE_MIN_SHAPE 1e-6f
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
+#define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
 
 typedef struct surface_triangle {
     int vertices[3];
@@ -63,24 +64,38 @@ static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p)
 /* Triangles near a batch of points, so that the tree is walked once and not for each point. */
 typedef struct surface_candidates {
     const surface_data* surface;
-    int count; /* more than there is room for: the tree has to be asked */
+    pli_vec3 middle, half; /* of the box around the points */
+    float reach;           /* what is farther from all of them is left out */
+    int count;             /* more than there is room for: the tree has to be asked */
     int triangles[SURFACE_MAX_CANDIDATES];
 } surface_candidates;
 
 static void surface_add_candidate(int triangle, void* user) {
     surface_candidates* candidates = user;
+    const surface_data* surface = candidates->surface;
+    const surface_triangle* found = &surface->triangles[triangle];
+    const pli_vec3 n = found->normal, corner = surface->vertices[found->vertices[0]].position;
+    const float height = pli_vec3_dot(pli_vec3_sub(candidates->middle, corner), n);
+    const float spread = pli_vec3_dot(candidates->half, pli_vec3_make(fabsf(n.x), fabsf(n.y), fabsf(n.z)));
+    /* The whole box lies on one side of the triangle's plane. */
+    if (fabsf(height) - spread > candidates->reach) { return; }
     if (candidates->count < SURFACE_MAX_CANDIDATES) { candidates->triangles[candidates->count] = triangle; }
     candidates->count += 1;
 }
 
 static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
                                                   float reach) {
-    surface_candidates candidates = {.surface = surface};
     pli_bounds near = {points[0], points[0]};
     for (int i = 1; i < count; ++i) {
         near.min = plii_vec3_min(near.min, points[i]);
         near.max = plii_vec3_max(near.max, points[i]);
     }
+    surface_candidates candidates;
+    candidates.surface = surface;
+    candidates.middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
+    candidates.half = pli_vec3_sub(near.max, candidates.middle);
+    candidates.reach = SURFACE_BOX_REACH * reach;
+    candidates.count = 0;
     plii_box_tree_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
     return candidates;
 }
