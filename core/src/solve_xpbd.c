@@ -217,7 +217,7 @@ static void xpbd_substeps_in_planes(pli_body* body, xpbd_state* state, const xpb
     plii_xpbd_plane_nodes nodes = {.dt = substep->dt, .inverse_dt = substep->inverse_dt};
     ranges->take(body, &state->records, &nodes);
     substep->planes = &nodes.moving;
-    const xpbd_moves moves = {ranges, &nodes, nodes.block_count, XPBD_NODES_GRAIN / PLII_LANES};
+    const xpbd_moves moves = {ranges, &nodes, nodes.block_count, XPBD_NODES_GRAIN / (2 * PLII_LANES)};
     xpbd_substeps(body, state, kinds, &moves, substep);
     ranges->give(body, &state->records, &nodes);
 }

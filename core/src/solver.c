@@ -24,14 +24,27 @@ bool plii_solver_update_bounds(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------ prediction
 
+enum { SOLVER_NODES_GRAIN = 2048 };
+
 /* The arrays, which stores to them do not move. */
 typedef struct solver_nodes {
     pli_vec4* restrict positions, * restrict previous, * restrict velocities;
-    int count;
+    pli_vec3* restrict forces; /* or NULL */
+    float dt;                  /* s */
+    pli_vec3 gravity;          /* change of velocities, m/s */
+    float limit;               /* of the change by forces, m/s */
+    float rate;                /* of velocities for motions, 1/s */
 } solver_nodes;
 
 static solver_nodes solver_nodes_of(const pli_body* body) {
-    return (solver_nodes){body->positions, body->previous, body->velocities, body->node_count};
+    return (solver_nodes){.positions = body->positions,
+                          .previous = body->previous,
+                          .velocities = body->velocities,
+                          .forces = body->forces};
+}
+
+static void solver_pass(pli_body* body, pli_range_fn* range, solver_nodes nodes) {
+    plii_parallel_for(body->context, range, &nodes, body->node_count, SOLVER_NODES_GRAIN);
 }
 
 /* Pinned nodes keep their velocity. */
@@ -40,11 +53,10 @@ PLII_SIMD_INLINE plii_float4 solver_pull(plii_float4 velocity, plii_float4 posit
     return plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity);
 }
 
-static void solver_add_gravity(pli_body* body, float dt) {
-    const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
-    const plii_float4 added = plii_lanes_from_vec3(&change);
-    const solver_nodes nodes = solver_nodes_of(body);
-    for (int i = 0; i < nodes.count; ++i) {
+static void solver_add_gravity(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity);
+    for (int i = begin; i < end; ++i) {
         const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
         plii_float4_to(&nodes.velocities[i], solver_pull(velocity, plii_float4_from(&nodes.positions[i]), added));
     }
@@ -57,36 +69,35 @@ PLII_SIMD_INLINE void solver_move_node(solver_nodes nodes, int node, plii_float4
     plii_float4_to(&nodes.positions[node], plii_float4_add(position, plii_float4_mul(velocity, dt)));
 }
 
-static void solver_move(pli_body* body, float dt) {
-    const solver_nodes nodes = solver_nodes_of(body);
-    for (int i = 0; i < nodes.count; ++i) {
-        solver_move_node(nodes, i, plii_float4_from(&nodes.velocities[i]), plii_float4_all(dt));
+static void solver_move(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    const plii_float4 step = plii_float4_all(nodes.dt);
+    for (int i = begin; i < end; ++i) {
+        solver_move_node(nodes, i, plii_float4_from(&nodes.velocities[i]), step);
     }
 }
 
-static void solver_add_forces_and_move(pli_body* body, float dt) {
-    const float limit = body->world->def.max_force_displacement / dt;
-    const plii_float4 low = plii_float4_all(-limit), high = plii_float4_all(limit), step = plii_float4_all(dt);
-    const solver_nodes nodes = solver_nodes_of(body);
-    const pli_vec3* restrict forces = body->forces;
-    for (int i = 0; i < nodes.count; ++i) {
+static void solver_add_forces_and_move(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    const plii_float4 low = plii_float4_all(-nodes.limit), high = plii_float4_all(nodes.limit);
+    const plii_float4 step = plii_float4_all(nodes.dt);
+    for (int i = begin; i < end; ++i) {
         const plii_float4 inverse_mass = plii_lanes_all_w(plii_float4_from(&nodes.positions[i]));
         const plii_float4 change =
-            plii_float4_mul(plii_float4_mul(plii_lanes_from_vec3(&forces[i]), inverse_mass), step);
+            plii_float4_mul(plii_float4_mul(plii_lanes_from_vec3(&nodes.forces[i]), inverse_mass), step);
         const plii_float4 clamped = plii_lanes_min(high, plii_lanes_max(low, change));
         const plii_float4 velocity = plii_float4_add(plii_float4_from(&nodes.velocities[i]), clamped);
         plii_float4_to(&nodes.velocities[i], velocity);
         solver_move_node(nodes, i, velocity, step);
     }
-    memset(body->forces, 0, (size_t)nodes.count * sizeof *body->forces);
+    memset(&nodes.forces[begin], 0, (size_t)(end - begin) * sizeof *nodes.forces);
 }
 
 /* All of it in one pass, where nothing but gravity pulls. */
-static void solver_fly(pli_body* body, float dt) {
-    const pli_vec3 change = pli_vec3_scale(body->world->def.gravity, dt);
-    const plii_float4 added = plii_lanes_from_vec3(&change), step = plii_float4_all(dt);
-    const solver_nodes nodes = solver_nodes_of(body);
-    for (int i = 0; i < nodes.count; ++i) {
+static void solver_fly(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity), step = plii_float4_all(nodes.dt);
+    for (int i = begin; i < end; ++i) {
         const plii_float4 start = plii_float4_from(&nodes.velocities[i]);
         const plii_float4 velocity = solver_pull(start, plii_float4_from(&nodes.positions[i]), added);
         plii_float4_to(&nodes.velocities[i], velocity);
@@ -105,16 +116,16 @@ static void solver_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
+    solver_nodes nodes = solver_nodes_of(body);
+    nodes.dt = step->dt;
+    nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
+    nodes.limit = body->world->def.max_force_displacement / step->dt;
     if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
-        solver_fly(body, step->dt);
+        solver_pass(body, solver_fly, nodes);
     } else {
-        solver_add_gravity(body, step->dt);
+        solver_pass(body, solver_add_gravity, nodes);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-        if (body->forces != NULL) {
-            solver_add_forces_and_move(body, step->dt);
-        } else {
-            solver_move(body, step->dt);
-        }
+        solver_pass(body, body->forces != NULL ? solver_add_forces_and_move : solver_move, nodes);
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     plii_solver_update_predicted_bounds(body);
@@ -129,25 +140,32 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
-PLII_SIMD_INLINE plii_float4 solver_moved(solver_nodes nodes, int node, float scale) {
+PLII_SIMD_INLINE plii_float4 solver_velocity(const solver_nodes* nodes, int node) {
     const plii_float4 moved =
-        plii_float4_sub(plii_float4_from(&nodes.positions[node]), plii_float4_from(&nodes.previous[node]));
-    return plii_lanes_xyz(plii_float4_mul(moved, plii_float4_all(scale)));
+        plii_float4_sub(plii_float4_from(&nodes->positions[node]), plii_float4_from(&nodes->previous[node]));
+    return plii_lanes_xyz(plii_float4_mul(moved, plii_float4_all(nodes->rate)));
 }
 
-static void solver_velocities_from_positions(pli_body* body, float scale) {
-    const solver_nodes nodes = solver_nodes_of(body);
-    for (int i = 0; i < nodes.count; ++i) {
-        plii_float4_to(&nodes.velocities[i], solver_moved(nodes, i, scale));
+static void solver_set_velocities(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    for (int i = begin; i < end; ++i) {
+        plii_float4_to(&nodes.velocities[i], solver_velocity(&nodes, i));
     }
 }
 
-static void solver_add_drift_to_velocities(pli_body* body, float scale) {
-    const solver_nodes nodes = solver_nodes_of(body);
-    for (int i = 0; i < nodes.count; ++i) {
+static void solver_add_velocities(int begin, int end, void* data) {
+    const solver_nodes nodes = *(const solver_nodes*)data;
+    for (int i = begin; i < end; ++i) {
         const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
-        plii_float4_to(&nodes.velocities[i], plii_float4_add(velocity, solver_moved(nodes, i, scale)));
+        plii_float4_to(&nodes.velocities[i], plii_float4_add(velocity, solver_velocity(&nodes, i)));
     }
+}
+
+/* Velocities, or their change, from motions since the start of the step. */
+static void solver_take_motions(pli_body* body, pli_range_fn* range, float rate) {
+    solver_nodes nodes = solver_nodes_of(body);
+    nodes.rate = rate;
+    solver_pass(body, range, nodes);
 }
 
 static bool solver_has_links_alone(const pli_body* body) {
@@ -189,7 +207,7 @@ static void solver_solve(pli_body* body) {
     }
     if (settings->position_iterations > 0) {
         solver_iterate_positions(body);
-        solver_velocities_from_positions(body, step->inverse_dt * (1.0f - settings->velocity_damping));
+        solver_take_motions(body, solver_set_velocities, step->inverse_dt * (1.0f - settings->velocity_damping));
     }
     if (settings->drift_iterations > 0) {
         /* The drift solve measures from the solved positions, which must be good to fall back to. */
@@ -200,7 +218,7 @@ static void solver_solve(pli_body* body) {
         for (int i = 0; i < settings->drift_iterations; ++i) {
             plii_run_stage(body, pipeline, PLII_STAGE_DRIFT, step);
         }
-        solver_add_drift_to_velocities(body, settings->drift_correction * step->inverse_dt);
+        solver_take_motions(body, solver_add_velocities, settings->drift_correction * step->inverse_dt);
     }
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }

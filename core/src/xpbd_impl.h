@@ -17,7 +17,7 @@ typedef struct plii_xpbd_planes {
 typedef struct plii_xpbd_plane_nodes {
     plii_xpbd_planes moving;
     plii_planes velocities, accelerations;
-    int block_count;      /* of PLII_LANES nodes */
+    int block_count;      /* of PLII_LANES even and as many odd nodes */
     float dt, inverse_dt; /* s, of the substep */
 } plii_xpbd_plane_nodes;
 

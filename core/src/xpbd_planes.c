@@ -63,7 +63,7 @@ static void xpbd_planes_fill(const plii_planes* planes, int node_count) {
 
 static void xpbd_planes_take(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes) {
     const int count = body->node_count;
-    nodes->block_count = plii_planes_record_count(count) / PLII_LANES;
+    nodes->block_count = plii_planes_half(count) / PLII_LANES;
     nodes->accelerations = xpbd_planes_xyz(records->carried, count);
     nodes->velocities = xpbd_planes_xyz(records->accelerations, count);
     nodes->moving.positions = xpbd_planes_xyz(body->positions, count);
@@ -164,8 +164,10 @@ static void xpbd_planes_run(const plii_xpbd_plane_nodes* nodes, xpbd_component_f
                                            velocities->y, accelerations->y, moving->displacements.w, dt, inverse_dt},
                                           {moving->positions.z, moving->displacements.z, moving->carried.z,
                                            velocities->z, accelerations->z, moving->displacements.w, dt, inverse_dt}};
+    const int odd = (int)moving->positions.odd;
     for (int k = 0; k < 3; ++k) {
         run(&components[k], PLII_LANES * begin, PLII_LANES * end);
+        run(&components[k], odd + PLII_LANES * begin, odd + PLII_LANES * end);
     }
 }
 
