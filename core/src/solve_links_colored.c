@@ -10,8 +10,10 @@ enum {
     COLORED_LINKS_GRAIN = 32,       /* groups of links */
     COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
-    COLORED_LINKS_LEAST = 3,    /* links per row on the average; a row of fewer costs more than they do one by one */
-    COLORED_LINKS_BAND = 16384, /* nodes, 256 kB: half a second cache and less */
+    COLORED_LINKS_LEAST = 3, /* links per row on the average; a row of fewer costs more than they do one by one */
+    COLORED_LINKS_BANDS_NODES = 32768, /* a smaller body stays in the second cache */
+    COLORED_LINKS_BAND = 4096,         /* nodes at least */
+    COLORED_LINKS_CACHE = 3 << 19,     /* bytes of nodes and rest lengths in the bands of sweeps at once */
     COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
     COLORED_LINKS_TURN_GRAIN = 4096    /* nodes */
 };
@@ -25,6 +27,8 @@ typedef struct colored_links_state {
     bool is_stale;
     float* inverse_stiffnesses; /* [material_count] */
     int band_count;             /* 0: colour by colour over the whole body */
+    int band_size;              /* nodes */
+    int sweeps_at_once;         /* over bands */
     int* cuts;                  /* [band_count][color_count of runs] groups of a colour up to the end of a band */
     size_t cuts_size;           /* bytes */
 } colored_links_state;
@@ -94,14 +98,25 @@ static void colored_links_sweep_runs(colored_links_part* part) {
                           runs->colors[c + 1].first_group - runs->colors[c].first_group, COLORED_LINKS_GRAIN);
     }
 }
-static void colored_links_sweep_runs_in_bands(const colored_links_part* part) {
+static void colored_links_sweep_band(const colored_links_part* part, int band) {
     const colored_links_state* state = part->state;
     const int color_count = state->colors->runs.color_count;
-    const int* cuts = state->cuts;
-    for (int b = 0; b < state->band_count; ++b, cuts += color_count) {
-        for (int c = 0; c < color_count; ++c) {
-            const int before = b > 0 ? cuts[c - color_count] : 0;
-            if (before < cuts[c]) { part->solve_runs(&part->task, c, before, cuts[c]); }
+    const int* cuts = state->cuts + (ptrdiff_t)band * color_count;
+    for (int c = 0; c < color_count; ++c) {
+        const int before = band > 0 ? cuts[c - color_count] : 0;
+        if (before < cuts[c]) { part->solve_runs(&part->task, c, before, cuts[c]); }
+    }
+}
+/* Some sweeps at once, each one band behind the one before. */
+static void colored_links_sweep_bands(const colored_links_part* part, int count) {
+    const colored_links_state* state = part->state;
+    for (int left = count, own = 0; left > 0; left -= own) {
+        own = left < state->sweeps_at_once ? left : state->sweeps_at_once;
+        for (int time = 0; time < state->band_count + own - 1; ++time) {
+            const int first = time < state->band_count ? 0 : time - state->band_count + 1;
+            for (int sweep = first; sweep < own && sweep <= time; ++sweep) {
+                colored_links_sweep_band(part, time - sweep);
+            }
         }
     }
 }
@@ -114,30 +129,32 @@ static void colored_links_sweep_quads(colored_links_part* part) {
     }
 }
 
-static void colored_links_sweep_once(pli_body* body, const colored_links_state* state, plii_planes planes) {
+static bool colored_links_has_bands(const colored_links_part* part) {
+    return part->state->band_count > 0 && !plii_has_threads(part->task.body->context);
+}
+
+static void colored_links_sweep(pli_body* body, void* data) {
+    const colored_links_state* state = data;
     const plii_link_colors* colors = state->colors;
-    const bool has_threads = plii_has_threads(body->context), has_bands = state->band_count > 0 && !has_threads;
-    const bool is_in_planes = planes.x != NULL;
-    colored_links_part part = {state,
-                               is_in_planes ? state->in_planes : state->kernel->runs,
-                               {body, colors, state->rest_squared.values, state->inverse_stiffnesses, planes},
-                               0,
-                               0};
-    if (!is_in_planes && !has_bands && (!has_threads || body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES)) {
+    colored_links_part part = {.state = state,
+                               .solve_runs = state->kernel->runs,
+                               .task = {.body = body,
+                                        .colors = colors,
+                                        .rest_squared = state->rest_squared.values,
+                                        .inverse_stiffnesses = state->inverse_stiffnesses}};
+    const bool has_bands = colored_links_has_bands(&part);
+    const bool is_small = body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES;
+    if (!has_bands && (is_small || !plii_has_threads(body->context))) {
         state->kernel->sweep(&part.task);
         return;
     }
     if (has_bands) {
-        colored_links_sweep_runs_in_bands(&part);
+        colored_links_sweep_bands(&part, 1);
     } else {
         colored_links_sweep_runs(&part);
     }
     colored_links_sweep_quads(&part);
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
-}
-
-static void colored_links_sweep(pli_body* body, void* data) {
-    colored_links_sweep_once(body, data, (plii_planes){0});
 }
 
 /* In planes, where nodes of runs follow each other without being turned. Their place is that of the velocities, which
@@ -162,8 +179,16 @@ static void colored_links_sweep_alone(pli_body* body, void* data, int count) {
     const plii_planes planes = plii_planes_at(body->velocities, body->node_count);
     colored_links_turn turn = {body, &planes};
     plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
-    for (int i = 0; i < count; ++i) {
-        colored_links_sweep_once(body, state, planes);
+    colored_links_part part = {
+        .state = state,
+        .solve_runs = state->in_planes,
+        .task = {body, state->colors, state->rest_squared.values, state->inverse_stiffnesses, planes}};
+    if (colored_links_has_bands(&part)) {
+        colored_links_sweep_bands(&part, count);
+    } else {
+        for (int i = 0; i < count; ++i) {
+            colored_links_sweep_runs(&part);
+        }
     }
     plii_parallel_for(body->context, colored_links_give, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
 }
@@ -177,7 +202,8 @@ static void colored_links_prepare(pli_body* body, void* state, const plii_step* 
 
 /* A grid that is larger than the second cache would be read once per colour. Instead each colour of runs goes as far as
    the nodes of a band, less than the colour before by the widest group, so that no group comes before one of an earlier
-   colour that shares a node with it: the bits are those of colour after colour. */
+   colour that shares a node with it: the bits are those of colour after colour. A band is as wide as all colours are
+   behind, so sweeps may follow each other one band behind, as many as have their bands in the cache. */
 
 typedef struct colored_links_extent {
     int low, high; /* nodes */
@@ -214,7 +240,7 @@ static void colored_links_cut_color(colored_links_state* state, int color, int r
     const plii_link_run_color* own = &runs->colors[color];
     int cut = 0, run = own->first_run, group = 0;
     for (int b = 0; b < state->band_count; ++b) {
-        const int end = COLORED_LINKS_BAND * (b + 1) - color * reach;
+        const int end = state->band_size * (b + 1) - color * reach;
         while (run < own[1].first_run && colored_links_run_extent(&runs->runs[run], group).high < end) {
             ++cut;
             if (++group == runs->runs[run].group_count) {
@@ -229,14 +255,22 @@ static void colored_links_cut_color(colored_links_state* state, int color, int r
 /* Leaves a body without bands that is small, whose groups are too wide, or for which there is no memory. */
 static void colored_links_make_bands(const pli_body* body, colored_links_state* state) {
     const plii_link_runs* runs = &state->colors->runs;
-    if (body->node_count < 2 * COLORED_LINKS_BAND || runs->color_count == 0) { return; }
+    if (body->node_count < COLORED_LINKS_BANDS_NODES || runs->color_count == 0) { return; }
     const int reach = colored_links_reach(runs);
     if ((int64_t)reach * runs->color_count > COLORED_LINKS_WIDEST_SKEW) { return; }
-    const int band_count = (body->node_count + reach * runs->color_count) / COLORED_LINKS_BAND + 1;
+    const int skew = reach * runs->color_count;
+    const int band_size = skew > COLORED_LINKS_BAND ? skew : COLORED_LINKS_BAND;
+    const int band_count = (body->node_count + skew) / band_size + 1;
     state->cuts_size = (size_t)band_count * (size_t)runs->color_count * sizeof *state->cuts;
     state->cuts = plii_allocate(body->context, state->cuts_size);
     if (state->cuts == NULL) { return; }
     state->band_count = band_count;
+    state->band_size = band_size;
+    const int64_t body_bytes =
+        (int64_t)body->node_count * (int)sizeof(pli_vec4) + (int64_t)body->link_count * (int)sizeof(float);
+    const int64_t band_bytes = body_bytes * band_size / body->node_count;
+    state->sweeps_at_once = (int)(COLORED_LINKS_CACHE / band_bytes);
+    if (state->sweeps_at_once < 1) { state->sweeps_at_once = 1; }
     for (int c = 0; c < runs->color_count; ++c) {
         colored_links_cut_color(state, c, reach);
     }

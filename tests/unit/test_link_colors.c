@@ -437,6 +437,42 @@ static void test_results_are_equal_in_records_and_in_planes(void** state) {
     }
 }
 
+static pli_mesh* make_sheet_of_bands(pli_context* context) {
+    return make_sheet_of(context, 200);
+}
+static pli_mesh* make_bending_sheet_of_bands(pli_context* context) {
+    return make_bending_sheet_of(context, 184);
+}
+
+static uint64_t hash_after_sweeps(make_mesh_fn* make_mesh, const int* part, bool has_records) {
+    sample s;
+    assert_true(sample_create(&s, make_mesh, true, PLI_SIMD_BEST, part));
+    pli_solver_settings settings = pli_body_get_solver_settings(s.body);
+    settings.position_iterations = 17;
+    assert_int_equal(pli_body_set_solver_settings(s.body, &settings), PLI_OK);
+    assert_non_null(s.body->sweep_links_alone);
+    if (has_records) { s.body->sweep_links_alone = NULL; }
+    for (int i = 0; i < 2; ++i) {
+        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
+    }
+    const uint64_t hash = pli_body_state_hash(s.body);
+    sample_destroy(&s);
+    return hash;
+}
+
+/* Without threads large grids are solved band by band, in planes several sweeps at once; with them colour by colour. */
+static void test_results_are_equal_with_and_without_bands(void** state) {
+    (void)state;
+    make_mesh_fn* const grids[] = {make_sheet_of_bands, make_bending_sheet_of_bands};
+    const int part = 37;
+    for (int m = 0; m < 2; ++m) {
+        const uint64_t expected = hash_after_sweeps(grids[m], &part, true);
+        assert_true(hash_after_sweeps(grids[m], &part, false) == expected);
+        assert_true(hash_after_sweeps(grids[m], NULL, true) == expected);
+        assert_true(hash_after_sweeps(grids[m], NULL, false) == expected);
+    }
+}
+
 static void test_rest_lengths_and_stiffness_follow_their_changes(void** state) {
     (void)state;
     sample s;
@@ -567,6 +603,7 @@ int main(void) {
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
         cmocka_unit_test(test_results_are_equal_in_records_and_in_planes),
+        cmocka_unit_test(test_results_are_equal_with_and_without_bands),
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
         cmocka_unit_test(test_unknown_instruction_sets_are_refused),
         cmocka_unit_test(test_few_links_that_all_meet_keep_their_order),
