@@ -12,7 +12,7 @@ enum {
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3, /* links per row on the average; a row of fewer costs more than they do one by one */
     COLORED_LINKS_BANDS_NODES = 32768, /* a smaller body stays in the second cache */
-    COLORED_LINKS_BAND = 4096,         /* nodes at least */
+    COLORED_LINKS_BAND = 8192,         /* nodes at least */
     COLORED_LINKS_CACHE = 3 << 19,     /* bytes of nodes and rest lengths in the bands of sweeps at once */
     COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
     COLORED_LINKS_TURN_GRAIN = 4096    /* nodes */
