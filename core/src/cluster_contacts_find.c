@@ -2,6 +2,8 @@
    (CollideCL_RS, CollideCL_SS); otherwise up to three more at nodes far from it, so that flat sides rest on each other.
    Shapes that are not convex are met node by node. */
 
+#include "lanes.h"
+
 #include "cluster_contacts_impl.h"
 
 #include "shape_impl.h"
@@ -153,19 +155,37 @@ typedef struct near_node {
 
 typedef struct near_nodes {
     near_node kept[CLUSTER_CONTACTS_PER_PAIR]; /* the first is the deepest */
+    plii_group_vec3 points;                    /* of these; infinitely far where there is none */
     int count;
     int crowded; /* of as many as can be kept, other than the deepest, the one that lies closest to the rest; 0: not
                     known */
     float crowded_spread;
 } near_nodes;
 
-static float near_nodes_spread(const near_nodes* nodes, pli_vec3 point, int except) {
-    float least = INFINITY;
-    for (int i = 0; i < nodes->count; ++i) {
-        if (i == except) { continue; }
-        least = plii_min(least, pli_vec3_length_squared(pli_vec3_sub(nodes->kept[i].point, point)));
+static void near_nodes_start_empty(near_nodes* nodes) {
+    const pli_vec3 nowhere = pli_vec3_make(INFINITY, INFINITY, INFINITY);
+    nodes->count = nodes->crowded = 0;
+    for (int i = 0; i < CLUSTER_CONTACTS_PER_PAIR; ++i) {
+        plii_group_vec3_set(&nodes->points, i, nowhere);
     }
-    return least;
+}
+
+static void near_nodes_set(near_nodes* nodes, int place, const near_node* node) {
+    nodes->kept[place] = *node;
+    plii_group_vec3_set(&nodes->points, place, node->point);
+    nodes->crowded = 0;
+}
+
+/* Square of the distance from the nearest of those kept, but for one. */
+static float near_nodes_spread(const near_nodes* nodes, pli_vec3 point, int except) {
+    static const float excepted[CLUSTER_CONTACTS_PER_PAIR][CLUSTER_CONTACTS_PER_PAIR] = {
+        {INFINITY, 0, 0, 0}, {0, INFINITY, 0, 0}, {0, 0, INFINITY, 0}, {0, 0, 0, INFINITY}};
+    const plii_vec3x4 points = {plii_float4_load(nodes->points.x), plii_float4_load(nodes->points.y),
+                                plii_float4_load(nodes->points.z)};
+    const plii_vec3x4 ways = plii_vec3x4_sub(points, plii_vec3x4_all(point));
+    plii_float4 least = plii_lanes_max(plii_vec3x4_dot(ways, ways), plii_float4_load(excepted[except]));
+    least = plii_lanes_min(least, plii_lanes_all_w(least));
+    return plii_lanes_first(plii_lanes_min(plii_lanes_min(least, plii_lanes_all_y(least)), plii_lanes_all_z(least)));
 }
 
 static void near_nodes_find_crowded(near_nodes* nodes) {
@@ -183,18 +203,16 @@ static void near_nodes_find_crowded(near_nodes* nodes) {
 static void near_nodes_add(near_nodes* nodes, near_node node) {
     if (nodes->count > 0 && node.distance < nodes->kept[0].distance) {
         const near_node deepest = nodes->kept[0];
-        nodes->kept[0] = node;
+        near_nodes_set(nodes, 0, &node);
         node = deepest;
-        nodes->crowded = 0;
     }
     if (nodes->count < CLUSTER_CONTACTS_PER_PAIR) {
-        nodes->kept[nodes->count++] = node;
+        near_nodes_set(nodes, nodes->count++, &node);
         return;
     }
     if (nodes->crowded == 0) { near_nodes_find_crowded(nodes); }
     if (near_nodes_spread(nodes, node.point, nodes->crowded) > nodes->crowded_spread) {
-        nodes->kept[nodes->crowded] = node;
-        nodes->crowded = 0;
+        near_nodes_set(nodes, nodes->crowded, &node);
     }
 }
 
@@ -205,8 +223,9 @@ static void near_nodes_add_beside(near_nodes* nodes, near_node node, float margi
 }
 
 /* The nearest points first, so that nodes at the same place are seen as such. */
-static near_nodes near_nodes_start(const pli_cluster_contact* nearest) {
-    return (near_nodes){.kept = {{nearest->witness, nearest->normal, nearest->distance}}, .count = 1};
+static void near_nodes_start(near_nodes* nodes, const pli_cluster_contact* nearest) {
+    near_nodes_start_empty(nodes);
+    near_nodes_add(nodes, (near_node){nearest->witness, nearest->normal, nearest->distance});
 }
 
 static pli_status near_nodes_add_contacts(met_pair* pair, pli_cluster_contact info, const near_nodes* found, int first,
@@ -336,7 +355,8 @@ static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_co
     if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return PLI_OK; }
     PLII_TRY(cluster_contacts_add(pair, &info, terms));
     if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
-    near_nodes found = near_nodes_start(&info);
+    near_nodes found;
+    near_nodes_start(&found, &info);
     cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
     const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
     if (cluster->member_count >= CLUSTER_CONTACTS_MIN_NODES) {
@@ -403,7 +423,8 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
                                                 const pli_cluster_contact* pair) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* cluster = &clusters->items[pair->cluster];
-    near_nodes found = {.count = 0};
+    near_nodes found;
+    near_nodes_start_empty(&found);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = clusters->members[cluster->first_member + i].node;
         const plii_near_surface* surface = &state->surface[node];
@@ -516,7 +537,8 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
                                              near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
-    near_nodes candidates = near_nodes_start(info);
+    near_nodes candidates;
+    near_nodes_start(&candidates, info);
     const plii_support_groups* own = &state->hulls[info->cluster];
     if (own->packed != NULL) {
         pli_vec3 points[PLII_SUPPORT_GROUPS_MIN];
@@ -558,7 +580,8 @@ static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_con
     if (is_small || cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
 
     const pli_vec3 origin = cluster->frame.origin;
-    near_nodes found = near_nodes_start(&info);
+    near_nodes found;
+    near_nodes_start(&found, &info);
     cluster_contacts_find_nodes_over(body, state, &info,
                                      plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin),
                                      terms->margin, &found);
@@ -569,7 +592,8 @@ static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_con
                                          .other_witness = info.witness,
                                          .normal = pli_vec3_neg(info.normal),
                                          .distance = info.distance};
-    near_nodes found_other = near_nodes_start(&reverse);
+    near_nodes found_other;
+    near_nodes_start(&found_other, &reverse);
     cluster_contacts_find_nodes_over(other, other_state, &reverse,
                                      plii_cluster_contacts_hull(body, state, info.cluster, origin), terms->margin,
                                      &found_other);
