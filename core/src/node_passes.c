@@ -20,7 +20,7 @@ typedef struct node_extents_task {
 } node_extents_task;
 
 /* Two chains, since each comparison waits for the one before. */
-static node_extent node_extent_of(const pli_vec4* positions, int begin, int end) {
+PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* positions, int begin, int end) {
     plii_float4 low[2], high[2];
     plii_mask4 finite[2];
     low[0] = low[1] = high[0] = high[1] = plii_float4_from(&positions[begin]);

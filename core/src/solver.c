@@ -43,8 +43,9 @@ static solver_nodes solver_nodes_of(const pli_body* body) {
                           .forces = body->forces};
 }
 
-static void solver_pass(pli_body* body, pli_range_fn* range, solver_nodes nodes) {
-    plii_parallel_for(body->context, range, &nodes, body->node_count, SOLVER_NODES_GRAIN);
+/* Inline, with its range: bodies of a few nodes would notice the calls. */
+PLII_SIMD_INLINE void solver_pass(const pli_body* body, pli_range_fn* range, solver_nodes* nodes) {
+    plii_parallel_for(body->context, range, nodes, body->node_count, SOLVER_NODES_GRAIN);
 }
 
 /* Pinned nodes keep their velocity. */
@@ -53,7 +54,7 @@ PLII_SIMD_INLINE plii_float4 solver_pull(plii_float4 velocity, plii_float4 posit
     return plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity);
 }
 
-static void solver_add_gravity(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_add_gravity(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity);
     for (int i = begin; i < end; ++i) {
@@ -69,7 +70,7 @@ PLII_SIMD_INLINE void solver_move_node(solver_nodes nodes, int node, plii_float4
     plii_float4_to(&nodes.positions[node], plii_float4_add(position, plii_float4_mul(velocity, dt)));
 }
 
-static void solver_move(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_move(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     const plii_float4 step = plii_float4_all(nodes.dt);
     for (int i = begin; i < end; ++i) {
@@ -77,7 +78,7 @@ static void solver_move(int begin, int end, void* data) {
     }
 }
 
-static void solver_add_forces_and_move(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_add_forces_and_move(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     const plii_float4 low = plii_float4_all(-nodes.limit), high = plii_float4_all(nodes.limit);
     const plii_float4 step = plii_float4_all(nodes.dt);
@@ -94,7 +95,7 @@ static void solver_add_forces_and_move(int begin, int end, void* data) {
 }
 
 /* All of it in one pass, where nothing but gravity pulls. */
-static void solver_fly(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_fly(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity), step = plii_float4_all(nodes.dt);
     for (int i = begin; i < end; ++i) {
@@ -121,11 +122,15 @@ static void solver_predict(pli_body* body, float dt) {
     nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
     nodes.limit = body->world->def.max_force_displacement / step->dt;
     if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
-        solver_pass(body, solver_fly, nodes);
+        solver_pass(body, solver_fly, &nodes);
     } else {
-        solver_pass(body, solver_add_gravity, nodes);
+        solver_pass(body, solver_add_gravity, &nodes);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-        solver_pass(body, body->forces != NULL ? solver_add_forces_and_move : solver_move, nodes);
+        if (body->forces != NULL) {
+            solver_pass(body, solver_add_forces_and_move, &nodes);
+        } else {
+            solver_pass(body, solver_move, &nodes);
+        }
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     plii_solver_update_predicted_bounds(body);
@@ -146,14 +151,14 @@ PLII_SIMD_INLINE plii_float4 solver_velocity(const solver_nodes* nodes, int node
     return plii_lanes_xyz(plii_float4_mul(moved, plii_float4_all(nodes->rate)));
 }
 
-static void solver_set_velocities(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_set_velocities(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     for (int i = begin; i < end; ++i) {
         plii_float4_to(&nodes.velocities[i], solver_velocity(&nodes, i));
     }
 }
 
-static void solver_add_velocities(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_add_velocities(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     for (int i = begin; i < end; ++i) {
         const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
@@ -162,10 +167,10 @@ static void solver_add_velocities(int begin, int end, void* data) {
 }
 
 /* Velocities, or their change, from motions since the start of the step. */
-static void solver_take_motions(pli_body* body, pli_range_fn* range, float rate) {
+PLII_SIMD_INLINE void solver_take_motions(const pli_body* body, pli_range_fn* range, float rate) {
     solver_nodes nodes = solver_nodes_of(body);
     nodes.rate = rate;
-    solver_pass(body, range, nodes);
+    solver_pass(body, range, &nodes);
 }
 
 static bool solver_has_links_alone(const pli_body* body) {
