@@ -42,12 +42,12 @@ static void box_distances(const void* user, int count, const pli_vec3* points, f
         plii_vec3x4_to(&normals[i], found);
     }
     if (i == count) { return; }
-    pli_vec3 last[PLII_LANES], last_normals[PLII_LANES];
+    pli_vec3 last_normals[PLII_LANES];
     float last_distances[PLII_LANES];
-    for (int k = 0; k < PLII_LANES; ++k) {
-        last[k] = points[i + k < count ? i + k : i];
-    }
-    plii_float4_store(last_distances, box_distances_of_four(h, plii_vec3x4_from(last), &found));
+    const pli_vec3 *a = &points[i], *b = &points[i + 1 < count ? i + 1 : i], *c = &points[i + 2 < count ? i + 2 : i];
+    const plii_vec3x4 last = {plii_lanes_xyzw(a->x, b->x, c->x, a->x), plii_lanes_xyzw(a->y, b->y, c->y, a->y),
+                              plii_lanes_xyzw(a->z, b->z, c->z, a->z)};
+    plii_float4_store(last_distances, box_distances_of_four(h, last, &found));
     plii_vec3x4_to(last_normals, found);
     for (int k = 0; i + k < count; ++k) {
         distances[i + k] = last_distances[k];

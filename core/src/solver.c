@@ -120,13 +120,13 @@ static void solver_predict(pli_body* body, float dt) {
     solver_nodes nodes = solver_nodes_of(body);
     nodes.dt = step->dt;
     nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
-    nodes.limit = body->world->def.max_force_displacement / step->dt;
     if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
         solver_pass(body, solver_fly, &nodes);
     } else {
         solver_pass(body, solver_add_gravity, &nodes);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
         if (body->forces != NULL) {
+            nodes.limit = body->world->def.max_force_displacement / step->dt;
             solver_pass(body, solver_add_forces_and_move, &nodes);
         } else {
             solver_pass(body, solver_move, &nodes);
