@@ -63,7 +63,7 @@ static void xpbd_planes_fill(const plii_planes* planes, int node_count) {
 
 static void xpbd_planes_take(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes) {
     const int count = body->node_count;
-    nodes->block_count = plii_planes_half(count) / PLII_LANES;
+    nodes->block_count = ((count + 1) / 2 + PLII_LANES - 1) / PLII_LANES;
     nodes->accelerations = xpbd_planes_xyz(records->carried, count);
     nodes->velocities = xpbd_planes_xyz(records->accelerations, count);
     nodes->moving.positions = xpbd_planes_xyz(body->positions, count);
