@@ -18,6 +18,7 @@ PLII_SIMD_INLINE plii_wide links_factor(plii_wide length_squared, plii_wide mass
 PLII_SIMD_INLINE plii_wide links_length_squared(plii_wide x, plii_wide y, plii_wide z) {
     return plii_wide_add(plii_wide_add(plii_wide_mul(x, x), plii_wide_mul(y, y)), plii_wide_mul(z, z));
 }
+
 typedef struct links_planes_task {
     plii_planes planes;
     const float* rest_squared; /* by slot */
