@@ -7,14 +7,19 @@
 
 #include <stdbool.h>
 
+/* Threads that one body may have. */
+enum { PLII_TEAM_MOST = 16 };
+
 struct pli_context {
     pli_allocator allocator;
     pli_log_fn* log;
     void* log_user;
     pli_parallel_for_fn* parallel_for; /* never NULL */
     void* parallel_user;
-    bool has_threads; /* parallel_for is that of the caller */
-    pli_simd simd;    /* never PLI_SIMD_BEST */
+    bool has_threads;              /* parallel_for is that of the caller */
+    int thread_count;              /* of parallel_for, from 1 to PLII_TEAM_MOST */
+    int team_failures, team_delay; /* see team.c */
+    pli_simd simd;                 /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
     char last_error[512];

@@ -2,8 +2,7 @@
    each with the lowest colour that is free at its nodes. Linear time but for runs. */
 
 #include "link_colors.h"
-
-#include "node_planes.h"
+#include "link_shares.h"
 #include "simd.h"
 
 #include <string.h>
@@ -412,6 +411,9 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     colors->storage = carver.base;
     colors->storage_size = carver.used;
+    if (plii_link_colors_have_only_runs(colors)) {
+        plii_link_shares_choose(body, &colors->runs, &colors->shares);
+    }
     plii_release(body->context, storage, storage_size);
 }
 

@@ -17,6 +17,7 @@
 
 #include "link_quads.h"
 #include "link_runs.h"
+#include "node_planes.h"
 
 typedef struct plii_link_group {
     int first_row;     /* one row for each of `pairs` */
@@ -38,6 +39,7 @@ typedef struct plii_link_colors {
     uint32_t (*places)[PLII_LINK_LANES]; /* [place_count] places (simd.h) of a node in all lanes */
     int (*row_links)[PLII_LINK_LANES];   /* [row_count] or PLI_NULL_INDEX */
     int* serial_links;                   /* [serial_count] */
+    plii_node_shares shares;             /* of threads, where there are only runs */
     void* storage;
     size_t storage_size;
 } plii_link_colors;

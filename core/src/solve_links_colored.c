@@ -1,6 +1,7 @@
 /* Links on positions, colour by colour, with SIMD and threads. The arithmetic of a link is that of
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
+#include "link_shares.h"
 #include "links_kernel.h"
 #include "simd.h"
 
@@ -174,15 +175,48 @@ static void colored_links_give(int begin, int end, void* data) {
     plii_planes_give(turn->planes, turn->body->positions, begin, end);
 }
 
+/* By threads that each have some rows. */
+typedef struct colored_links_together {
+    const colored_links_part* part;
+    colored_links_turn* turn;
+    int sweep_count;
+} colored_links_together;
+
+static void colored_links_share(const void* data, int color, int begin, int end) {
+    const colored_links_part* part = data;
+    part->solve_runs(&part->task, color, begin, end);
+}
+static void colored_links_member(plii_team* team, int member, void* data) {
+    const colored_links_together* together = data;
+    plii_link_shares shares;
+    plii_link_shares_find(together->part->state->colors, team, member, &shares);
+    plii_link_shares_turn(&shares, colored_links_take, together->turn);
+    for (int i = 0; i < together->sweep_count; ++i) {
+        plii_link_shares_sweep(&shares, colored_links_share, together->part);
+    }
+    plii_team_meet(team, member, shares.member_count, ++shares.steps);
+    colored_links_give(shares.first_node, shares.end_node, together->turn);
+}
+static bool colored_links_sweep_together(const colored_links_part* whole, int count) {
+    pli_body* body = whole->task.body;
+    const plii_node_shares* shares = &whole->state->colors->shares;
+    colored_links_part part = *whole;
+    part.task.planes = plii_planes_at(body->velocities, body->node_count, shares);
+    colored_links_turn turn = {body, &part.task.planes};
+    colored_links_together together = {&part, &turn, count};
+    return plii_team_run(body->context, shares->count, colored_links_member, &together);
+}
+
 static void colored_links_sweep_alone(pli_body* body, void* data, int count) {
     const colored_links_state* state = data;
-    const plii_planes planes = plii_planes_at(body->velocities, body->node_count);
+    const plii_planes planes = plii_planes_at(body->velocities, body->node_count, NULL);
     colored_links_turn turn = {body, &planes};
-    plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
     colored_links_part part = {
         .state = state,
         .solve_runs = state->in_planes,
         .task = {body, state->colors, state->rest_squared.values, state->inverse_stiffnesses, planes}};
+    if (colored_links_sweep_together(&part, count)) { return; }
+    plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
     if (colored_links_has_bands(&part)) {
         colored_links_sweep_bands(&part, count);
     } else {

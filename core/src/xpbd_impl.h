@@ -17,8 +17,11 @@ typedef struct plii_xpbd_planes {
 typedef struct plii_xpbd_plane_nodes {
     plii_xpbd_planes moving;
     plii_planes velocities, accelerations;
-    int block_count;      /* of PLII_LANES even and as many odd nodes */
-    float dt, inverse_dt; /* s, of the substep */
+    ptrdiff_t first_place; /* of the first block */
+    int block_count;       /* of PLII_LANES even and as many odd nodes */
+    float dt, inverse_dt;  /* s, of the substep */
+    pli_body* body;
+    const struct plii_xpbd_records* records;
 } plii_xpbd_plane_nodes;
 
 /* Records that a body has for XPBD, [plii_planes_record_count]. */
@@ -26,20 +29,27 @@ typedef struct plii_xpbd_records {
     pli_vec4 *displacements, *carried, *accelerations;
 } plii_xpbd_records;
 
-/* What the solver does to nodes in planes; comes with the kinds that can do with planes. Ranges are of blocks. */
+enum { PLII_XPBD_TAKES = 3, PLII_XPBD_GIVES = 2 };
+
+/* What the solver does to nodes in planes; comes with the kinds that can do with planes. Ranges have
+   plii_xpbd_plane_nodes as their task. */
 typedef struct plii_xpbd_plane_moves {
-    void (*take)(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes);
-    void (*give)(pli_body* body, const plii_xpbd_records* records, const plii_xpbd_plane_nodes* nodes);
-    pli_range_fn *move, *finish, *finish_and_move; /* of plii_xpbd_plane_nodes */
+    /* Where the planes are. Body, records and times are there already; shares may be NULL. */
+    void (*lay_out)(plii_xpbd_plane_nodes* nodes, const plii_node_shares* shares);
+    /* From records to planes and back, one after the other for all nodes; ranges are of nodes. */
+    pli_range_fn *takes[PLII_XPBD_TAKES], *gives[PLII_XPBD_GIVES];
+    void (*fill)(const plii_xpbd_plane_nodes* nodes);  /* what lies behind the nodes, after the takes */
+    pli_range_fn *move, *finish, *finish_and_move; /* ranges are of blocks */
 } plii_xpbd_plane_moves;
 
 extern const plii_xpbd_plane_moves plii_xpbd_moves_in_planes;
 
 typedef struct plii_xpbd_substep {
-    float dt, inverse_dt;    /* s, of the substep */
-    int index;               /* of the substep in the step */
-    pli_vec4* displacements; /* [node_count] m; w = inverse mass */
-    pli_vec4* carried;       /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
+    float dt, inverse_dt;               /* s, of the substep */
+    int index;                          /* of the substep in the step */
+    bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
+    pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
+    pli_vec4* carried; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
     const plii_xpbd_planes* planes; /* or NULL; if there, nodes are in them alone */
 } plii_xpbd_substep;
 
@@ -58,6 +68,10 @@ typedef struct plii_xpbd_kind {
     bool (*is_idle)(const pli_body* body, const void* state);
     /* How nodes are moved in planes, where all that is to do in this step can be done there; or NULL. Optional. */
     const plii_xpbd_plane_moves* (*planes)(const pli_body* body, const void* state);
+    /* All substeps by a team of threads, from records to records; planes are not laid out yet. False: nothing is done.
+       Comes with `planes`. */
+    bool (*substeps_together)(void* state, plii_xpbd_plane_nodes* nodes, const pli_xpbd_def* def,
+                              const plii_xpbd_substep* substep);
 } plii_xpbd_kind;
 
 /* Contacts come last, so that what is drawn does not penetrate. */

@@ -1,8 +1,8 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
+#include "lanes.h"
+#include "link_shares.h"
 #include "xpbd_links_kernel.h"
-
-#include <string.h>
 
 /* Groups of links, of quads. What ends of rows leave is little, but parted as the rows are, or nodes would wander. */
 enum { XPBD_LINKS_GRAIN = 16, XPBD_LINKS_QUADS_GRAIN = 16 };
@@ -16,7 +16,6 @@ typedef struct xpbd_links_state {
     plii_xpbd_link_softness* softness; /* [2 * material_count] */
     uint32_t rest_revision;
     bool is_stale; /* the rest lengths are to be taken anew */
-    bool is_soft;  /* some link is */
 } xpbd_links_state;
 
 static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
@@ -64,16 +63,13 @@ static void xpbd_links_begin(pli_body* body, void* data) {
 /* So may materials. */
 static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
     xpbd_links_state* state = data;
-    state->is_soft = false;
     for (int i = 0; i < 2 * body->material_count; ++i) {
         const float stiffness = body->materials[i / 2].linear_stiffness;
         const float compliance = (i % 2 != 0 ? state->def.bending_compliance : state->def.compliance) / stiffness;
         const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
         const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
         state->softness[i] = (plii_xpbd_link_softness){alpha, gamma};
-        state->is_soft = state->is_soft || alpha > 0.0f;
     }
-    if (state->is_soft) { memset(state->multipliers.values, 0, state->multipliers.size); }
 }
 
 typedef struct xpbd_links_part {
@@ -93,15 +89,20 @@ static void xpbd_links_quads_range(int begin, int end, void* data) {
     part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
+static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state,
+                                          const plii_xpbd_substep* substep) {
+    return (xpbd_links_part){
+        state->kernel,
+        substep->planes != NULL ? state->in_planes : state->kernel->runs,
+        {body, state->colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
+        0,
+        0};
+}
+
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
     const xpbd_links_state* state = data;
     const plii_link_colors* colors = state->colors;
-    xpbd_links_part part = {
-        state->kernel,
-        substep->planes != NULL ? state->in_planes : state->kernel->runs,
-        {body, colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
-        0,
-        0};
+    xpbd_links_part part = xpbd_links_part_of(body, state, substep);
     /* What runs leave comes before them: a stiff sheet keeps a stretch of 0.0099 then, otherwise 0.0102. */
     for (int i = 0; i < colors->color_count; ++i) {
         part.first_group = colors->colors[i].first_group;
@@ -115,6 +116,64 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
                           XPBD_LINKS_GRAIN);
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+}
+
+// ----------------------------------------------------------------------------------------------------- by a team
+
+typedef struct xpbd_links_together {
+    const xpbd_links_state* state;
+    plii_xpbd_plane_nodes* nodes;
+    const pli_xpbd_def* def;
+    const plii_xpbd_substep* substep;
+} xpbd_links_together;
+
+static void xpbd_links_share(const void* data, int color, int begin, int end) {
+    const xpbd_links_part* part = data;
+    part->solve_runs(&part->task, color, begin, end);
+}
+static void xpbd_links_substeps_of_member(const xpbd_links_together* together, plii_link_shares* shares) {
+    const plii_xpbd_plane_moves* moves = &plii_xpbd_moves_in_planes;
+    const pli_xpbd_def* def = together->def;
+    plii_xpbd_plane_nodes own = *together->nodes;
+    own.first_place = plii_planes_place(&own.velocities, shares->first_node);
+    plii_xpbd_substep substep = *together->substep;
+    const xpbd_links_part part = xpbd_links_part_of(own.body, together->state, &substep);
+    plii_link_shares_pass(shares, moves->move, 2 * PLII_LANES, &own);
+    for (substep.index = 0; substep.index < def->substeps; ++substep.index) {
+        for (int s = 0; s < def->sweeps; ++s) {
+            substep.is_first_sweep = s == 0;
+            substep.is_last_sweep = s + 1 == def->sweeps;
+            plii_link_shares_sweep(shares, xpbd_links_share, &part);
+        }
+        const bool is_last = substep.index + 1 == def->substeps;
+        plii_link_shares_pass(shares, is_last ? moves->finish : moves->finish_and_move, 2 * PLII_LANES, &own);
+    }
+}
+static void xpbd_links_member(plii_team* team, int member, void* data) {
+    const xpbd_links_together* together = data;
+    const plii_xpbd_plane_moves* moves = &plii_xpbd_moves_in_planes;
+    plii_link_shares shares;
+    plii_link_shares_find(together->state->colors, team, member, &shares);
+    for (int i = 0; i < PLII_XPBD_TAKES; ++i) {
+        plii_link_shares_turn(&shares, moves->takes[i], together->nodes);
+    }
+    if (member + 1 == shares.member_count) { moves->fill(together->nodes); }
+    xpbd_links_substeps_of_member(together, &shares);
+    plii_team_meet(team, member, shares.member_count, ++shares.steps);
+    for (int i = 0; i < PLII_XPBD_GIVES; ++i) {
+        plii_link_shares_turn(&shares, moves->gives[i], together->nodes);
+    }
+}
+
+static bool xpbd_links_substeps_together(void* data, plii_xpbd_plane_nodes* nodes, const pli_xpbd_def* def,
+                                         const plii_xpbd_substep* substep) {
+    xpbd_links_state* state = data;
+    pli_body* body = nodes->body;
+    xpbd_links_together together = {state, nodes, def, substep};
+    if (state->colors->shares.count == 0) { return false; }
+    plii_xpbd_moves_in_planes.lay_out(nodes, &state->colors->shares);
+    xpbd_links_restart(body, state, substep);
+    return plii_team_run(body->context, state->colors->shares.count, xpbd_links_member, &together);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
@@ -190,6 +249,7 @@ static const plii_xpbd_kind xpbd_links_kind = {
     .restart = xpbd_links_restart,
     .sweep = xpbd_links_sweep,
     .planes = xpbd_links_planes,
+    .substeps_together = xpbd_links_substeps_together,
 };
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {

@@ -50,7 +50,7 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
 }
 
 PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
-                                        const float* rest_lengths, float* multipliers) {
+                                        const float* rest_lengths, xpbd_links_multipliers multipliers) {
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
     const plii_float8 factor =
         xpbd_links_factor(group->length_squared, group->motion, weight, softness, plii_float8_load(rest_lengths),
@@ -96,7 +96,8 @@ PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const pli
         }
         for (int i = 0; i < count; ++i) {
             const float* rest = task->rest_lengths + slot + PLII_LINK_LANES * i;
-            xpbd_links_divide(&groups[i], softness, rest, task->multipliers + slot + PLII_LINK_LANES * i);
+            xpbd_links_divide(&groups[i], softness, rest,
+                              xpbd_links_multipliers_of(task, slot + (ptrdiff_t)PLII_LINK_LANES * i));
         }
         for (int i = 0; i < count; ++i) {
             const xpbd_links_group* g = &groups[i];
@@ -162,7 +163,7 @@ static void xpbd_links_singles(const plii_xpbd_links_task* task, const plii_link
     for (int i = 0; i < count; ++i) {
         xpbd_links_divide(&measured[i], xpbd_links_softness(task, groups[i].tag),
                           task->rest_lengths + slot + PLII_LINK_LANES * i,
-                          task->multipliers + slot + PLII_LINK_LANES * i);
+                          xpbd_links_multipliers_of(task, slot + (ptrdiff_t)PLII_LINK_LANES * i));
     }
     for (int i = 0; i < count; ++i) {
         xpbd_links_move_single(&measured[i], task->substep->displacements, places[2 * i], places[2 * i + 1]);
@@ -183,7 +184,7 @@ typedef struct xpbd_links_starts {
 /* What the rounds of a group go on with. */
 typedef struct xpbd_links_rows {
     const float* rest_lengths;
-    float* multipliers;
+    xpbd_links_multipliers multipliers;
     plii_xpbd_link_softness softness;
 } xpbd_links_rows;
 
@@ -216,9 +217,11 @@ PLII_SIMD_INLINE xpbd_links_link xpbd_links_measure_pair(const xpbd_links_quads*
 
 PLII_SIMD_INLINE plii_float8 xpbd_links_row_factor(const xpbd_links_link* link, plii_float8 weight,
                                                    const xpbd_links_rows* rows, int row) {
+    const ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * row;
+    xpbd_links_multipliers multipliers = rows->multipliers;
+    multipliers.values += slot;
     return xpbd_links_factor(link->length_squared, link->motion, weight, &rows->softness,
-                             plii_float8_load(rows->rest_lengths + (ptrdiff_t)PLII_LINK_LANES * row),
-                             rows->multipliers + (ptrdiff_t)PLII_LINK_LANES * row, xpbd_links_group_block,
+                             plii_float8_load(rows->rest_lengths + slot), multipliers, xpbd_links_group_block,
                              xpbd_links_group_slots);
 }
 
@@ -266,7 +269,7 @@ PLII_SIMD_INLINE void xpbd_links_round(xpbd_links_quads* quads, const xpbd_links
     }
     const int done = (own & 1) + (own >> 1);
     rows->rest_lengths += PLII_LINK_LANES * done;
-    rows->multipliers += PLII_LINK_LANES * done;
+    rows->multipliers.values += PLII_LINK_LANES * done;
 }
 
 PLII_SIMD_INLINE void xpbd_links_gather_node(xpbd_links_quads* quads, xpbd_links_starts* starts,
@@ -305,7 +308,7 @@ PLII_SIMD_INLINE void xpbd_links_quads_of(const plii_xpbd_links_task* task, cons
     for (int i = 0; i < count; ++i) {
         const ptrdiff_t slot = plii_quad_first_slot(task->colors, &groups[i]);
         xpbd_links_quads own;
-        rows[i] = (xpbd_links_rows){task->rest_lengths + slot, task->multipliers + slot,
+        rows[i] = (xpbd_links_rows){task->rest_lengths + slot, xpbd_links_multipliers_of(task, slot),
                                     *xpbd_links_softness(task, groups[i].tag)};
         xpbd_links_gather(&own, is_damped ? &starts[i] : NULL, task, places + 4 * i);
         xpbd_links_round(&own, is_damped ? &starts[i] : NULL, 0, pairs, &rows[i]);
@@ -372,7 +375,9 @@ static void xpbd_links_serial(const plii_xpbd_links_task* task) {
         const plii_xpbd_link_softness* softness = xpbd_links_softness(task, plii_link_tag_of(body, link));
         xpbd_links_group group;
         xpbd_links_measure_single(&group, task, places[0], places[1], xpbd_links_is_damped(softness));
-        xpbd_links_divide(&group, softness, rests, multipliers);
+        xpbd_links_multipliers own = xpbd_links_multipliers_of(task, 0);
+        own.values = multipliers;
+        xpbd_links_divide(&group, softness, rests, own);
         xpbd_links_move_single(&group, task->substep->displacements, places[0], places[1]);
         task->multipliers[first_slot + i] = multipliers[last];
     }

@@ -32,12 +32,24 @@ PLII_SIMD_INLINE plii_wide xpbd_links_where_finite(plii_wide a) {
     return plii_wide_where_greater(a, plii_wide_all(-INFINITY), a);
 }
 
+/* Between the sweeps of a substep. */
+typedef struct xpbd_links_multipliers {
+    float* values;
+    bool are_read, are_written;
+} xpbd_links_multipliers;
+
+PLII_SIMD_INLINE xpbd_links_multipliers xpbd_links_multipliers_of(const plii_xpbd_links_task* task, ptrdiff_t slot) {
+    return (xpbd_links_multipliers){task->multipliers + slot, !task->substep->is_first_sweep,
+                                    !task->substep->is_last_sweep};
+}
+
 /* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
    difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
    mass to move, and lanes without a link, whose value is infinite. */
 PLII_SIMD_LARGE plii_wide xpbd_links_factor(plii_wide length_squared, plii_wide motion, plii_wide weight,
                                             const plii_xpbd_link_softness* softness, plii_wide rest_length,
-                                            float* multipliers, plii_run_block block, plii_run_slots slots) {
+                                            xpbd_links_multipliers multipliers, plii_run_block block,
+                                            plii_run_slots slots) {
     const plii_wide zero = plii_wide_all(0.0f);
     const plii_wide length = plii_wide_sqrt(length_squared);
     plii_wide force = plii_wide_sub(rest_length, length);
@@ -46,14 +58,20 @@ PLII_SIMD_LARGE plii_wide xpbd_links_factor(plii_wide length_squared, plii_wide 
     }
     const plii_wide inverse = plii_wide_where_greater(length, zero, plii_wide_div(plii_wide_all(1.0f), length));
     const plii_wide alpha = plii_wide_all(softness->alpha), gamma = plii_wide_all(softness->gamma);
-    force = plii_wide_sub(force, plii_wide_mul(alpha, plii_run_load_own(multipliers, block, slots)));
+    plii_wide multiplier = plii_wide_all(0.0f);
+    if (multipliers.are_read) {
+        multiplier = plii_run_load_own(multipliers.values, block, slots);
+        force = plii_wide_sub(force, plii_wide_mul(alpha, multiplier));
+    }
     if (xpbd_links_is_damped(softness)) {
         force = plii_wide_sub(force, plii_wide_mul(gamma, plii_wide_mul(motion, inverse)));
     }
     const plii_wide divisor = plii_wide_add(plii_wide_mul(plii_wide_all(1.0f + softness->gamma), weight), alpha);
     const plii_wide change =
         xpbd_links_where_finite(plii_wide_where_greater(weight, zero, plii_wide_div(force, divisor)));
-    plii_run_store_own(multipliers, block, slots, plii_wide_add(plii_run_load_own(multipliers, block, slots), change));
+    if (multipliers.are_written) {
+        plii_run_store_own(multipliers.values, block, slots, plii_wide_add(multiplier, change));
+    }
     return plii_wide_mul(change, inverse);
 }
 
@@ -83,7 +101,7 @@ typedef struct xpbd_links_planes_task {
     plii_xpbd_planes planes;
     plii_xpbd_link_softness softness;
     const float* rest_lengths; /* by slot */
-    float* multipliers;        /* by slot */
+    xpbd_links_multipliers multipliers;
 } xpbd_links_planes_task;
 
 PLII_SIMD_INLINE void xpbd_links_planes_solve(const void* data, const plii_run_places* at, plii_run_block block,
@@ -116,7 +134,7 @@ PLII_SIMD_INLINE void xpbd_links_planes_solve(const void* data, const plii_run_p
 static void xpbd_links_planes_run(const void* data, const plii_link_run* run, int begin, int end) {
     const plii_xpbd_links_task* task = data;
     const xpbd_links_planes_task own = {*task->substep->planes, *xpbd_links_softness(task, run->tag),
-                                        task->rest_lengths, task->multipliers};
+                                        task->rest_lengths, xpbd_links_multipliers_of(task, 0)};
     plii_run_in_planes(&own.planes.positions, run, begin, end, xpbd_links_planes_solve, &own);
 }
 

@@ -9,41 +9,46 @@
 
 #include <string.h>
 
-enum { XPBD_PLANES_GRAIN = 2048 }; /* nodes */
-
-typedef struct xpbd_planes_task {
-    pli_body* body;
-    const plii_xpbd_records* records;
-    const plii_xpbd_plane_nodes* nodes;
-} xpbd_planes_task;
-
-static plii_planes xpbd_planes_xyz(pli_vec4* place, int node_count) {
-    plii_planes planes = plii_planes_at(place, node_count);
+static plii_planes xpbd_planes_xyz(pli_vec4* place, int node_count, const plii_node_shares* shares) {
+    plii_planes planes = plii_planes_at(place, node_count, shares);
     planes.w = NULL;
     return planes;
+}
+
+static void xpbd_planes_lay_out(plii_xpbd_plane_nodes* nodes, const plii_node_shares* shares) {
+    const pli_body* body = nodes->body;
+    const plii_xpbd_records* records = nodes->records;
+    const int count = body->node_count;
+    nodes->first_place = 0;
+    nodes->block_count = ((count + 1) / 2 + PLII_LANES - 1) / PLII_LANES;
+    nodes->accelerations = xpbd_planes_xyz(records->carried, count, shares);
+    nodes->velocities = xpbd_planes_xyz(records->accelerations, count, shares);
+    nodes->moving.positions = xpbd_planes_xyz(body->positions, count, shares);
+    nodes->moving.displacements = plii_planes_at(records->displacements, count, shares);
+    nodes->moving.carried = xpbd_planes_xyz(body->velocities, count, shares);
 }
 
 // ------------------------------------------------------------------------------------------------------- there and
 // back
 
 static void xpbd_planes_take_accelerations(int begin, int end, void* data) {
-    const xpbd_planes_task* task = data;
-    plii_planes_take(&task->nodes->accelerations, task->records->accelerations, begin, end);
+    const plii_xpbd_plane_nodes* nodes = data;
+    plii_planes_take(&nodes->accelerations, nodes->records->accelerations, begin, end);
 }
 static void xpbd_planes_take_velocities(int begin, int end, void* data) {
-    const xpbd_planes_task* task = data;
-    const plii_planes* displacements = &task->nodes->moving.displacements;
-    plii_planes_take(&task->nodes->velocities, task->body->velocities, begin, end);
+    const plii_xpbd_plane_nodes* nodes = data;
+    const plii_planes* displacements = &nodes->moving.displacements;
+    plii_planes_take(&nodes->velocities, nodes->body->velocities, begin, end);
     for (int i = begin; i < end; ++i) {
         const ptrdiff_t place = plii_planes_place(displacements, i);
-        displacements->w[place] = task->body->positions[i].w;
+        displacements->w[place] = nodes->body->positions[i].w;
         displacements->x[place] = displacements->y[place] = displacements->z[place] = 0.0f;
     }
 }
 static void xpbd_planes_take_positions(int begin, int end, void* data) {
-    const xpbd_planes_task* task = data;
-    const plii_planes* carried = &task->nodes->moving.carried;
-    plii_planes_take(&task->nodes->moving.positions, task->body->previous, begin, end);
+    const plii_xpbd_plane_nodes* nodes = data;
+    const plii_planes* carried = &nodes->moving.carried;
+    plii_planes_take(&nodes->moving.positions, nodes->body->previous, begin, end);
     for (int i = begin; i < end; ++i) {
         const ptrdiff_t place = plii_planes_place(carried, i);
         carried->x[place] = carried->y[place] = carried->z[place] = 0.0f;
@@ -51,7 +56,7 @@ static void xpbd_planes_take_positions(int begin, int end, void* data) {
 }
 
 /* What lies behind the even and the odd nodes stays where it is. */
-static void xpbd_planes_fill(const plii_planes* planes, int node_count) {
+static void xpbd_planes_fill_plane(const plii_planes* planes, int node_count) {
     const ptrdiff_t ends[2] = {plii_planes_place(planes, node_count), plii_planes_place(planes, node_count + 1)};
     for (int k = 0; k < 2; ++k) {
         for (ptrdiff_t i = ends[k]; i % planes->odd != 0; ++i) {
@@ -61,42 +66,26 @@ static void xpbd_planes_fill(const plii_planes* planes, int node_count) {
     }
 }
 
-static void xpbd_planes_take(pli_body* body, const plii_xpbd_records* records, plii_xpbd_plane_nodes* nodes) {
-    const int count = body->node_count;
-    nodes->block_count = ((count + 1) / 2 + PLII_LANES - 1) / PLII_LANES;
-    nodes->accelerations = xpbd_planes_xyz(records->carried, count);
-    nodes->velocities = xpbd_planes_xyz(records->accelerations, count);
-    nodes->moving.positions = xpbd_planes_xyz(body->positions, count);
-    nodes->moving.displacements = plii_planes_at(records->displacements, count);
-    nodes->moving.carried = xpbd_planes_xyz(body->velocities, count);
-    xpbd_planes_task task = {body, records, nodes};
-    plii_parallel_for(body->context, xpbd_planes_take_accelerations, &task, count, XPBD_PLANES_GRAIN);
-    plii_parallel_for(body->context, xpbd_planes_take_velocities, &task, count, XPBD_PLANES_GRAIN);
-    plii_parallel_for(body->context, xpbd_planes_take_positions, &task, count, XPBD_PLANES_GRAIN);
-    xpbd_planes_fill(&nodes->accelerations, count);
-    xpbd_planes_fill(&nodes->velocities, count);
-    xpbd_planes_fill(&nodes->moving.positions, count);
-    xpbd_planes_fill(&nodes->moving.displacements, count);
-    xpbd_planes_fill(&nodes->moving.carried, count);
+static void xpbd_planes_fill(const plii_xpbd_plane_nodes* nodes) {
+    const int count = nodes->body->node_count;
+    xpbd_planes_fill_plane(&nodes->accelerations, count);
+    xpbd_planes_fill_plane(&nodes->velocities, count);
+    xpbd_planes_fill_plane(&nodes->moving.positions, count);
+    xpbd_planes_fill_plane(&nodes->moving.displacements, count);
+    xpbd_planes_fill_plane(&nodes->moving.carried, count);
 }
 
 /* Accelerations are done with: records of the positions go through their place. */
 static void xpbd_planes_give_positions(int begin, int end, void* data) {
-    const xpbd_planes_task* task = data;
-    plii_planes positions = task->nodes->moving.positions;
-    positions.w = task->nodes->moving.displacements.w;
-    plii_planes_give(&positions, task->records->carried, begin, end);
+    const plii_xpbd_plane_nodes* nodes = data;
+    plii_planes positions = nodes->moving.positions;
+    positions.w = nodes->moving.displacements.w;
+    plii_planes_give(&positions, nodes->records->carried, begin, end);
 }
 static void xpbd_planes_give_velocities(int begin, int end, void* data) {
-    const xpbd_planes_task* task = data;
-    plii_planes_give(&task->nodes->velocities, task->body->velocities, begin, end);
-    memcpy(&task->body->positions[begin], &task->records->carried[begin], (size_t)(end - begin) * sizeof(pli_vec4));
-}
-
-static void xpbd_planes_give(pli_body* body, const plii_xpbd_records* records, const plii_xpbd_plane_nodes* nodes) {
-    xpbd_planes_task task = {body, records, nodes};
-    plii_parallel_for(body->context, xpbd_planes_give_positions, &task, body->node_count, XPBD_PLANES_GRAIN);
-    plii_parallel_for(body->context, xpbd_planes_give_velocities, &task, body->node_count, XPBD_PLANES_GRAIN);
+    const plii_xpbd_plane_nodes* nodes = data;
+    plii_planes_give(&nodes->velocities, nodes->body->velocities, begin, end);
+    memcpy(&nodes->body->positions[begin], &nodes->records->carried[begin], (size_t)(end - begin) * sizeof(pli_vec4));
 }
 
 // ------------------------------------------------------------------------------------------------------------- moving
@@ -164,10 +153,11 @@ static void xpbd_planes_run(const plii_xpbd_plane_nodes* nodes, xpbd_component_f
                                            velocities->y, accelerations->y, moving->displacements.w, dt, inverse_dt},
                                           {moving->positions.z, moving->displacements.z, moving->carried.z,
                                            velocities->z, accelerations->z, moving->displacements.w, dt, inverse_dt}};
-    const int odd = (int)moving->positions.odd;
+    const int odd = (int)moving->positions.odd, first = (int)nodes->first_place;
+    const int even_begin = first + PLII_LANES * begin, even_end = first + PLII_LANES * end;
     for (int k = 0; k < 3; ++k) {
-        run(&components[k], PLII_LANES * begin, PLII_LANES * end);
-        run(&components[k], odd + PLII_LANES * begin, odd + PLII_LANES * end);
+        run(&components[k], even_begin, even_end);
+        run(&components[k], odd + even_begin, odd + even_end);
     }
 }
 
@@ -181,5 +171,12 @@ static void xpbd_planes_finish_and_move(int begin, int end, void* nodes) {
     xpbd_planes_run(nodes, xpbd_component_finish_and_move_nodes, begin, end);
 }
 
-const plii_xpbd_plane_moves plii_xpbd_moves_in_planes = {xpbd_planes_take, xpbd_planes_give, xpbd_planes_move,
-                                                         xpbd_planes_finish, xpbd_planes_finish_and_move};
+const plii_xpbd_plane_moves plii_xpbd_moves_in_planes = {
+    .lay_out = xpbd_planes_lay_out,
+    .takes = {xpbd_planes_take_accelerations, xpbd_planes_take_velocities, xpbd_planes_take_positions},
+    .gives = {xpbd_planes_give_positions, xpbd_planes_give_velocities},
+    .fill = xpbd_planes_fill,
+    .move = xpbd_planes_move,
+    .finish = xpbd_planes_finish,
+    .finish_and_move = xpbd_planes_finish_and_move,
+};

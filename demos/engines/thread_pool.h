@@ -15,8 +15,9 @@
 namespace demos {
 
 // Each thread, the caller's included, has a stretch of every range: the same nodes stay in the same cache. Whoever has
-// finished takes parts of the others' stretches. Between two ranges, which follow each other after microseconds,
-// workers look out for work for a while before they sleep.
+// finished waits a little, then takes parts of the others' stretches. Between two ranges, which follow each other after
+// microseconds, workers look out for work for a while before they sleep. A line of memory that one thread writes and
+// another reads takes longer than a short part, so there are few of them: the work, and what each thread has finished.
 class ThreadPool {
 public:
     explicit ThreadPool(int threads); // the caller's is one of them
@@ -24,35 +25,53 @@ public:
     ThreadPool(const ThreadPool&) = delete;
     ThreadPool& operator=(const ThreadPool&) = delete;
 
+    int thread_count() const { return static_cast<int>(stretches_.size()); }
+
     // A pli_parallel_for_fn, `user` is the pool. One caller at a time has the workers; others, and calls from within a
     // range, run alone.
     static void parallel_for(pli_range_fn* range, void* task, int count, int grain, void* user);
 
 private:
-    // What is left of a stretch, in one word: what a thread has read of the work holds as long as it has not changed.
-    struct Ticket {
+    struct Work {
         uint32_t job;
-        uint16_t next, end; // parts
+        pli_range_fn* range;
+        void* task;
+        int count, part_size;
     };
+    // In one line, valid while `job` stays what it was before the rest was read.
+    struct alignas(64) SharedWork {
+        std::atomic<uint32_t> job{0};
+        std::atomic<int> count{0}, part_size{1};
+        std::atomic<pli_range_fn*> range{nullptr};
+        std::atomic<void*> task{nullptr};
+    };
+    // Of a stretch: the job in the upper half, the next part in the lower one. That of an earlier job stands for the
+    // first part: only who takes parts writes it.
     struct alignas(64) Stretch {
-        std::atomic<uint64_t> ticket{0};
+        std::atomic<uint64_t> next{0};
     };
-    static uint64_t pack(Ticket ticket);
-    static Ticket unpack(uint64_t word);
+    struct alignas(64) Finished {
+        std::atomic<uint32_t> parts{0}; // since the pool was made
+    };
+    struct Parts {
+        uint32_t begin, end;
+    };
 
     void run(pli_range_fn* range, void* task, int count, int grain);
-    void run_parts(size_t thread);
-    bool run_part(Stretch& stretch); // false when there is none left
+    void publish(const Work& work);
+    bool read(Work* work) const; // false when it was changed meanwhile
+    Parts parts_of(const Work& work, size_t thread) const;
+    void run_stretch(const Work& work, size_t of, size_t by);
+    bool is_finished(uint32_t all_parts) const;
     void work(size_t thread);
     void sleep(uint32_t last_job);
 
+    SharedWork work_;
     std::vector<Stretch> stretches_; // of each thread
-    std::atomic<uint32_t> job_{0};
-    std::atomic<pli_range_fn*> range_{nullptr};
-    std::atomic<void*> task_{nullptr};
-    std::atomic<int> count_{0}, part_size_{1};
-    alignas(64) std::atomic<int> finished_{0}; // parts
-    alignas(64) std::atomic<bool> is_busy_{false}, is_ending_{false};
+    std::vector<Finished> finished_; // by each thread
+    uint32_t published_parts_ = 0;   // since the pool was made
+    alignas(64) std::atomic<bool> is_busy_{false};
+    std::atomic<bool> is_ending_{false};
     std::atomic<int> sleeping_{0};
     std::mutex mutex_;
     std::condition_variable work_came_;
