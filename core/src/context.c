@@ -95,6 +95,7 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     made->has_threads = used.parallel_for != NULL;
     made->thread_count = made->has_threads && used.thread_count > 1 ? used.thread_count : 1;
     if (made->thread_count > PLII_TEAM_MOST) { made->thread_count = PLII_TEAM_MOST; }
+    made->team_patience = PLII_TEAM_PATIENCE;
     made->simd = used.simd;
     *context = made;
     return PLI_OK;

@@ -51,10 +51,8 @@ static bool link_shares_parts_links(const plii_link_runs* runs, int color, int n
 }
 static bool link_shares_may_begin_at(const plii_link_runs* runs, int node) {
     for (int c = 0; c < runs->color_count; ++c) {
-        if (!link_shares_parts_links(runs, c, node) ||
-            !link_shares_parts_links(runs, c, node - link_shares_offset(runs, c))) {
-            return false;
-        }
+        const int offset = link_shares_offset(runs, c), second = plii_link_run_has_turns(offset) ? node : node - offset;
+        if (!link_shares_parts_links(runs, c, node) || !link_shares_parts_links(runs, c, second)) { return false; }
     }
     return true;
 }

@@ -9,7 +9,6 @@
 #endif
 
 enum {
-    TEAM_PATIENCE = 10000,          /* looks, some 0.1 ms: a sleeping thread may have to wake up */
     TEAM_LOOKS_BEFORE_YIELD = 2000, /* some 40 cycles each */
     TEAM_MOST_FAILURES = 6
 };
@@ -20,7 +19,7 @@ typedef struct team_meeting {
     plii_team team;
     plii_team_fn* work;
     void* task;
-    int count;
+    int count, patience;
     _Alignas(64) atomic_int come;
     _Alignas(64) atomic_int state;
 } team_meeting;
@@ -67,7 +66,7 @@ static void team_join(int begin, int end, void* data) {
     }
     if (atomic_fetch_add(&meeting->come, 1) + 1 == meeting->count) { team_decide(meeting, TEAM_IS_COMPLETE); }
     for (int looks = 0; atomic_load_explicit(&meeting->state, memory_order_acquire) == TEAM_COMES; ++looks) {
-        if (looks == TEAM_PATIENCE) { team_decide(meeting, TEAM_IS_OFF); }
+        if (looks == meeting->patience) { team_decide(meeting, TEAM_IS_OFF); }
         team_look_away(0);
     }
     if (atomic_load_explicit(&meeting->state, memory_order_acquire) == TEAM_IS_COMPLETE) {
@@ -81,7 +80,7 @@ bool plii_team_run(pli_context* context, int count, plii_team_fn* work, void* ta
         context->team_delay -= 1;
         return false;
     }
-    team_meeting meeting = {.work = work, .task = task, .count = count};
+    team_meeting meeting = {.work = work, .task = task, .count = count, .patience = context->team_patience};
     context->parallel_for(team_join, &meeting, count, 1, context->parallel_user);
     if (atomic_load(&meeting.state) == TEAM_IS_COMPLETE) {
         context->team_failures = 0;
