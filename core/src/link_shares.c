@@ -78,7 +78,12 @@ static bool link_shares_try(const pli_body* body, const plii_link_runs* runs, in
     }
     shares->first[count] = body->node_count;
     shares->count = count;
-    return true;
+    shares->half = 0;
+    for (int i = 0; i < count; ++i) {
+        const int half = plii_planes_half(shares->first[i + 1] - shares->first[i]);
+        shares->half = half > shares->half ? half : shares->half;
+    }
+    return plii_node_shares_fit(body->context, body->node_count, shares);
 }
 
 void plii_link_shares_choose(const pli_body* body, const plii_link_runs* runs, plii_node_shares* shares) {
@@ -87,6 +92,7 @@ void plii_link_shares_choose(const pli_body* body, const plii_link_runs* runs, p
     while (count > 1 && !link_shares_try(body, runs, count, shares)) {
         --count;
     }
+    if (count < 2) { shares->count = 0; }
 }
 
 // -------------------------------------------------------------------------------------------------------- working

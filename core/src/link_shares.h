@@ -34,8 +34,8 @@ void plii_link_shares_find(const plii_link_colors* colors, plii_team* team, int 
 /* Groups [begin, end) of a colour. */
 typedef void plii_link_shares_fn(const void* task, int color, int begin, int end);
 void plii_link_shares_sweep(plii_link_shares* shares, plii_link_shares_fn* solve, const void* task);
-/* What is done to each own node by itself. Ranges are of blocks of nodes, of which PLII_NODE_SHARES_BLOCK is a multiple,
-   counted from the first own node. */
+/* What is done to each own node by itself. Ranges are of blocks of nodes, of which PLII_NODE_SHARES_BLOCK is a
+   multiple, counted from the first own node. */
 void plii_link_shares_pass(plii_link_shares* shares, pli_range_fn* range, int block, void* task);
 /* What must be done to the nodes of all members before any of them goes on. Ranges are of nodes. */
 void plii_link_shares_turn(plii_link_shares* shares, pli_range_fn* range, void* task);

@@ -38,8 +38,8 @@ typedef struct plii_xpbd_plane_moves {
     void (*lay_out)(plii_xpbd_plane_nodes* nodes, const plii_node_shares* shares);
     /* From records to planes and back, one after the other for all nodes; ranges are of nodes. */
     pli_range_fn *takes[PLII_XPBD_TAKES], *gives[PLII_XPBD_GIVES];
-    void (*fill)(const plii_xpbd_plane_nodes* nodes);  /* what lies behind the nodes, after the takes */
-    pli_range_fn *move, *finish, *finish_and_move; /* ranges are of blocks */
+    void (*fill)(const plii_xpbd_plane_nodes* nodes); /* what lies behind the nodes, after the takes */
+    pli_range_fn *move, *finish, *finish_and_move;    /* ranges are of blocks */
 } plii_xpbd_plane_moves;
 
 extern const plii_xpbd_plane_moves plii_xpbd_moves_in_planes;

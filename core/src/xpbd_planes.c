@@ -57,9 +57,11 @@ static void xpbd_planes_take_positions(int begin, int end, void* data) {
 
 /* What lies behind the even and the odd nodes stays where it is. */
 static void xpbd_planes_fill_plane(const plii_planes* planes, int node_count) {
-    const ptrdiff_t ends[2] = {plii_planes_place(planes, node_count), plii_planes_place(planes, node_count + 1)};
-    for (int k = 0; k < 2; ++k) {
-        for (ptrdiff_t i = ends[k]; i % planes->odd != 0; ++i) {
+    const plii_node_shares* shares = planes->shares;
+    const int first_node = shares != NULL ? shares->first[shares->count - 1] : 0;
+    const ptrdiff_t first = plii_planes_place(planes, first_node);
+    for (int node = node_count; node < node_count + 2; ++node) {
+        for (ptrdiff_t i = plii_planes_place(planes, node); (i - first) % planes->odd != 0; ++i) {
             planes->x[i] = planes->y[i] = planes->z[i] = 0.0f;
             if (planes->w != NULL) { planes->w[i] = 0.0f; }
         }

@@ -51,21 +51,19 @@ void ThreadPool::parallel_for(pli_range_fn* range, void* task, int count, int gr
 void ThreadPool::publish(const Work& work) {
     // Nobody takes parts of the last job any more; who reads the new one halfway sees no job.
     work_.job.store(0, std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_release);
-    work_.count.store(work.count, std::memory_order_relaxed);
-    work_.part_size.store(work.part_size, std::memory_order_relaxed);
-    work_.range.store(work.range, std::memory_order_relaxed);
-    work_.task.store(work.task, std::memory_order_relaxed);
+    work_.count.store(work.count, std::memory_order_release);
+    work_.part_size.store(work.part_size, std::memory_order_release);
+    work_.range.store(work.range, std::memory_order_release);
+    work_.task.store(work.task, std::memory_order_release);
     work_.job = work.job; // before `sleeping_` is read
 }
 
 bool ThreadPool::read(Work* work) const {
     work->job = work_.job.load(std::memory_order_acquire);
-    work->count = work_.count.load(std::memory_order_relaxed);
-    work->part_size = work_.part_size.load(std::memory_order_relaxed);
-    work->range = work_.range.load(std::memory_order_relaxed);
-    work->task = work_.task.load(std::memory_order_relaxed);
-    std::atomic_thread_fence(std::memory_order_acquire);
+    work->count = work_.count.load(std::memory_order_acquire);
+    work->part_size = work_.part_size.load(std::memory_order_acquire);
+    work->range = work_.range.load(std::memory_order_acquire);
+    work->task = work_.task.load(std::memory_order_acquire);
     return work->job != 0 && work_.job.load(std::memory_order_relaxed) == work->job;
 }
 
