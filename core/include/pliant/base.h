@@ -98,8 +98,8 @@ typedef struct pli_context_def {
     pli_parallel_for_fn* parallel_for; ///< NULL: everything on the calling thread
     void* parallel_user;
     /// How many parts of a range `parallel_for` runs at the same time, the caller's included; 0: not known. With it
-    /// large grids are solved by threads that wait for each other only where their parts touch. Where it is more than
-    /// the hook keeps they do not meet, which costs some 0.1 ms now and then.
+    /// large grids are solved by threads that wait for each other only where their parts touch. Where the hook keeps
+    /// fewer they do not meet, which costs some 0.1 ms now and then.
     int thread_count;
     pli_simd simd; ///< default PLI_SIMD_BEST
 } pli_context_def;
@@ -107,8 +107,8 @@ typedef struct pli_context_def {
 PLI_API pli_context_def pli_context_def_default(void);
 
 /// @param def NULL for the defaults
-/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing, or an instruction set
-/// that the processor or this build does not have), PLI_ERROR_OUT_OF_MEMORY
+/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing, a negative number of
+/// threads, or an instruction set that the processor or this build does not have), PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// NULL is allowed.
