@@ -104,7 +104,7 @@ void plii_link_shares_find(const plii_link_colors* colors, plii_team* team, int 
     shares->team = team;
     shares->member = member;
     shares->member_count = nodes->count;
-    shares->steps = 0;
+    shares->steps = shares->met_steps = 0;
     shares->first_node = shares->common_end = nodes->first[member];
     shares->end_node = nodes->first[member + 1];
     if (member > 0) {
@@ -116,24 +116,34 @@ void plii_link_shares_find(const plii_link_colors* colors, plii_team* team, int 
         plii_link_share* share = &shares->colors[c];
         share->begin = link_shares_groups_before(runs, c, shares->first_node);
         share->low_end = link_shares_groups_before(runs, c, shares->common_end);
+        share->is_met = member > 0 && link_shares_groups_before(
+                                          runs, c, shares->first_node - link_shares_offset(runs, c)) < share->begin;
         share->end = link_shares_groups_before(runs, c, shares->end_node);
         share->high_begin =
             is_last ? share->end : link_shares_groups_before(runs, c, shares->end_node - link_shares_offset(runs, c));
     }
 }
 
+/* Others hear of a step only where they wait for it: what a thread writes for another one to read holds up all that it
+   writes afterwards. That is after a step with links to nodes of the next member, before one in which the member before
+   has such links, and at the end of a sweep. */
 void plii_link_shares_sweep(plii_link_shares* shares, plii_link_shares_fn* solve, const void* task) {
-    for (int c = 0; c < shares->runs->color_count; ++c) {
+    const int color_count = shares->runs->color_count;
+    for (int c = 0; c < color_count; ++c) {
         const plii_link_share* share = &shares->colors[c];
         if (share->begin < share->low_end) {
-            plii_team_wait(shares->team, shares->member - 1, shares->steps);
+            plii_team_wait(shares->team, shares->member - 1, shares->met_steps);
             solve(task, c, share->begin, share->low_end);
         }
         if (share->high_begin < share->end) {
             plii_team_wait(shares->team, shares->member + 1, shares->steps);
             solve(task, c, share->high_begin, share->end);
         }
-        plii_team_signal(shares->team, shares->member, ++shares->steps);
+        shares->steps += 1;
+        if (share->is_met) { shares->met_steps = shares->steps; }
+        if (share->high_begin < share->end || c + 1 == color_count || share[1].is_met) {
+            plii_team_signal(shares->team, shares->member, shares->steps);
+        }
         if (share->low_end < share->high_begin) { solve(task, c, share->low_end, share->high_begin); }
     }
 }
@@ -142,7 +152,7 @@ void plii_link_shares_pass(plii_link_shares* shares, pli_range_fn* range, int bl
     const int common_end = (shares->common_end - shares->first_node) / block;
     const int end = (shares->end_node - shares->first_node + block - 1) / block;
     if (common_end > 0) {
-        plii_team_wait(shares->team, shares->member - 1, shares->steps);
+        plii_team_wait(shares->team, shares->member - 1, shares->met_steps);
         range(0, common_end, task);
     }
     plii_team_signal(shares->team, shares->member, ++shares->steps);

@@ -16,6 +16,7 @@ void plii_link_shares_choose(const pli_body* body, const plii_link_runs* runs, p
    `high_begin` on have nodes of the next one. */
 typedef struct plii_link_share {
     int begin, low_end, high_begin, end;
+    bool is_met; /* the member before has links to nodes of this one */
 } plii_link_share;
 
 enum { PLII_LINK_RUNS_MAX_COLORS = 4 * PLII_LINK_RUNS_MAX_CLASSES };
@@ -25,6 +26,7 @@ typedef struct plii_link_shares {
     plii_team* team;
     int member, member_count;
     int steps;                            /* of this member */
+    int met_steps;                        /* that the member before must have done before own common nodes are moved */
     int first_node, common_end, end_node; /* own nodes; the member before moves those before `common_end` too */
     plii_link_share colors[PLII_LINK_RUNS_MAX_COLORS];
 } plii_link_shares;
