@@ -8,8 +8,8 @@
 #include <limits.h>
 
 enum {
-    COLORED_LINKS_GRAIN = 32,       /* groups of links */
-    COLORED_LINKS_QUADS_GRAIN = 32, /* groups of quads */
+    COLORED_LINKS_GRAIN = 256,      /* groups of links, some 2 us: what a range costs where processors are far apart */
+    COLORED_LINKS_QUADS_GRAIN = 64, /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3, /* links per row on the average; a row of fewer costs more than they do one by one */
     COLORED_LINKS_BANDS_NODES = 32768, /* a smaller body stays in the second cache */

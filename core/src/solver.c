@@ -24,7 +24,7 @@ bool plii_solver_update_bounds(pli_body* body) {
 
 // ------------------------------------------------------------------------------------------------ prediction
 
-enum { SOLVER_NODES_GRAIN = 2048 };
+enum { SOLVER_NODES_GRAIN = 4096 };
 
 /* The arrays, which stores to them do not move. */
 typedef struct solver_nodes {

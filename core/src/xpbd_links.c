@@ -5,7 +5,7 @@
 #include "xpbd_links_kernel.h"
 
 /* Groups of links, of quads. What ends of rows leave is little, but parted as the rows are, or nodes would wander. */
-enum { XPBD_LINKS_GRAIN = 16, XPBD_LINKS_QUADS_GRAIN = 16 };
+enum { XPBD_LINKS_GRAIN = 192, XPBD_LINKS_QUADS_GRAIN = 48 };
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
