@@ -92,16 +92,21 @@ double median(std::vector<double> times) {
     return times[times.size() / 2];
 }
 
-bool compare(const char* name, int columns, Solver solver) {
+// In turn for `run` steps each.
+bool compare(const char* name, int columns, Solver solver, int run) {
     demos::ThreadPool pool(2);
     Sheet alone(columns, solver, nullptr), shared(columns, solver, &pool);
     std::vector<double> one, two;
-    for (int i = 0; i < steps && alone.is_made() && shared.is_made(); ++i) {
-        one.push_back(alone.step_milliseconds());
-        two.push_back(shared.step_milliseconds());
+    for (int i = 0; i < steps && alone.is_made() && shared.is_made(); i += run) {
+        for (int k = 0; k < run; ++k) {
+            one.push_back(alone.step_milliseconds());
+        }
+        for (int k = 0; k < run; ++k) {
+            two.push_back(shared.step_milliseconds());
+        }
     }
     if (!alone.is_made() || !shared.is_made()) { return false; }
-    std::printf("%-36s one %.3f ms, two %.3f ms, ratio %.2f%s\n", name, median(one), median(two),
+    std::printf("%-33s %3d in turn: one %.3f ms, two %.3f ms, ratio %.2f%s\n", name, run, median(one), median(two),
                 median(one) / median(two), alone.state_hash() == shared.state_hash() ? "" : ", results differ");
     return true;
 }
@@ -109,9 +114,12 @@ bool compare(const char* name, int columns, Solver solver) {
 } // namespace
 
 int main() {
-    const bool is_done = compare("128 x 128, ten sweeps", 128, Solver::positions) &&
-                         compare("256 x 256, ten sweeps", 256, Solver::positions) &&
-                         compare("128 x 128, XPBD, ten substeps", 128, Solver::xpbd_rigid) &&
-                         compare("128 x 128, XPBD with compliance", 128, Solver::xpbd_compliant);
+    bool is_done = true;
+    for (const int run : {1, steps}) {
+        is_done = is_done && compare("128 x 128, ten sweeps", 128, Solver::positions, run) &&
+                  compare("256 x 256, ten sweeps", 256, Solver::positions, run) &&
+                  compare("128 x 128, XPBD, ten substeps", 128, Solver::xpbd_rigid, run) &&
+                  compare("128 x 128, XPBD with compliance", 128, Solver::xpbd_compliant, run);
+    }
     return is_done ? 0 : 1;
 }

@@ -411,9 +411,7 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     colors->storage = carver.base;
     colors->storage_size = carver.used;
-    if (plii_link_colors_have_only_runs(colors)) {
-        plii_link_shares_choose(body, &colors->runs, &colors->shares);
-    }
+    if (plii_link_colors_have_only_runs(colors)) { plii_link_shares_choose(body, &colors->runs, &colors->shares); }
     plii_release(body->context, storage, storage_size);
 }
 

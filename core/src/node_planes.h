@@ -15,10 +15,9 @@ enum { PLII_PLANES_LEAST_NODES = 4096 };
 /* Nodes of each of several threads. Each has its planes one after the other in a place of its own: a processor reads on
    behind the end of what it goes through, and would take from the other threads what they write. */
 typedef struct plii_node_shares {
-    int count; /* 0: no shares */
-    int first[PLII_TEAM_MOST +
-              1]; /* node of a share, a multiple of PLII_NODE_SHARES_BLOCK; at the end the node count */
-    int half;     /* see plii_planes_half, of the longest share */
+    int count;                     /* 0: no shares */
+    int half;                      /* see plii_planes_half, of the longest share */
+    int first[PLII_TEAM_MOST + 1]; /* nodes, multiples of PLII_NODE_SHARES_BLOCK; at the end the node count */
 } plii_node_shares;
 
 enum { PLII_NODE_SHARES_BLOCK = 8, PLII_PLANES_GAP = 512 /* numbers, after each share */ };

@@ -415,7 +415,8 @@ static void edit_replace(const plii_edit* edit, const edit_product* product) {
     const size_t record_size = (size_t)body->node_count * sizeof(pli_vec4);
     plii_release(context, body->positions, record_size);
     plii_release(context, body->previous, record_size);
-    plii_release(context, body->velocities, (size_t)plii_planes_record_count(context, body->node_count) * sizeof(pli_vec4));
+    plii_release(context, body->velocities,
+                 (size_t)plii_planes_record_count(context, body->node_count) * sizeof(pli_vec4));
     plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
     plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
     plii_topology_release(context, body->topology);

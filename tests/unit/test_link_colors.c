@@ -17,10 +17,12 @@
 
 static const float dt = 1.0f / 60.0f;
 
+static int group_ranges; /* that were parted: nodes come in thousands, their bounds with a grain of 1 */
+
 /* Runs ranges backwards in parts of at most `part`. */
 static void cut_into_parts(pli_range_fn* range, void* task, int count, int grain, void* user) {
     const int part = *(const int*)user;
-    (void)grain;
+    group_ranges += grain > 1 && count < 1000;
     for (int end = count; end > 0; end -= part) {
         range(end > part ? end - part : 0, end, task);
     }
@@ -76,6 +78,13 @@ static pli_mesh* make_sphere(pli_context* context) {
     assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 300, &mesh),
                      PLI_OK);
     assert_int_equal(pli_mesh_set_node_mass(mesh, 7, 0.0f), PLI_OK);
+    return mesh;
+}
+/* Of so many quads that threads get parts of their colours. */
+static pli_mesh* make_large_sphere(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 12000, &mesh),
+                     PLI_OK);
     return mesh;
 }
 static pli_mesh* make_rope(pli_context* context) {
@@ -399,6 +408,20 @@ static void test_results_are_equal_for_all_instruction_sets_and_partitions(void*
     }
 }
 
+static void test_parts_of_quads_and_of_runs_have_equal_results(void** state) {
+    (void)state;
+    make_mesh_fn* const large[] = {make_large_sphere, make_large_sheet};
+    for (int m = 0; m < 2; ++m) {
+        for (int solver = 0; solver < LINK_SOLVER_COUNT; ++solver) {
+            const int part = 37;
+            const uint64_t expected = hash_after_steps(large[m], (link_solver)solver, PLI_SIMD_BEST, NULL, false);
+            group_ranges = 0;
+            assert_true(hash_after_steps(large[m], (link_solver)solver, PLI_SIMD_BEST, &part, false) == expected);
+            assert_true(group_ranges > 0);
+        }
+    }
+}
+
 /* Something to do between sweeps, for which nodes have to be in records. */
 static void do_nothing(pli_body* body, void* state, const plii_xpbd_substep* substep) {
     (void)state;
@@ -602,6 +625,7 @@ int main(void) {
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
+        cmocka_unit_test(test_parts_of_quads_and_of_runs_have_equal_results),
         cmocka_unit_test(test_results_are_equal_in_records_and_in_planes),
         cmocka_unit_test(test_results_are_equal_with_and_without_bands),
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
