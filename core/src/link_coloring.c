@@ -1,6 +1,7 @@
 /* Colours of links: runs in large grids, then quads in the order in which they were found, then links that are in none,
    each with the lowest colour that is free at its nodes. Linear time but for runs. */
 
+#include "link_color_search.h"
 #include "link_colors.h"
 #include "link_shares.h"
 #include "simd.h"
@@ -20,13 +21,14 @@ typedef struct link_colors_work {
     int node_count, link_count, tag_count; /* tags as key: material, then bending */
     plii_link_runs_work runs;
     plii_link_quads quads;
-    uint64_t* masks;     /* [node_count] colours of the links around */
-    int* counts;         /* [max(node_count, tag_count) + 1] */
-    int *order, *sorted; /* [link_count] */
-    int count;           /* of them */
-    uint8_t* colors;     /* [link_count] of those */
-    int* serial_links;   /* [link_count] */
-    uint8_t* kinds;      /* [link_count] pairs of the group of each of those */
+    uint64_t* masks;           /* [node_count] colours of the links around */
+    int* counts;               /* [max(node_count, tag_count) + 1] */
+    int *order, *sorted;       /* [link_count] */
+    int count;                 /* of them */
+    uint8_t* colors;           /* [link_count] of those */
+    int* serial_links;         /* [link_count] */
+    uint8_t* kinds;            /* [link_count] pairs of the group of each of those */
+    plii_color_search* search; /* of small bodies */
 } link_colors_work;
 
 typedef struct link_colors_item {
@@ -87,6 +89,7 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     work->order = link_colors_carve(carver, links * sizeof *work->order);
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
     work->colors = link_colors_carve(carver, links * sizeof *work->colors);
+    if (work->node_count <= PLII_COLOR_SEARCH_NODES) { work->search = link_colors_carve(carver, sizeof *work->search); }
     if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
     made->colors = link_colors_carve(carver, (4 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
     made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
@@ -142,6 +145,36 @@ static int link_colors_link_count(uint8_t pairs) {
     return count;
 }
 
+static int link_colors_tag_key(const link_colors_work* work, int index) {
+    const int tag = link_colors_tag_at(work, index);
+    return 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
+}
+
+static plii_color_item link_colors_search_item(const link_colors_work* work, int index) {
+    const link_colors_item item = link_colors_item_at(work, index);
+    plii_color_item made = {.color = work->colors[index]};
+    for (int k = 0; k < 4; ++k) {
+        const bool is_there = k == 0 || item.nodes[k] != item.nodes[0];
+        if (is_there) { made.nodes[made.node_count++] = item.nodes[k]; }
+    }
+    if (work->body->link_tags != NULL) { made.tag = (uint8_t)link_colors_tag_key(work, index); }
+    return made;
+}
+
+static void link_colors_search(link_colors_work* work) {
+    plii_color_search* search = work->search;
+    if (search == NULL || work->count > PLII_COLOR_SEARCH_ITEMS || work->tag_count > PLII_COLOR_SEARCH_TAGS) { return; }
+    search->node_count = work->node_count;
+    search->item_count = work->count;
+    for (int i = 0; i < work->count; ++i) {
+        search->items[i] = link_colors_search_item(work, work->order[i]);
+    }
+    plii_color_search_run(search);
+    for (int i = 0; i < work->count; ++i) {
+        work->colors[work->order[i]] = search->items[i].color;
+    }
+}
+
 /* Lists what gets a colour in `order`, the links of the rest as serial. */
 static int link_colors_take_colors(link_colors_work* work) {
     const plii_link_quads* quads = &work->quads;
@@ -187,10 +220,6 @@ static int link_colors_by_node(const link_colors_work* work, int index) {
 }
 static int link_colors_by_pairs(const link_colors_work* work, int index) {
     return (1 << PLII_LINK_PAIRS) - 1 - link_colors_pairs_at(work, index);
-}
-static int link_colors_by_tag(const link_colors_work* work, int index) {
-    const int tag = link_colors_tag_at(work, index);
-    return 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
 }
 static int link_colors_by_color(const link_colors_work* work, int index) {
     return work->colors[index];
@@ -380,9 +409,10 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     const bool is_grid = PLII_LINK_LANES * work.runs.made.group_count > body->link_count / 2;
     plii_link_quads_find(body, !is_grid && body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
     const int serial_count = link_colors_take_colors(&work);
+    link_colors_search(&work);
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
-    if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_by_tag, work.tag_count); }
+    if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }
     link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
     if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 

@@ -106,15 +106,35 @@ PLII_SIMD_INLINE void links_move_single(const links_group* g, pli_vec4* position
     plii_packed8_scatter(positions, places[1], plii_packed8_add_scaled(b, delta, g->move_b));
 }
 
+/* One group or two: the next colour waits for them, so they do not go through memory. */
+PLII_SIMD_INLINE void links_one_group(const plii_links_task* task, const plii_link_group* group,
+                                      plii_quad_places places, const float* rest) {
+    links_group measured;
+    links_measure_single(&measured, task->body->positions, places, rest, links_inverse_stiffness(task, group->tag));
+    links_move_single(&measured, task->body->positions, places);
+}
+PLII_SIMD_INLINE void links_two_groups(const plii_links_task* task, const plii_link_group* groups,
+                                       plii_quad_places places, const float* rest) {
+    pli_vec4* positions = task->body->positions;
+    links_group first, second;
+    links_measure_single(&first, positions, places, rest, links_inverse_stiffness(task, groups[0].tag));
+    links_measure_single(&second, positions, places + 2, rest + PLII_LINK_LANES,
+                         links_inverse_stiffness(task, groups[1].tag));
+    links_move_single(&first, positions, places);
+    links_move_single(&second, positions, places + 2);
+}
+
 /* Groups of single links, whose slots and places follow each other. */
 static void links_singles(const plii_links_task* task, const plii_link_group* groups, int count) {
     pli_vec4* restrict positions = task->body->positions;
     const plii_quad_places places = plii_quad_places_of(task->colors, groups);
     const float* rest = task->rest_squared + plii_quad_first_slot(task->colors, groups);
-    if (count == 1) { /* the next colour waits for this one: not by way of memory */
-        links_group group;
-        links_measure_single(&group, positions, places, rest, links_inverse_stiffness(task, groups->tag));
-        links_move_single(&group, positions, places);
+    if (count == 1) {
+        links_one_group(task, groups, places, rest);
+        return;
+    }
+    if (count == 2) {
+        links_two_groups(task, groups, places, rest);
         return;
     }
     links_group measured[LINKS_BATCH];

@@ -125,9 +125,41 @@ static pli_mesh* make_point(pli_context* context) {
     return mesh;
 }
 
+static pli_mesh* make_small_sphere(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 1, 1), 200, &mesh),
+                     PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_small_bending_sheet(pli_context* context) {
+    return make_bending_sheet_of(context, 9);
+}
+/* Links between any nodes, some of them twice, of three materials. */
+static pli_mesh* make_tangle(pli_context* context) {
+    enum { nodes = 70, links = 200 };
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < nodes; ++i) {
+        const pli_vec3 position = pli_vec3_make((float)(i % 7), (float)(i % 11), 0.3f * (float)i);
+        assert_int_equal(pli_mesh_append_node(mesh, position, 1.0f, NULL), PLI_OK);
+    }
+    const pli_material material = pli_mesh_get_view(mesh).materials[0];
+    for (int i = 1; i < 3; ++i) {
+        assert_int_equal(pli_mesh_append_material(mesh, &material, NULL), PLI_OK);
+    }
+    uint32_t seed = 1;
+    for (int i = 0; i < links; ++i) {
+        seed = seed * 1664525u + 1013904223u;
+        const int a = (int)(seed >> 8) % nodes, b = (a + 1 + (int)(seed >> 16) % (nodes - 1)) % nodes;
+        assert_int_equal(pli_mesh_append_link(mesh, a, b, i % 3, NULL), PLI_OK);
+    }
+    return mesh;
+}
+
 static make_mesh_fn* const meshes[] = {
-    make_sheet, make_bending_sheet, make_large_sheet, make_large_shuffled_sheet, make_large_bending_sheet, make_sphere,
-    make_rope,  make_star,          make_point};
+    make_sheet,  make_bending_sheet, make_large_sheet, make_large_shuffled_sheet, make_large_bending_sheet,
+    make_sphere, make_rope,          make_star,        make_small_sphere,         make_small_bending_sheet,
+    make_tangle, make_point};
 enum { MESH_COUNT = sizeof meshes / sizeof *meshes };
 
 typedef struct sample {
@@ -285,6 +317,30 @@ static void test_meshes_become_quads_and_small_bodies_single_links(void** state)
     for (int g = 0; g < colors->group_count; ++g) {
         assert_int_equal(colors->groups[g].pairs, PLII_LINK_SINGLE);
     }
+    sample_destroy(&s);
+}
+
+static pli_mesh* make_short_rope(pli_context* context) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0, 0), 19, PLI_ROPE_PIN_FIRST, &mesh),
+        PLI_OK);
+    return mesh;
+}
+
+static void test_small_bodies_get_colors_that_fill_their_lanes(void** state) {
+    (void)state;
+    sample s;
+    assert_true(sample_create(&s, make_small_sphere, true, PLI_SIMD_BEST, NULL));
+    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_true(colors->row_count <= 82); /* 75 are full; the first colours that are free come to 90 in 6 colours */
+    assert_int_equal(colors->color_count, 5);
+    sample_destroy(&s);
+    assert_true(sample_create(&s, make_short_rope, true, PLI_SIMD_BEST, NULL));
+    assert_int_equal(s.body->link_count, 20);
+    colors = plii_feature_state(s.body, &plii_link_colors_class);
+    assert_int_equal(colors->color_count, 3); /* two would have ten links each, in two groups */
+    assert_int_equal(colors->group_count, 3);
     sample_destroy(&s);
 }
 
@@ -623,6 +679,7 @@ int main(void) {
         cmocka_unit_test(test_no_two_lanes_of_a_color_share_a_node),
         cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
+        cmocka_unit_test(test_small_bodies_get_colors_that_fill_their_lanes),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
         cmocka_unit_test(test_parts_of_quads_and_of_runs_have_equal_results),

@@ -141,7 +141,7 @@ static void test_links_keep_momentum(void** unused) {
     no_gravity();
     pli_mesh* mesh = NULL;
     CHECK_OK(sample_create_sheet(context, 7, 0, 0, &mesh));
-    pli_body* body = make_body(mesh, 4, 2);
+    pli_body* body = make_body(mesh, 16, 2);
     enable_links(body, 1e-3f, 5.0f);
     pli_vec3 positions[49], velocities[49];
     for (int i = 0; i < 49; ++i) {
@@ -152,10 +152,10 @@ static void test_links_keep_momentum(void** unused) {
     const pli_vec3 momentum = pli_body_momentum(body), turn = angular_momentum(body);
     step_many(60, 1.0 / 60.0);
     check_at_most(pli_vec3_length(pli_vec3_sub(pli_body_momentum(body), momentum)), 1e-4);
-    /* Substeps of 1/240 s: x of the start times v of the end. */
+    /* x of the start times v of the end, substeps of 1/960 s: of 1/480 s and 1/240 s it is 1.7 and 2.5 times as much. */
     const pli_vec3 lost = pli_vec3_sub(angular_momentum(body), turn);
     print_message("angular momentum %g, lost %g\n", (double)pli_vec3_length(turn), (double)pli_vec3_length(lost));
-    check_at_most(pli_vec3_length(lost), 0.1 * (double)pli_vec3_length(turn));
+    check_at_most(pli_vec3_length(lost), 0.05 * (double)pli_vec3_length(turn));
 }
 
 static void test_damping_slows_compliant_links(void** unused) {
