@@ -21,18 +21,11 @@ inline btVector3 to_bullet(pli_vec3 v) {
 }
 
 inline pli_mat3 to_pli(const btMatrix3x3& m) {
-    pli_mat3 result;
-    for (int i = 0; i < 3; ++i) {
-        result.rows[i] = to_pli(m.getRow(i));
-    }
-    return result;
+    return {{to_pli(m.getRow(0)), to_pli(m.getRow(1)), to_pli(m.getRow(2))}};
 }
 
 inline pli_transform to_pli(const btTransform& t) {
-    pli_transform result;
-    result.rotation = to_pli(t.getBasis());
-    result.origin = to_pli(t.getOrigin());
-    return result;
+    return {to_pli(t.getBasis()), to_pli(t.getOrigin())};
 }
 
 /// What `value` becomes when the core changed `before` into `after`: `after` itself in single precision, otherwise

@@ -43,8 +43,7 @@ pli_rigid_kind RigidProxy::kind() const {
     return is_movable ? PLI_RIGID_DYNAMIC : PLI_RIGID_STATIC;
 }
 
-pli_rigid_state RigidProxy::read_state() const {
-    pli_rigid_state state{};
+void RigidProxy::read_state(pli_rigid_state& state) const {
     state.pose = to_pli(object_->getWorldTransform());
     if (body_ != nullptr) {
         state.linear_velocity = to_pli(body_->getLinearVelocity());
@@ -52,13 +51,12 @@ pli_rigid_state RigidProxy::read_state() const {
         state.inverse_mass = to_float(body_->getInvMass());
         state.inverse_inertia_world = to_pli(body_->getInvInertiaTensorWorld());
     }
-    return state;
 }
 
 void RigidProxy::capture(unsigned step) {
     captured_step_ = step;
     holds_captured_ = false;
-    captured_ = read_state();
+    read_state(captured_);
     captured_pose_ = object_->getWorldTransform();
 }
 
@@ -73,14 +71,15 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     if (rigid_ == nullptr) {
         pli_rigid_def def = pli_rigid_def_default();
         def.kind = present_kind;
-        def.state = read_state();
+        read_state(def.state);
         def.friction = friction;
         def.linear_factor = linear_factor;
         def.angular_factor = angular_factor;
         status = pli_rigid_create(world, &def, &rigid_);
     } else {
         if (pli_rigid_get_kind(rigid_) != present_kind) {
-            const pli_rigid_state state = read_state();
+            pli_rigid_state state{};
+            read_state(state);
             status = pli_rigid_set_kind(rigid_, present_kind, &state);
         }
         if (status == PLI_OK) { status = pli_rigid_set_factors(rigid_, linear_factor, angular_factor); }
@@ -145,7 +144,8 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
 
 pli_status RigidProxy::set_present_state() {
     holds_captured_ = false;
-    const pli_status status = pli_rigid_set_state(rigid_, &(present_ = read_state()));
+    read_state(present_);
+    const pli_status status = pli_rigid_set_state(rigid_, &present_);
     // An object without finite numbers is left where it was.
     if (status != PLI_OK) { present_ = pli_rigid_get_state(rigid_); }
     return status;

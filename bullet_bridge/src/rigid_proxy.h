@@ -63,7 +63,7 @@ public:
 
 private:
     pli_rigid_kind kind() const;
-    pli_rigid_state read_state() const;
+    void read_state(pli_rigid_state& state) const; // of what is no btRigidBody the pose only
 
     const btCollisionObject* object_;
     const btRigidBody* body_; ///< null for plain collision objects

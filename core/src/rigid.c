@@ -59,16 +59,18 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
     if (memcmp(&rigid->state.pose, &state->pose, sizeof state->pose) != 0) { ++rigid->pose_version; }
     rigid->state = *state;
+    /* From where they came: reading a part of what was stored as a whole has to wait. */
+    rigid->given_linear_velocity = state->linear_velocity;
+    rigid->given_angular_velocity = state->angular_velocity;
     if (rigid->kind != PLI_RIGID_DYNAMIC) {
         rigid->state.inverse_mass = 0.0f;
         rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
     }
     if (rigid->kind == PLI_RIGID_STATIC) {
-        rigid->state.linear_velocity = pli_vec3_make(0, 0, 0);
-        rigid->state.angular_velocity = pli_vec3_make(0, 0, 0);
+        const pli_vec3 zero = pli_vec3_make(0, 0, 0);
+        rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
+        rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
     }
-    rigid->given_linear_velocity = rigid->state.linear_velocity;
-    rigid->given_angular_velocity = rigid->state.angular_velocity;
 }
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
