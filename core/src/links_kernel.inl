@@ -225,8 +225,25 @@ PLII_SIMD_LARGE void links_scatter(const links_quads* quads, pli_vec4* positions
     plii_quad_scatter(positions, places[0], &quads->nodes[0]);
 }
 
+/* One group: the next colour waits for it, so it does not go through memory. */
+PLII_SIMD_INLINE void links_one_quads(const plii_links_task* task, const plii_link_group* group, int pairs) {
+    const plii_float8 inverse_stiffness = links_inverse_stiffness(task, group->tag);
+    const plii_quad_places places = plii_quad_places_of(task->colors, group);
+    const float* rest = task->rest_squared + plii_quad_first_slot(task->colors, group);
+    links_quads own;
+    links_gather(&own, task->body->positions, places);
+    rest = links_round(&own, 0, pairs, rest, inverse_stiffness);
+    rest = links_round(&own, 1, pairs, rest, inverse_stiffness);
+    links_round(&own, 2, pairs, rest, inverse_stiffness);
+    links_scatter(&own, task->body->positions, places);
+}
+
 /* Groups with links between the same nodes, whose places follow each other. */
 PLII_SIMD_INLINE void links_quads_of(const plii_links_task* task, const plii_link_group* groups, int count, int pairs) {
+    if (count == 1) {
+        links_one_quads(task, groups, pairs);
+        return;
+    }
     pli_vec4* positions = task->body->positions;
     const plii_quad_places places = plii_quad_places_of(task->colors, groups);
     links_quads quads[LINKS_QUADS_BATCH];
