@@ -21,19 +21,25 @@ const char* pli_status_string(pli_status status) {
     return "unknown status";
 }
 
-static size_t context_round_up(size_t size, size_t alignment) {
-    return (size + alignment - 1) / alignment * alignment;
-}
-
+/* Zeroed: of large blocks the system gives pages only as they are first written, which for some never comes. What
+   calloc gave stands in front of the block. */
 static void* context_default_allocate(size_t size, size_t alignment, void* user) {
     (void)user;
-    return size > SIZE_MAX - alignment ? NULL : aligned_alloc(alignment, context_round_up(size, alignment));
+    const size_t front = sizeof(void*) + alignment - 1;
+    char* base = size <= SIZE_MAX - front ? calloc(1, front + size) : NULL;
+    if (base == NULL) { return NULL; }
+    const uintptr_t least = (uintptr_t)base + sizeof(void*);
+    char* block = base + sizeof(void*) + (alignment - least % alignment) % alignment;
+    memcpy(block - sizeof base, &base, sizeof base);
+    return block;
 }
 
 static void context_default_release(void* block, size_t size, void* user) {
     (void)size;
     (void)user;
-    free(block);
+    void* base = NULL;
+    memcpy(&base, (char*)block - sizeof base, sizeof base);
+    free(base);
 }
 
 static void context_serial_for(pli_range_fn* range, void* task, int count, int grain, void* user) {
@@ -143,7 +149,7 @@ void* plii_allocate(pli_context* context, size_t size) {
     if (size == 0) { return NULL; }
     void* block = context->allocator.allocate(size, CONTEXT_ALIGNMENT, context->allocator.user);
     if (block == NULL) { return NULL; }
-    memset(block, 0, size);
+    if (context->allocator.allocate != context_default_allocate) { memset(block, 0, size); }
     context->allocated_bytes += size;
     context->allocation_count += 1;
     return block;

@@ -1,21 +1,21 @@
 /* Bending links: a link between every two nodes at a given distance in the graph of the present links. Gives the links
-   of btSoftBody::generateBendingConstraints in the same order, from one breadth-first search per node instead of a
+   of btSoftBody::generateBendingConstraints in the same order, from breadth-first searches, two per node, instead of a
    table of all pairs. */
 
 #include "mesh_impl.h"
 
 #include <limits.h>
+#include <stdlib.h>
+
+enum { BENDING_FEW = 64 }; /* nodes that are sorted by insertion */
 
 typedef struct bending_work {
     pli_context* context;
     int node_count, half_edge_count;
     int* begin;      /* [node_count + 1] first neighbour of each node */
     int* neighbours; /* [half_edge_count] */
-    int* stamps;     /* [node_count] source of the search that saw the node last, plus 1 */
+    int* stamps;     /* [node_count] of the search that saw the node last */
     int* queue;      /* [node_count] */
-    int* counts;     /* [node_count + 1] new links per smaller node, then their first place */
-    int (*pairs)[2]; /* [pair_count] smaller node, larger node, ordered by the larger */
-    int pair_count, pair_capacity;
 } bending_work;
 
 static void bending_destroy(bending_work* work) {
@@ -24,8 +24,6 @@ static void bending_destroy(bending_work* work) {
     plii_release(work->context, work->neighbours, (size_t)work->half_edge_count * sizeof(int));
     plii_release(work->context, work->stamps, per_node);
     plii_release(work->context, work->queue, per_node);
-    plii_release(work->context, work->counts, per_node + sizeof(int));
-    plii_release(work->context, work->pairs, (size_t)work->pair_capacity * sizeof *work->pairs);
 }
 
 /* Neighbour lists of all nodes, one behind the other. */
@@ -38,9 +36,7 @@ static bool bending_create(bending_work* work, const pli_mesh* mesh) {
     work->neighbours = plii_allocate(mesh->context, (size_t)work->half_edge_count * sizeof(int));
     work->stamps = plii_allocate(mesh->context, per_node);
     work->queue = plii_allocate(mesh->context, per_node);
-    work->counts = plii_allocate(mesh->context, per_node + sizeof(int));
-    if (work->begin == NULL || work->neighbours == NULL || work->stamps == NULL || work->queue == NULL ||
-        work->counts == NULL) {
+    if (work->begin == NULL || work->neighbours == NULL || work->stamps == NULL || work->queue == NULL) {
         return false;
     }
     for (int i = 0; i < mesh->link_count; ++i) {
@@ -60,35 +56,75 @@ static bool bending_create(bending_work* work, const pli_mesh* mesh) {
     return true;
 }
 
-/* Notes all smaller nodes at `distance` links from `source`. */
-static bool bending_search(bending_work* work, int source, int distance) {
+static int bending_compare(const void* a, const void* b) {
+    const int *first = a, *second = b;
+    return (*first > *second) - (*first < *second);
+}
+static void bending_sort(int* nodes, int count) {
+    if (count > BENDING_FEW) {
+        qsort(nodes, (size_t)count, sizeof *nodes, bending_compare);
+        return;
+    }
+    for (int i = 1; i < count; ++i) {
+        const int node = nodes[i];
+        int k = i;
+        for (; k > 0 && nodes[k - 1] > node; --k) {
+            nodes[k] = nodes[k - 1];
+        }
+        nodes[k] = node;
+    }
+}
+
+/* Nodes in the queue. */
+typedef struct bending_found {
+    int* nodes;
+    int count;
+} bending_found;
+
+/* All nodes at `distance` links from `source` that are larger, in any order. Each search has a stamp of its own, not 0.
+ */
+static bending_found bending_search(bending_work* work, int source, int distance, int stamp) {
     int first = 0, last = 1; /* nodes of the present depth in the queue */
     work->queue[0] = source;
-    work->stamps[source] = source + 1;
+    work->stamps[source] = stamp;
     for (int depth = 0; depth < distance && first < last; ++depth) {
         const int level_end = last;
         for (; first < level_end; ++first) {
             const int node = work->queue[first];
             for (int k = work->begin[node]; k < work->begin[node + 1]; ++k) {
                 const int next = work->neighbours[k];
-                if (work->stamps[next] == source + 1) { continue; }
-                work->stamps[next] = source + 1;
+                if (work->stamps[next] == stamp) { continue; }
+                work->stamps[next] = stamp;
                 work->queue[last++] = next;
             }
         }
     }
+    bending_found found = {&work->queue[first], 0};
     for (; first < last; ++first) {
         const int other = work->queue[first];
-        if (other > source) { continue; }
-        if (work->pair_count == INT_MAX ||
-            !PLII_RESERVE(work->context, &work->pairs, &work->pair_capacity, work->pair_count + 1)) {
-            return false;
-        }
-        work->pairs[work->pair_count][0] = other;
-        work->pairs[work->pair_count++][1] = source;
-        ++work->counts[other + 1];
+        if (other > source) { found.nodes[found.count++] = other; }
     }
-    return true;
+    return found;
+}
+
+/* Links that there will be: counted first, so that they need no memory but their own. More than INT_MAX: too many. */
+static int64_t bending_count(bending_work* work, int distance) {
+    int64_t count = 0;
+    for (int i = 0; i < work->node_count && count <= INT_MAX; ++i) {
+        count += bending_search(work, i, distance, i + 1).count;
+    }
+    return count;
+}
+
+static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
+    for (int i = 0; i < work->node_count; ++i) {
+        const bending_found found = bending_search(work, i, distance, -i - 1);
+        bending_sort(found.nodes, found.count);
+        for (int k = 0; k < found.count; ++k) {
+            mesh->links[mesh->link_count++] =
+                (pli_link){.nodes = {found.nodes[k], i}, .material = material, .is_bending = true};
+        }
+    }
 }
 
 pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
@@ -97,34 +133,21 @@ pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int mater
     if (distance < 2) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "the distance is %d, it must be 2 or more", distance);
     }
-    int pair_count = 0;
-    if (mesh->link_count > 0) {
+    const int old_count = mesh->link_count;
+    if (old_count > 0) {
         bending_work work = {0};
-        bool ok = bending_create(&work, mesh);
-        for (int i = 0; ok && i < mesh->node_count; ++i) {
-            ok = bending_search(&work, i, distance);
+        bool has_room = bending_create(&work, mesh);
+        if (has_room) {
+            const int64_t count = bending_count(&work, distance);
+            has_room = count <= INT_MAX - old_count && plii_mesh_reserve(mesh, 0, (int)count, 0, 0);
         }
-        ok = ok && plii_mesh_reserve(mesh, 0, work.pair_count, 0, 0);
-        if (ok) {
-            pair_count = work.pair_count;
-            for (int i = 0; i < mesh->node_count; ++i) {
-                work.counts[i + 1] += work.counts[i];
-            }
-            pli_link* links = mesh->links + mesh->link_count;
-            for (int i = 0; i < pair_count; ++i) { /* a stable sort by the smaller node */
-                const int* pair = work.pairs[i];
-                links[work.counts[pair[0]]++] =
-                    (pli_link){.nodes = {pair[1], pair[0]}, .material = material, .is_bending = true};
-            }
-            mesh->link_count += pair_count;
-        }
+        if (has_room) { bending_append(&work, mesh, distance, material); }
         bending_destroy(&work);
-        if (!ok) {
+        if (!has_room) {
             return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY,
-                             "no memory for the bending links of %d nodes and %d links", mesh->node_count,
-                             mesh->link_count);
+                             "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
         }
     }
-    if (added != NULL) { *added = pair_count; }
+    if (added != NULL) { *added = mesh->link_count - old_count; }
     return PLI_OK;
 }

@@ -317,6 +317,31 @@ static void test_bending_links_of_a_large_sheet(void** state) {
     pli_mesh_destroy(mesh);
 }
 
+/* Every two of a star's ends; in the order of the smaller node, then of the larger one, though the star has them
+   backwards. */
+static void test_bending_links_of_a_star_are_in_order(void** state) {
+    (void)state;
+    enum { ends = 100 };
+    pli_mesh* mesh = make_empty();
+    for (int i = 0; i <= ends; ++i) {
+        pli_mesh_append_node(mesh, pli_vec3_make((float)i, 1.0f / (float)(i + 1), 0), 1, NULL);
+    }
+    for (int i = 0; i < ends; ++i) {
+        pli_mesh_append_link(mesh, i * 37 % ends, ends, 0, NULL);
+    }
+    int added = 0;
+    assert_int_equal(pli_mesh_append_bending_links(mesh, 2, 0, &added), PLI_OK);
+    assert_int_equal(added, ends * (ends - 1) / 2);
+    const pli_link* link = pli_mesh_get_view(mesh).links + ends;
+    for (int a = 0; a < ends; ++a) {
+        for (int b = a + 1; b < ends; ++b, ++link) {
+            assert_int_equal(link->nodes[0], b);
+            assert_int_equal(link->nodes[1], a);
+        }
+    }
+    pli_mesh_destroy(mesh);
+}
+
 static void test_shuffle_is_a_fixed_permutation(void** state) {
     (void)state;
     pli_mesh* mesh = NULL;
@@ -545,6 +570,7 @@ int main(void) {
         cmocka_unit_test(test_bodies_share_faces_until_the_mesh_changes),
         cmocka_unit_test(test_bending_links_of_a_chain),
         cmocka_unit_test(test_bending_links_of_a_large_sheet),
+        cmocka_unit_test(test_bending_links_of_a_star_are_in_order),
         cmocka_unit_test(test_shuffle_is_a_fixed_permutation),
         cmocka_unit_test(test_interleave_keeps_the_order_at_each_node),
         cmocka_unit_test(test_pins_and_loose_nodes_survive_mass_functions),
