@@ -237,7 +237,8 @@ pli_status pli_world_predict(pli_world* world, float dt) {
         world->rigids[i]->was_held_back = false;
     }
     plii_world_profile(world, "predict", NULL, true);
-    for (int i = 0; i < world->body_count; ++i) {
+    /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
+    for (int i = world->body_count - 1; i >= 0; --i) {
         if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->predict(world->bodies[i], dt); }
     }
     plii_world_profile(world, "predict", NULL, false);
