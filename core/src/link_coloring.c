@@ -11,6 +11,8 @@
 enum {
     LINK_COLORS_MAX = 64,
     LINK_COLORS_QUADS_NODES = 80, /* a smaller body has too few quads for their colours */
+    LINK_COLORS_REGIONS = 16,     /* of nodes that follow each other */
+    LINK_COLORS_REGIONS_NODES = 2048,
     LINK_COLORS_RUNS_NODES =
         PLII_PLANES_LEAST_NODES /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
 };
@@ -218,6 +220,9 @@ static int link_colors_by_node(const link_colors_work* work, int index) {
     }
     return low;
 }
+static int link_colors_by_region(const link_colors_work* work, int index) {
+    return (int)((int64_t)link_colors_by_node(work, index) * LINK_COLORS_REGIONS / work->node_count);
+}
 static int link_colors_by_pairs(const link_colors_work* work, int index) {
     return (1 << PLII_LINK_PAIRS) - 1 - link_colors_pairs_at(work, index);
 }
@@ -245,6 +250,13 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     int* sorted = work->sorted;
     work->sorted = work->order;
     work->order = sorted;
+}
+
+/* Threads get the same regions of every colour, or nodes would go from one cache to the other. */
+static void link_colors_sort_colors(link_colors_work* work) {
+    const bool has_regions = plii_has_threads(work->body->context) && work->node_count >= LINK_COLORS_REGIONS_NODES;
+    if (has_regions) { link_colors_sort(work, link_colors_by_region, LINK_COLORS_REGIONS); }
+    link_colors_sort(work, link_colors_by_color, LINK_COLORS_MAX);
 }
 
 // ------------------------------------------------------------------------------------------------------------- kinds
@@ -290,7 +302,7 @@ static void link_colors_sort_kinds(link_colors_work* work) {
         }
     }
     link_colors_sort(work, link_colors_by_kind, 1 << PLII_LINK_PAIRS);
-    link_colors_sort(work, link_colors_by_color, LINK_COLORS_MAX);
+    link_colors_sort_colors(work);
 }
 
 // ------------------------------------------------------------------------------------------------------------ groups
@@ -413,7 +425,7 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
     if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }
-    link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
+    link_colors_sort_colors(&work);
     if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 
     link_colors_maker maker = {.work = &work, .made = {.runs = work.runs.made}};

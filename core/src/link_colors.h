@@ -63,6 +63,12 @@ static inline bool plii_link_colors_have_only_runs(const plii_link_colors* color
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);
 
+/* Groups of a colour that are worth a thread: an eighth, so that every colour is parted alike, of large ones less. */
+static inline int plii_link_colors_grain(int group_count, int most) {
+    const int eighth = group_count / 8 + 1;
+    return eighth < most ? eighth : most;
+}
+
 /* A number for each slot. */
 typedef struct plii_link_slots {
     float* values;

@@ -8,6 +8,7 @@
 #include <limits.h>
 
 enum {
+    COLORED_LINKS_SHARED = 32768,   /* links: fewer are solved sooner than threads meet after every colour */
     COLORED_LINKS_GRAIN = 256,      /* groups of links, some 2 us: what a range costs where processors are far apart */
     COLORED_LINKS_QUADS_GRAIN = 64, /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
@@ -94,9 +95,10 @@ static void colored_links_quads_range(int begin, int end, void* data) {
 static void colored_links_sweep_runs(colored_links_part* part) {
     const plii_link_runs* runs = &part->state->colors->runs;
     for (int c = 0; c < runs->color_count; ++c) {
+        const int count = runs->colors[c + 1].first_group - runs->colors[c].first_group;
         part->color = c;
-        plii_parallel_for(part->task.body->context, colored_links_runs_range, part,
-                          runs->colors[c + 1].first_group - runs->colors[c].first_group, COLORED_LINKS_GRAIN);
+        plii_parallel_for(part->task.body->context, colored_links_runs_range, part, count,
+                          plii_link_colors_grain(count, COLORED_LINKS_GRAIN));
     }
 }
 static void colored_links_sweep_band(const colored_links_part* part, int band) {
@@ -124,9 +126,10 @@ static void colored_links_sweep_bands(const colored_links_part* part, int count)
 static void colored_links_sweep_quads(colored_links_part* part) {
     const plii_link_colors* colors = part->state->colors;
     for (int c = 0; c < colors->color_count; ++c) {
+        const int count = colors->colors[c].group_count;
         part->first_group = colors->colors[c].first_group;
-        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, colors->colors[c].group_count,
-                          COLORED_LINKS_QUADS_GRAIN);
+        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, count,
+                          plii_link_colors_grain(count, COLORED_LINKS_QUADS_GRAIN));
     }
 }
 
@@ -144,7 +147,7 @@ static void colored_links_sweep(pli_body* body, void* data) {
                                         .rest_squared = state->rest_squared.values,
                                         .inverse_stiffnesses = state->inverse_stiffnesses}};
     const bool has_bands = colored_links_has_bands(&part);
-    const bool is_small = body->link_count <= COLORED_LINKS_GRAIN * PLII_LINK_LANES;
+    const bool is_small = body->link_count < COLORED_LINKS_SHARED;
     if (!has_bands && (is_small || !plii_has_threads(body->context))) {
         state->kernel->sweep(&part.task);
         return;

@@ -4,8 +4,11 @@
 #include "link_shares.h"
 #include "xpbd_links_kernel.h"
 
-/* Groups of links, of quads. What ends of rows leave is little, but parted as the rows are, or nodes would wander. */
-enum { XPBD_LINKS_GRAIN = 192, XPBD_LINKS_QUADS_GRAIN = 48 };
+enum {
+    XPBD_LINKS_SHARED = 16384, /* links: fewer are solved sooner than threads meet after every colour */
+    XPBD_LINKS_GRAIN = 192,    /* groups of links */
+    XPBD_LINKS_QUADS_GRAIN = 48
+};
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
@@ -89,6 +92,10 @@ static void xpbd_links_quads_range(int begin, int end, void* data) {
     part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
+static int xpbd_links_grain(const pli_body* body, int count, int most) {
+    return body->link_count < XPBD_LINKS_SHARED ? count : plii_link_colors_grain(count, most);
+}
+
 static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state,
                                           const plii_xpbd_substep* substep) {
     return (xpbd_links_part){
@@ -105,15 +112,17 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
     xpbd_links_part part = xpbd_links_part_of(body, state, substep);
     /* What runs leave comes before them: a stiff sheet keeps a stretch of 0.0099 then, otherwise 0.0102. */
     for (int i = 0; i < colors->color_count; ++i) {
+        const int count = colors->colors[i].group_count;
         part.first_group = colors->colors[i].first_group;
-        plii_parallel_for(body->context, xpbd_links_quads_range, &part, colors->colors[i].group_count,
-                          XPBD_LINKS_QUADS_GRAIN);
+        plii_parallel_for(body->context, xpbd_links_quads_range, &part, count,
+                          xpbd_links_grain(body, count, XPBD_LINKS_QUADS_GRAIN));
     }
     for (int i = 0; i < colors->runs.color_count; ++i) {
         const plii_link_run_color* color = &colors->runs.colors[i];
+        const int count = color[1].first_group - color[0].first_group;
         part.color = i;
-        plii_parallel_for(body->context, xpbd_links_runs_range, &part, color[1].first_group - color[0].first_group,
-                          XPBD_LINKS_GRAIN);
+        plii_parallel_for(body->context, xpbd_links_runs_range, &part, count,
+                          xpbd_links_grain(body, count, XPBD_LINKS_GRAIN));
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }

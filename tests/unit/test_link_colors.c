@@ -11,6 +11,7 @@
 #include "link_colors.h"
 #include "xpbd_impl.h"
 
+#include <limits.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -341,6 +342,42 @@ static void test_small_bodies_get_colors_that_fill_their_lanes(void** state) {
     colors = plii_feature_state(s.body, &plii_link_colors_class);
     assert_int_equal(colors->color_count, 3); /* two would have ten links each, in two groups */
     assert_int_equal(colors->group_count, 3);
+    sample_destroy(&s);
+}
+
+/* Of the links in the last lane of a group. */
+static int lowest_node(const pli_body* body, const plii_link_colors* colors, int group) {
+    const int end = group + 1 < colors->group_count ? colors->groups[group + 1].first_row : colors->row_count;
+    int lowest = INT_MAX;
+    for (int row = colors->groups[group].first_row; row < end; ++row) {
+        const int link = colors->row_links[row][7];
+        for (int k = 0; link != PLI_NULL_INDEX && k < 2; ++k) {
+            const int node = body->links[link].nodes[k];
+            lowest = node < lowest ? node : lowest;
+        }
+    }
+    return lowest;
+}
+
+/* Whatever kinds of quads there are: threads take stretches of each colour. */
+static void test_groups_of_colors_go_from_region_to_region_for_threads(void** state) {
+    (void)state;
+    const int part = 7;
+    sample s;
+    assert_true(sample_create(&s, make_large_sphere, true, PLI_SIMD_BEST, &part));
+    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
+    int kinds = 0;
+    for (int c = 0; c < colors->color_count; ++c) {
+        const plii_link_color* color = &colors->colors[c];
+        int last = 0;
+        for (int g = color->first_group; g < color->first_group + color->group_count; ++g) {
+            const int region = lowest_node(s.body, colors, g) * 16 / s.body->node_count;
+            assert_true(region >= last);
+            last = region;
+            kinds |= colors->groups[g].pairs == PLII_LINK_SINGLE ? 1 : 2;
+        }
+    }
+    assert_int_equal(kinds, 3);
     sample_destroy(&s);
 }
 
@@ -680,6 +717,7 @@ int main(void) {
         cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
         cmocka_unit_test(test_small_bodies_get_colors_that_fill_their_lanes),
+        cmocka_unit_test(test_groups_of_colors_go_from_region_to_region_for_threads),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
         cmocka_unit_test(test_parts_of_quads_and_of_runs_have_equal_results),
