@@ -40,7 +40,7 @@ ThreadPool::~ThreadPool() {
 
 void ThreadPool::parallel_for(pli_range_fn* range, void* task, int count, int grain, void* user) {
     ThreadPool& pool = *static_cast<ThreadPool*>(user);
-    if (pool.workers_.empty() || count < pool.thread_count() * grain || pool.is_busy_.exchange(true)) {
+    if (pool.workers_.empty() || count / 2 < std::max(grain, 1) || pool.is_busy_.exchange(true)) {
         range(0, count, task);
         return;
     }
@@ -75,8 +75,8 @@ ThreadPool::Parts ThreadPool::parts_of(const Work& work, size_t thread) const {
 
 void ThreadPool::run(pli_range_fn* range, void* task, int count, int grain) {
     // As many for each thread: all have the same share of every range.
-    const int threads = static_cast<int>(stretches_.size()), least = threads * std::max(grain, 1);
-    const int parts = threads * std::clamp(count / least, 1, parts_per_thread);
+    const int threads = thread_count(), wanted = count / std::max(grain, 1);
+    const int parts = wanted < threads ? wanted : threads * std::min(wanted / threads, parts_per_thread);
     const uint32_t last_job = work_.job.load(std::memory_order_relaxed);
     const Work work = {last_job + 1 != 0 ? last_job + 1 : 1, range, task, count, (count - 1) / parts + 1};
     publish(work);
