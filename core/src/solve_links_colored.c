@@ -8,7 +8,7 @@
 #include <limits.h>
 
 enum {
-    COLORED_LINKS_SHARED = 32768,   /* links: fewer are solved sooner than threads meet after every colour */
+    COLORED_LINKS_SHARED = 32768,   /* links */
     COLORED_LINKS_GRAIN = 256,      /* groups of links, some 2 us: what a range costs where processors are far apart */
     COLORED_LINKS_QUADS_GRAIN = 64, /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
@@ -98,7 +98,7 @@ static void colored_links_sweep_runs(colored_links_part* part) {
         const int count = runs->colors[c + 1].first_group - runs->colors[c].first_group;
         part->color = c;
         plii_parallel_for(part->task.body->context, colored_links_runs_range, part, count,
-                          plii_link_colors_grain(count, COLORED_LINKS_GRAIN));
+                          plii_link_colors_grain(part->task.body, count, COLORED_LINKS_GRAIN, COLORED_LINKS_SHARED));
     }
 }
 static void colored_links_sweep_band(const colored_links_part* part, int band) {
@@ -128,8 +128,9 @@ static void colored_links_sweep_quads(colored_links_part* part) {
     for (int c = 0; c < colors->color_count; ++c) {
         const int count = colors->colors[c].group_count;
         part->first_group = colors->colors[c].first_group;
-        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, count,
-                          plii_link_colors_grain(count, COLORED_LINKS_QUADS_GRAIN));
+        plii_parallel_for(
+            part->task.body->context, colored_links_quads_range, part, count,
+            plii_link_colors_grain(part->task.body, count, COLORED_LINKS_QUADS_GRAIN, COLORED_LINKS_SHARED));
     }
 }
 

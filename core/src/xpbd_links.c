@@ -5,7 +5,7 @@
 #include "xpbd_links_kernel.h"
 
 enum {
-    XPBD_LINKS_SHARED = 16384, /* links: fewer are solved sooner than threads meet after every colour */
+    XPBD_LINKS_SHARED = 16384, /* links */
     XPBD_LINKS_GRAIN = 192,    /* groups of links */
     XPBD_LINKS_QUADS_GRAIN = 48
 };
@@ -92,10 +92,6 @@ static void xpbd_links_quads_range(int begin, int end, void* data) {
     part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
-static int xpbd_links_grain(const pli_body* body, int count, int most) {
-    return body->link_count < XPBD_LINKS_SHARED ? count : plii_link_colors_grain(count, most);
-}
-
 static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state,
                                           const plii_xpbd_substep* substep) {
     return (xpbd_links_part){
@@ -115,14 +111,14 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
         const int count = colors->colors[i].group_count;
         part.first_group = colors->colors[i].first_group;
         plii_parallel_for(body->context, xpbd_links_quads_range, &part, count,
-                          xpbd_links_grain(body, count, XPBD_LINKS_QUADS_GRAIN));
+                          plii_link_colors_grain(body, count, XPBD_LINKS_QUADS_GRAIN, XPBD_LINKS_SHARED));
     }
     for (int i = 0; i < colors->runs.color_count; ++i) {
         const plii_link_run_color* color = &colors->runs.colors[i];
         const int count = color[1].first_group - color[0].first_group;
         part.color = i;
         plii_parallel_for(body->context, xpbd_links_runs_range, &part, count,
-                          xpbd_links_grain(body, count, XPBD_LINKS_GRAIN));
+                          plii_link_colors_grain(body, count, XPBD_LINKS_GRAIN, XPBD_LINKS_SHARED));
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }

@@ -53,6 +53,10 @@ static pli_mesh* make_sheet(pli_context* context) {
 static pli_mesh* make_large_sheet(pli_context* context) {
     return make_sheet_of(context, 70);
 }
+/* Of so many links that threads get parts of their colours. */
+static pli_mesh* make_shared_sheet(pli_context* context) {
+    return make_sheet_of(context, 130);
+}
 /* With bending links of another material. */
 static pli_mesh* make_bending_sheet_of(pli_context* context, int size) {
     pli_mesh* mesh = make_sheet_of(context, size);
@@ -503,7 +507,7 @@ static void test_results_are_equal_for_all_instruction_sets_and_partitions(void*
 
 static void test_parts_of_quads_and_of_runs_have_equal_results(void** state) {
     (void)state;
-    make_mesh_fn* const large[] = {make_large_sphere, make_large_sheet};
+    make_mesh_fn* const large[] = {make_large_sphere, make_shared_sheet};
     for (int m = 0; m < 2; ++m) {
         for (int solver = 0; solver < LINK_SOLVER_COUNT; ++solver) {
             const int part = 37;
