@@ -132,6 +132,8 @@ void Bridge::Impl::collect(PairAlgorithm& pair) {
     if (dispatches_in_parallel_) { lock.lock(); }
     // Bullet's collision detection may be asked for outside of a step; contacts have no use then.
     if (!is_stepping() || pair.collected_index >= 0) { return; }
+    // As with what a rope is tied to.
+    if (pair.proxy != nullptr && pli_body_ignores_rigid(pair.soft.body(), pair.proxy->rigid())) { return; }
     pair.collected_index = static_cast<int>(pairs_.size());
     pairs_.push_back(&pair);
     if (pair.proxy != nullptr && !pair.proxy->is_captured(step_)) { pair.proxy->capture(step_); }
@@ -153,6 +155,7 @@ pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
         return nullptr;
     }
     proxy->is_pinned = true;
+    proxy->read_present_state();
     (void)proxy->set_present_state();
     return proxy->rigid();
 }
@@ -190,6 +193,7 @@ pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const
     const pli_status result = proxy->prepare(options, world);
     if (result == PLI_OK) {
         proxy->is_pinned = true;
+        proxy->read_present_state();
         return proxy->set_present_state();
     }
     if (!was_known) {
@@ -361,6 +365,7 @@ void Bridge::Impl::collide_pairs() {
 void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.present_step == step_) { return; }
     proxy.present_step = step_;
+    proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
 }

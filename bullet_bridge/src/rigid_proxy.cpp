@@ -142,9 +142,12 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
     return status != PLI_OK ? status : collided;
 }
 
+void RigidProxy::read_present_state() {
+    read_state(present_);
+}
+
 pli_status RigidProxy::set_present_state() {
     holds_captured_ = false;
-    read_state(present_);
     const pli_status status = pli_rigid_set_state(rigid_, &present_);
     // An object without finite numbers is left where it was.
     if (status != PLI_OK) { present_ = pli_rigid_get_state(rigid_); }

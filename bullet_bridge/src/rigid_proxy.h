@@ -35,7 +35,8 @@ public:
     pli_status prepare(const ShapeOptions& options, pli_world* world);
     /// Contacts of a body with the captured state.
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
-    /// From the captured state to the one after Bullet's solver.
+    /// From the captured state to the one after Bullet's solver, in two steps.
+    void read_present_state();
     pli_status set_present_state();
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
     /// back, and wakes it if something acted on it.

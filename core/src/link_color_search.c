@@ -22,7 +22,7 @@ typedef struct color_search_count {
     int quads, singles;
 } color_search_count;
 
-/* Of two choices the one that takes less time is better, or else the one with fewer large colours: then the last items
+/* Of two choices the one that takes less time is better, or else the one with larger colours: then the last items
    of the small ones may go. */
 typedef struct color_search_cost {
     int time, squares;
@@ -237,8 +237,7 @@ void plii_color_search_run(plii_color_search* search) {
     color_search_improve(&state, 0);
     const bool may_spread = search->item_count <= COLOR_SEARCH_FEW && color_count < COLOR_SEARCH_COLORS;
     if (may_spread && color_search_spread(search, color_count + 1)) {
-        /* More colours converge better: a box on a rope of 20 links stretches it a tenth less with three than with two.
-         */
+        /* More colours converge better: a box stretches its rope of 20 links a tenth less with three than with two. */
         color_search_improve(&state, state.least_time / 16);
     }
     for (int i = 0; i < search->item_count; ++i) {

@@ -1,5 +1,5 @@
 /* Colours of links: runs in large grids, then quads in the order in which they were found, then links that are in none,
-   each with the lowest colour that is free at its nodes. Linear time but for runs. */
+   each with the lowest colour that is free at its nodes, small bodies with better ones. Linear time but for runs. */
 
 #include "link_color_search.h"
 #include "link_colors.h"
