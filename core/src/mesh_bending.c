@@ -81,8 +81,7 @@ typedef struct bending_found {
     int count;
 } bending_found;
 
-/* All nodes at `distance` links from `source` that are larger, in any order. Each search has a stamp of its own, not 0.
- */
+/* All nodes at `distance` links from `source` that are larger, in any order. Each search has its own stamp, not 0. */
 static bending_found bending_search(bending_work* work, int source, int distance, int stamp) {
     int first = 0, last = 1; /* nodes of the present depth in the queue */
     work->queue[0] = source;

@@ -78,19 +78,22 @@ static pli_mesh* make_large_shuffled_sheet(pli_context* context) {
     assert_int_equal(pli_mesh_shuffle_links(mesh), PLI_OK);
     return mesh;
 }
-static pli_mesh* make_sphere(pli_context* context) {
+static pli_mesh* make_sphere_of(pli_context* context, pli_vec3 radii, int nodes) {
     pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 300, &mesh),
-                     PLI_OK);
+    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), radii, nodes, &mesh), PLI_OK);
+    return mesh;
+}
+static pli_mesh* make_sphere(pli_context* context) {
+    pli_mesh* mesh = make_sphere_of(context, pli_vec3_make(1, 2, 1), 300);
     assert_int_equal(pli_mesh_set_node_mass(mesh, 7, 0.0f), PLI_OK);
     return mesh;
 }
+static pli_mesh* make_small_sphere(pli_context* context) {
+    return make_sphere_of(context, pli_vec3_make(1, 1, 1), 200);
+}
 /* Of so many quads that threads get parts of their colours. */
 static pli_mesh* make_large_sphere(pli_context* context) {
-    pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 2, 1), 12000, &mesh),
-                     PLI_OK);
-    return mesh;
+    return make_sphere_of(context, pli_vec3_make(1, 2, 1), 12000);
 }
 static pli_mesh* make_rope(pli_context* context) {
     pli_mesh* mesh = NULL;
@@ -130,12 +133,6 @@ static pli_mesh* make_point(pli_context* context) {
     return mesh;
 }
 
-static pli_mesh* make_small_sphere(pli_context* context) {
-    pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_ellipsoid(context, pli_vec3_make(0, 3, 0), pli_vec3_make(1, 1, 1), 200, &mesh),
-                     PLI_OK);
-    return mesh;
-}
 static pli_mesh* make_small_bending_sheet(pli_context* context) {
     return make_bending_sheet_of(context, 9);
 }
