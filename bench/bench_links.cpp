@@ -179,8 +179,8 @@ void pliant_links(benchmark::State& state, Kind kind, bool is_colored, pli_simd 
     pli_body* body = sample.body;
     sample.stretch();
     for (auto _ : state) {
-        if (body->sweep_links_alone != NULL) {
-            body->sweep_links_alone(body, body->sweep_links_state, sweeps);
+        if (body->iterate_links != NULL) {
+            body->iterate_links(body, body->sweep_links_state);
         } else {
             for (int i = 0; i < sweeps; ++i) {
                 body->sweep_links(body, body->sweep_links_state);

@@ -279,7 +279,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
                          (double)rest_length, link);
     }
     body->links[link].rest_length_squared = rest_length * rest_length;
-    body->rest_revision += 1;
+    body->link_revision += 1;
     return PLI_OK;
 }
 
@@ -330,6 +330,7 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is too small", (double)mass, node);
     }
     body->positions[node].w = inverse_mass;
+    body->link_revision += 1;
     return PLI_OK;
 }
 

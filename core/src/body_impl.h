@@ -53,12 +53,12 @@ struct pli_body {
     pli_vec4* velocities;     /* [node_count] xyz */
     plii_link* links;         /* [link_count] */
     plii_link_tag* link_tags; /* [link_count] or NULL */
-    uint32_t rest_revision;   /* counts changes of rest lengths */
+    uint32_t link_revision;   /* counts changes of rest lengths and masses */
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
-    /* That many sweeps where nothing else has anything to do between them, with the same results; may overwrite the
-       velocities. NULL: just sweep. */
-    void (*sweep_links_alone)(pli_body* body, void* state, int count);
+    /* All position iterations at once, with the same results; may overwrite the velocities. False, and nothing is done,
+       where that is not possible. NULL: it never is. */
+    bool (*iterate_links)(pli_body* body, void* state);
     void* sweep_links_state; /* of both */
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
@@ -101,6 +101,11 @@ void plii_forces_add_along_normals(pli_body* body, float scale);
 extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
+
+/* Of the nodes that POSITION moves or reads in this step, links apart: node_count when there is nothing to do. */
+int plii_solver_first_busy_node(const pli_body* body);
+/* All of POSITION but links. */
+void plii_solver_run_between_sweeps(pli_body* body);
 
 /* True when all nodes are finite. */
 bool plii_body_update_bounds(pli_body* body);

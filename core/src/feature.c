@@ -49,8 +49,8 @@ static void feature_rebuild_pipeline(pli_body* body) {
             for (int i = 0; i < pipeline->feature_count; ++i) {
                 const plii_feature* feature = &pipeline->features[i];
                 if (feature->klass->stages[stage].run != NULL && feature->klass->stages[stage].order == next_order) {
-                    pipeline->entries[count++] =
-                        (plii_pipeline_entry){feature->klass->stages[stage].run, feature->state};
+                    const plii_feature_class* klass = feature->klass;
+                    pipeline->entries[count++] = (plii_pipeline_entry){klass->stages[stage].run, feature->state, klass};
                 }
             }
             last_order = next_order;
@@ -208,18 +208,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static const char* feature_name_at(const plii_pipeline* pipeline, plii_stage stage, const plii_pipeline_entry* entry) {
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        if (feature->state == entry->state && feature->klass->stages[stage].run == entry->run) {
-            return feature->klass->name;
-        }
-    }
-    return NULL;
-}
-
-static void feature_run_stage_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                       const plii_step* step) {
+static void feature_run_profiled(pli_body* body, plii_stage stage, const plii_pipeline_entry* entry,
+                                 const plii_step* step) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -233,21 +223,21 @@ static void feature_run_stage_profiled(pli_body* body, const plii_pipeline* pipe
         [PLII_STAGE_FINISH] = "finish",
         [PLII_STAGE_REFRESH] = "refresh",
     };
-    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        const plii_pipeline_entry* entry = &pipeline->entries[i];
-        const char* name = feature_name_at(pipeline, stage, entry);
-        plii_world_profile(body->world, names[stage], name, true);
-        entry->run(body, entry->state, step);
-        plii_world_profile(body->world, names[stage], name, false);
-    }
+    plii_world_profile(body->world, names[stage], entry->klass->name, true);
+    entry->run(body, entry->state, step);
+    plii_world_profile(body->world, names[stage], entry->klass->name, false);
 }
 
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
-    if (body->world->profile != NULL) {
-        feature_run_stage_profiled(body, pipeline, stage, step);
-        return;
-    }
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
+                      const plii_feature_class* except) {
+    const bool is_profiled = body->world->profile != NULL;
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        pipeline->entries[i].run(body, pipeline->entries[i].state, step);
+        const plii_pipeline_entry* entry = &pipeline->entries[i];
+        if (entry->klass == except) { continue; }
+        if (is_profiled) {
+            feature_run_profiled(body, stage, entry, step);
+        } else {
+            entry->run(body, entry->state, step);
+        }
     }
 }

@@ -55,6 +55,15 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 0, 2, 1));
 }
+/* y, z, w, next.x; before.w, x, y, z */
+PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
+    const __m128 high = _mm_shuffle_ps(a, next, _MM_SHUFFLE(0, 0, 3, 3));
+    return _mm_shuffle_ps(a, high, _MM_SHUFFLE(2, 0, 2, 1));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
+    const __m128 low = _mm_shuffle_ps(before, a, _MM_SHUFFLE(0, 0, 3, 3));
+    return _mm_shuffle_ps(low, a, _MM_SHUFFLE(2, 1, 2, 0));
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
     return _mm_shuffle_ps(a, a, _MM_SHUFFLE(0, 0, 0, 0));
 }
@@ -126,6 +135,12 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     const float32x4_t turned = vextq_f32(a, a, 1); /* y, z, w, x */
     return vsetq_lane_f32(vgetq_lane_f32(a, 3), vsetq_lane_f32(vgetq_lane_f32(a, 0), turned, 2), 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
+    return vextq_f32(a, next, 1);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
+    return vextq_f32(before, a, 3);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
     return vdupq_laneq_f32(a, 0);
@@ -200,6 +215,12 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
     return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[0], a.lanes[3]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
+    return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[3], next.lanes[0]}};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
+    return (plii_float4){{before.lanes[3], a.lanes[0], a.lanes[1], a.lanes[2]}};
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
     return plii_float4_all(a.lanes[0]);

@@ -1,6 +1,7 @@
 /* Links on positions, colour by colour, with SIMD and threads. The arithmetic of a link is that of
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
+#include "link_chain.h"
 #include "link_shares.h"
 #include "links_kernel.h"
 #include "simd.h"
@@ -17,7 +18,8 @@ enum {
     COLORED_LINKS_BAND = 8192,         /* nodes at least */
     COLORED_LINKS_CACHE = 3 << 19,     /* bytes of nodes and rest lengths in the bands of sweeps at once */
     COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
-    COLORED_LINKS_TURN_GRAIN = 4096    /* nodes */
+    COLORED_LINKS_TURN_GRAIN = 4096,   /* nodes */
+    COLORED_LINKS_CHAIN_SWEEPS = 3 /* from which a chain with something between them takes less time than by colours */
 };
 
 typedef struct colored_links_state {
@@ -25,12 +27,13 @@ typedef struct colored_links_state {
     const plii_links_kernel* kernel;
     plii_links_runs_fn* in_planes;
     plii_link_slots rest_squared; /* m^2 */
-    uint32_t rest_revision;
+    uint32_t link_revision;
     bool is_stale;
     float* inverse_stiffnesses; /* [material_count] */
     int band_count;             /* 0: colour by colour over the whole body */
     int band_size;              /* nodes */
     int sweeps_at_once;         /* over bands */
+    plii_link_chain chain;      /* or empty */
     int* cuts;                  /* [band_count][color_count of runs] groups of a colour up to the end of a band */
     size_t cuts_size;           /* bytes */
 } colored_links_state;
@@ -65,13 +68,13 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     for (int i = 0; i < body->material_count; ++i) {
         state->inverse_stiffnesses[i] = 1.0f / body->materials[i].linear_stiffness;
     }
-    if (!state->is_stale && state->rest_revision == body->rest_revision) { return; }
+    if (!state->is_stale && state->link_revision == body->link_revision) { return; }
     if (body->link_count > 0) {
         plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
                                 (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK,
                                 state->rest_squared.values);
     }
-    state->rest_revision = body->rest_revision;
+    state->link_revision = body->link_revision;
     state->is_stale = false;
 }
 
@@ -211,15 +214,17 @@ static bool colored_links_sweep_together(const colored_links_part* whole, int co
     return plii_team_run(body->context, shares->count, colored_links_member, &together);
 }
 
-static void colored_links_sweep_alone(pli_body* body, void* data, int count) {
+static bool colored_links_iterate_runs(pli_body* body, void* data) {
     const colored_links_state* state = data;
+    const int count = body->solver.position_iterations;
+    if (plii_solver_first_busy_node(body) < body->node_count) { return false; }
     const plii_planes planes = plii_planes_at(body->velocities, body->node_count, NULL);
     colored_links_turn turn = {body, &planes};
     colored_links_part part = {
         .state = state,
         .solve_runs = state->in_planes,
         .task = {body, state->colors, state->rest_squared.values, state->inverse_stiffnesses, planes}};
-    if (colored_links_sweep_together(&part, count)) { return; }
+    if (colored_links_sweep_together(&part, count)) { return true; }
     plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
     if (colored_links_has_bands(&part)) {
         colored_links_sweep_bands(&part, count);
@@ -229,6 +234,20 @@ static void colored_links_sweep_alone(pli_body* body, void* data, int count) {
         }
     }
     plii_parallel_for(body->context, colored_links_give, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
+    return true;
+}
+
+static void colored_links_sweep_chain(pli_body* body, void* data) {
+    colored_links_state* state = data;
+    if (!plii_link_chain_sweep(body, &state->chain, 1, NULL)) { plii_links_sweep(body, NULL); }
+}
+/* Also where the last node has something to do between sweeps: a rope that holds something. */
+static bool colored_links_iterate_chain(pli_body* body, void* data) {
+    colored_links_state* state = data;
+    const int count = body->solver.position_iterations, first_busy_node = plii_solver_first_busy_node(body);
+    if (first_busy_node == body->node_count) { return plii_link_chain_sweep(body, &state->chain, count, NULL); }
+    return first_busy_node >= state->chain.link_count && count >= COLORED_LINKS_CHAIN_SWEEPS &&
+           plii_link_chain_sweep(body, &state->chain, count, plii_solver_run_between_sweeps);
 }
 
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -332,11 +351,23 @@ static void colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
     const bool is_worthwhile =
         body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
-    body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
-    body->sweep_links_alone =
-        is_worthwhile && plii_link_colors_have_only_runs(colors) ? colored_links_sweep_alone : NULL;
+    const bool is_chain = state->chain.link_count > 0;
+    body->sweep_links = is_worthwhile ? colored_links_sweep : is_chain ? colored_links_sweep_chain : plii_links_sweep;
+    body->iterate_links = NULL;
+    if (is_chain) {
+        body->iterate_links = colored_links_iterate_chain;
+    } else if (is_worthwhile && plii_link_colors_have_only_runs(colors)) {
+        body->iterate_links = colored_links_iterate_runs;
+    }
     body->sweep_links_state = state;
     state->is_stale = true;
+}
+
+static void colored_links_release(const pli_body* body, colored_links_state* state) {
+    colored_links_release_bands(body, state);
+    plii_link_chain_release(body, &state->chain);
+    plii_link_slots_release(body, &state->rest_squared);
+    plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
 }
 
 static pli_status colored_links_enable(pli_body* body, void* data) {
@@ -345,9 +376,9 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     state->kernel = colored_links_kernel(body->context->simd);
     state->in_planes = colored_links_in_planes(body->context->simd);
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
-    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
-        plii_link_slots_release(body, &state->rest_squared);
-        plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
+    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL ||
+        (plii_link_chain_fits(body) && !plii_link_chain_make(body, &state->chain))) {
+        colored_links_release(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     colored_links_make_bands(body, state);
@@ -356,19 +387,17 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
 }
 
 static void colored_links_disable(pli_body* body, void* data) {
-    colored_links_state* state = data;
-    colored_links_release_bands(body, state);
-    plii_link_slots_release(body, &state->rest_squared);
-    plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
+    colored_links_release(body, data);
     body->sweep_links = plii_links_sweep;
-    body->sweep_links_alone = NULL;
+    body->iterate_links = NULL;
     body->sweep_links_state = NULL;
 }
 
 static size_t colored_links_bytes(const pli_body* body, const void* data) {
     const colored_links_state* state = data;
     const size_t cuts_size = state->cuts != NULL ? state->cuts_size : 0;
-    return state->rest_squared.size + colored_links_stiffness_size(body) + cuts_size;
+    return state->rest_squared.size + colored_links_stiffness_size(body) + cuts_size +
+           plii_link_chain_bytes(&state->chain);
 }
 
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
@@ -383,6 +412,7 @@ static void colored_links_topology_commit(pli_body* body, void* data, const plii
     colored_links_state* state = data;
     plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
     colored_links_release_bands(body, state); /* the colours are others now */
+    plii_link_chain_release(body, &state->chain);
     colored_links_choose_sweep(body, state);
 }
 

@@ -173,27 +173,37 @@ PLII_SIMD_INLINE void solver_take_motions(const pli_body* body, pli_range_fn* ra
     solver_pass(body, range, &nodes);
 }
 
-static bool solver_has_links_alone(const pli_body* body) {
+int plii_solver_first_busy_node(const pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
-    if (body->sweep_links_alone == NULL || !plii_feature_is_enabled(body, &plii_links_class)) { return false; }
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature_class* klass = pipeline->features[i].klass;
-        const bool is_idle = klass->stages[PLII_STAGE_POSITION].run == NULL || klass == &plii_links_class ||
-                             (klass->is_idle != NULL && klass->is_idle(body, pipeline->features[i].state));
-        if (!is_idle) { return false; }
+    int first = body->node_count;
+    for (int i = pipeline->begin[PLII_STAGE_POSITION]; i < pipeline->begin[PLII_STAGE_POSITION + 1]; ++i) {
+        const plii_feature_class* klass = pipeline->entries[i].klass;
+        const void* state = pipeline->entries[i].state;
+        if (klass == &plii_links_class || (klass->is_idle != NULL && klass->is_idle(body, state))) { continue; }
+        if (klass->first_node == NULL) { return 0; }
+        const int own = klass->first_node(body, state);
+        if (own < first) { first = own; }
     }
-    return true;
+    return first;
+}
+
+void plii_solver_run_between_sweeps(pli_body* body) {
+    plii_world_profile(body->world, "position", plii_links_class.name, false);
+    plii_run_entries(body, &body->pipeline, PLII_STAGE_POSITION, &body->step, &plii_links_class);
+    plii_world_profile(body->world, "position", plii_links_class.name, true);
+}
+
+static bool solver_iterate_links(pli_body* body) {
+    if (body->iterate_links == NULL || !plii_feature_is_enabled(body, &plii_links_class)) { return false; }
+    plii_world_profile(body->world, "position", plii_links_class.name, true);
+    const bool are_solved = body->iterate_links(body, body->sweep_links_state);
+    plii_world_profile(body->world, "position", plii_links_class.name, false);
+    return are_solved;
 }
 
 static void solver_iterate_positions(pli_body* body) {
-    const int count = body->solver.position_iterations;
-    if (solver_has_links_alone(body)) {
-        plii_world_profile(body->world, "position", plii_links_class.name, true);
-        body->sweep_links_alone(body, body->sweep_links_state, count);
-        plii_world_profile(body->world, "position", plii_links_class.name, false);
-        return;
-    }
-    for (int i = 0; i < count; ++i) {
+    if (solver_iterate_links(body)) { return; }
+    for (int i = 0; i < body->solver.position_iterations; ++i) {
         plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
     }
 }

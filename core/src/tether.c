@@ -22,7 +22,7 @@ typedef struct tether_load {
 typedef struct tether_state {
     pli_tethers_def def;
     pli_tether* tethers; /* [node_count] */
-    uint32_t rest_revision;
+    uint32_t link_revision;
     plii_hold* holds;
     int hold_capacity;
     tether_load* loads;
@@ -58,7 +58,7 @@ static void tether_measure(const pli_body* body, tether_state* state) {
             has_changed = has_changed || is_shorter;
         }
     }
-    state->rest_revision = body->rest_revision;
+    state->link_revision = body->link_revision;
 }
 
 /* NULL unless the node is held. */
@@ -110,7 +110,7 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
 
 static void tether_begin(pli_body* body, void* data) {
     tether_state* state = data;
-    if (state->rest_revision != body->rest_revision) { tether_measure(body, state); }
+    if (state->link_revision != body->link_revision) { tether_measure(body, state); }
     tether_gather_loads(body, state);
 }
 

@@ -17,7 +17,7 @@ typedef struct xpbd_links_state {
     plii_xpbd_links_runs_fn* in_planes;
     plii_link_slots rest_lengths, multipliers;
     plii_xpbd_link_softness* softness; /* [2 * material_count] */
-    uint32_t rest_revision;
+    uint32_t link_revision;
     bool is_stale; /* the rest lengths are to be taken anew */
 } xpbd_links_state;
 
@@ -51,7 +51,7 @@ static plii_xpbd_links_runs_fn* xpbd_links_in_planes_of(pli_simd simd) {
 /* Rest lengths may change between steps. */
 static void xpbd_links_begin(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    if (body->link_count == 0 || (!state->is_stale && state->rest_revision == body->rest_revision)) { return; }
+    if (body->link_count == 0 || (!state->is_stale && state->link_revision == body->link_revision)) { return; }
     plii_link_slots* rest = &state->rest_lengths;
     plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
                             (int)(sizeof *body->links / sizeof(float)), PLII_XPBD_NO_LINK, rest->values);
@@ -59,7 +59,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
     for (int i = 0; i < slot_count; ++i) {
         if (rest->values[i] >= 0.0f) { rest->values[i] = sqrtf(rest->values[i]); }
     }
-    state->rest_revision = body->rest_revision;
+    state->link_revision = body->link_revision;
     state->is_stale = false;
 }
 

@@ -529,8 +529,8 @@ static uint64_t hash_with_records(make_mesh_fn* make_mesh, link_solver solver, b
     sample s;
     assert_true(sample_create(&s, make_mesh, solver == LINKS_ON_POSITIONS, PLI_SIMD_BEST, NULL));
     if (solver != LINKS_ON_POSITIONS) { use_xpbd(s.body, solver == XPBD_SOFT); }
-    if (solver == LINKS_ON_POSITIONS) { assert_non_null(s.body->sweep_links_alone); }
-    if (has_records && solver == LINKS_ON_POSITIONS) { s.body->sweep_links_alone = NULL; }
+    if (solver == LINKS_ON_POSITIONS) { assert_non_null(s.body->iterate_links); }
+    if (has_records && solver == LINKS_ON_POSITIONS) { s.body->iterate_links = NULL; }
     if (has_records && solver != LINKS_ON_POSITIONS) {
         void* state = NULL;
         assert_int_equal(plii_xpbd_enable_kind(s.body, &busy_kind, "test", &state), PLI_OK);
@@ -567,8 +567,8 @@ static uint64_t hash_after_sweeps(make_mesh_fn* make_mesh, const int* part, bool
     pli_solver_settings settings = pli_body_get_solver_settings(s.body);
     settings.position_iterations = 17;
     assert_int_equal(pli_body_set_solver_settings(s.body, &settings), PLI_OK);
-    assert_non_null(s.body->sweep_links_alone);
-    if (has_records) { s.body->sweep_links_alone = NULL; }
+    assert_non_null(s.body->iterate_links);
+    if (has_records) { s.body->iterate_links = NULL; }
     for (int i = 0; i < 2; ++i) {
         assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
     }
