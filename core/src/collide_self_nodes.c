@@ -1,13 +1,10 @@
-/* Self-collision of nodes: pairs from a dense hash, once per step; distances at rest count as the thickness where they
-   are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute Physics" 15. */
+/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their ways; distances at rest count as the
+   thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
+   Physics" 15. */
 
 #include "lanes.h"
 
 #include "self_node_pairs.h"
-
-/* Of the thickness: margins of nodes where a step solves once. */
-#define SELF_NODES_MIN_STEP_MARGIN 0.25f
-#define SELF_NODES_MAX_STEP_MARGIN 1.0f
 
 typedef struct self_nodes_state {
     pli_self_collision_def def;
@@ -59,22 +56,18 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     state->report.is_cut_short = state->report.is_cut_short || pairs->is_cut_short || !has_room;
 }
 
-/* At predicted positions: from there constraints move nodes by about what the prediction did. */
-static void self_nodes_begin(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const float thickness = state->def.thickness;
-    pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+/* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are
+   the solver's own; those of the last search are others where that was in a step with substeps. */
+static void self_nodes_begin(pli_body* body, self_nodes_state* state) {
+    const pli_vec3 origin = state->origin;
+    const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
     self_nodes_start_report(body, state);
-    state->pairs.thickness = thickness;
-    state->pairs.at = nodes->offsets;
-    for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = plii_self_motion(nodes, i);
-        low = plii_vec3_min(moved, low);
-        high = plii_vec3_max(moved, high);
+    state->origin = pli_vec3_make(0, 0, 0);
+    state->pairs.at = body->previous;
+    if (had_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        state->pairs.thickness = state->def.thickness;
+        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs, origin);
     }
-    const float extent = pli_vec3_length(pli_vec3_sub(high, low));
-    const float margin = plii_clamp(0.5f * extent + SELF_NODES_MIN_STEP_MARGIN * thickness,
-                                    SELF_NODES_MIN_STEP_MARGIN * thickness, SELF_NODES_MAX_STEP_MARGIN * thickness);
-    plii_self_node_pairs_search_still(body, self_nodes_graph(body), &state->pairs, margin);
     self_nodes_report(body, state);
 }
 
@@ -207,8 +200,9 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
 }
 
 static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    const plii_step* step = &body->step;
     state->pairs.at = nodes->offsets;
-    plii_self_node_pairs_follow_still(body, self_nodes_graph(body), &state->pairs);
+    plii_self_node_pairs_follow(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
     self_nodes_report(body, state);
     self_nodes_part_all(state, nodes, state->def.friction);
 }
@@ -276,9 +270,8 @@ static void self_nodes_run_update(pli_body* body, void* data, const plii_step* s
 }
 
 static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
     (void)step;
-    self_nodes_begin(body, data, &nodes);
+    self_nodes_begin(body, data);
 }
 
 static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {

@@ -208,8 +208,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, plii_stage stage, const plii_pipeline_entry* entry,
-                                 const plii_step* step) {
+static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                 const plii_step* step, const plii_feature_class* except) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -223,21 +223,23 @@ static void feature_run_profiled(pli_body* body, plii_stage stage, const plii_pi
         [PLII_STAGE_FINISH] = "finish",
         [PLII_STAGE_REFRESH] = "refresh",
     };
-    plii_world_profile(body->world, names[stage], entry->klass->name, true);
-    entry->run(body, entry->state, step);
-    plii_world_profile(body->world, names[stage], entry->klass->name, false);
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        const plii_pipeline_entry* entry = &pipeline->entries[i];
+        if (entry->klass == except) { continue; }
+        plii_world_profile(body->world, names[stage], entry->klass->name, true);
+        entry->run(body, entry->state, step);
+        plii_world_profile(body->world, names[stage], entry->klass->name, false);
+    }
 }
 
 void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
                       const plii_feature_class* except) {
-    const bool is_profiled = body->world->profile != NULL;
+    if (body->world->profile != NULL) {
+        feature_run_profiled(body, pipeline, stage, step, except);
+        return;
+    }
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        const plii_pipeline_entry* entry = &pipeline->entries[i];
-        if (entry->klass == except) { continue; }
-        if (is_profiled) {
-            feature_run_profiled(body, stage, entry, step);
-        } else {
-            entry->run(body, entry->state, step);
-        }
+        const plii_pipeline_entry entry = pipeline->entries[i];
+        if (entry.klass != except) { entry.run(body, entry.state, step); }
     }
 }

@@ -92,12 +92,6 @@ static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float dis
     state->count += (state->linked_to[b] != a) & (distance_squared < limit * limit);
 }
 
-/* The same, of nodes without a way: they are near enough when they are found. */
-static void self_nodes_keep_still(plii_self_node_pairs* state, int a, int b) {
-    state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};
-    state->count += state->linked_to[b] != a;
-}
-
 /* Of pairs from `first` on: the distance to keep. Those that coincide at rest are dropped. */
 static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
     int count = first;
@@ -126,10 +120,6 @@ static void self_nodes_take_common(const pli_body* body, const plii_link_graph* 
     self_nodes_mark_linked(body, graph, state, node);
     for (int k = 0; k < near->count; ++k) {
         const plii_node_pair pair = near->pairs[k];
-        if (state->is_still) {
-            self_nodes_keep_still(state, node, pair.other);
-            continue;
-        }
         if (state->is_apart[pair.other]) { continue; }
         self_nodes_keep(state, node, pair.other, pair.distance_squared, 0.5f);
     }
@@ -234,21 +224,13 @@ static void self_nodes_choose_reach(plii_self_node_pairs* state, int node_count)
     }
 }
 
-static void self_nodes_stand_still(plii_self_node_pairs* state, float margin) {
-    state->is_still = true;
-    state->searched_at = state->travel_time = 0.0f;
-    state->drift = pli_vec3_make(0, 0, 0);
-    state->reach = margin;
-    state->apart_count = 0;
-}
-
 /* Of all nodes, along `travel`. */
 static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
-    if (!state->is_still) { self_nodes_choose_reach(state, node_count); }
+    self_nodes_choose_reach(state, node_count);
     for (int i = 0; i < node_count; ++i) {
         state->searched[i] = state->at[i];
-        state->middle[i] = state->is_still ? plii_xyz(state->at[i]) : self_nodes_on_way(state, i, 0.5f);
+        state->middle[i] = self_nodes_on_way(state, i, 0.5f);
         state->linked_to[i] = PLI_NULL_INDEX;
     }
     state->count = 0;
@@ -263,7 +245,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
         return;
     }
     for (int i = 0; i < node_count; ++i) {
-        if (state->is_still || !state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
+        if (!state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
     }
     for (int i = 0; i < state->apart_count; ++i) {
         self_nodes_take_apart(body, graph, state, i, 0.0f);
@@ -272,14 +254,8 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->is_known = !state->is_cut_short;
 }
 
-void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                       float margin) {
-    self_nodes_stand_still(state, margin);
-    self_nodes_search(body, graph, state);
-}
-
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {
-    if (!state->is_known || state->is_still || state->thickness != thickness) { return false; }
+    if (!state->is_known || state->thickness != thickness) { return false; }
     int leaving = state->apart_count;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 end =
@@ -300,7 +276,6 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
         const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
         self_nodes_set_travel(state, i, way, 1.0f, SELF_NODES_MARGIN_DECAY);
     }
-    state->is_still = false;
     state->searched_at = 0.0f;
     state->travel_time = body->step.dt;
     self_nodes_search(body, graph, state);
@@ -345,17 +320,6 @@ static void self_nodes_set_way(plii_self_node_pairs* state, int node, pli_vec3 v
     plii_set_xyz(way, share < 1.0f ? pli_vec3_scale(plii_xyz(*way), 1.0f / (1.0f - share)) : pli_vec3_make(0, 0, 0));
     const pli_vec3 begin = pli_vec3_sub(plii_xyz(state->at[node]), pli_vec3_scale(plii_xyz(*way), share));
     plii_set_xyz(&state->searched[node], begin);
-}
-
-void plii_self_node_pairs_follow_still(const pli_body* body, const plii_link_graph* graph,
-                                       plii_self_node_pairs* state) {
-    bool has_strayed = false;
-    for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 moved =
-            plii_float4_sub(plii_float4_from(&state->at[i]), plii_float4_from(&state->searched[i]));
-        has_strayed |= plii_lanes_dot(moved, moved) > state->reach * state->reach;
-    }
-    if (has_strayed) { self_nodes_search(body, graph, state); }
 }
 
 void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,

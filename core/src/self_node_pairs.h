@@ -28,7 +28,6 @@ typedef struct plii_self_node_pairs {
     int* apart;         /* [apart_count] nodes */
     int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
     int apart_count;
-    bool is_still;     /* no node has a way, and all have the same margin, `reach`: `travel` is not set */
     float searched_at; /* s since the start of the step */
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
@@ -52,9 +51,8 @@ void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pa
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
 size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_count);
 
-/* All start from `at`. Nodes have no way, but this margin, m. */
-void plii_self_node_pairs_search_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
-                                       float margin);
+/* All start from `at`. */
+
 /* At the start of a step: whether what the last search found may serve for this step too, as with a body at rest, and
    prepares for it. Most nodes are expected to stay within their margins then. */
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness);
@@ -62,8 +60,6 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
    `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
 void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                       pli_vec3 shift);
-/* Later: searches again when nodes without a way have left their margins. */
-void plii_self_node_pairs_follow_still(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state);
 /* Later, at `now` s since the start of the step with `left` s to go: searches what has left its way, if anything has.
    The motion of a node times `rate` is its velocity. */
 void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
