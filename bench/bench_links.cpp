@@ -40,9 +40,9 @@ struct Deleter {
 };
 template <class T> using Owned = std::unique_ptr<T, Deleter>;
 
-enum class Kind { bunny, sphere, shuffled_sphere, sheet, bent_sheet };
+enum class Kind { bunny, sphere, shuffled_sphere, sheet, bent_sheet, rope, long_rope };
 
-constexpr int sheet_size = 256, sphere_size = 20000, sweeps = 10;
+constexpr int sheet_size = 256, sphere_size = 20000, rope_links = 20, long_rope_links = 100, sweeps = 10;
 
 // The same sphere with nodes in another order.
 pli_mesh* with_shuffled_nodes(pli_context* context, pli_mesh* mesh) {
@@ -71,6 +71,11 @@ pli_mesh* with_shuffled_nodes(pli_context* context, pli_mesh* mesh) {
 Owned<pli_mesh> make_mesh(pli_context* context, Kind kind) {
     pli_mesh* mesh = nullptr;
     switch (kind) {
+    case Kind::rope:
+    case Kind::long_rope:
+        check(pli_mesh_create_rope(context, pli_vec3_make(0, 1, 0), pli_vec3_make(1, -1, 0),
+                                   (kind == Kind::rope ? rope_links : long_rope_links) - 1, 0, &mesh));
+        break;
     case Kind::bunny:
         check(pli_mesh_read_obj(context, PLIANT_DATA "/bunny.obj", &mesh));
         check(pli_mesh_shuffle_links(mesh));
@@ -115,7 +120,9 @@ struct Sample {
         pli_world* made_world = nullptr;
         check(pli_world_create(made, nullptr, &made_world));
         world.reset(made_world);
-        check(pli_body_create(made_world, mesh.get(), nullptr, &body));
+        pli_body_def body_def = pli_body_def_default();
+        body_def.solver.position_iterations = sweeps;
+        check(pli_body_create(made_world, mesh.get(), &body_def, &body));
         if (is_colored) { check(pli_body_use_colored_links(body, true)); }
         plii_run_stage(body, &body->pipeline, PLII_STAGE_PREPARE, &body->step);
     }
@@ -151,7 +158,6 @@ double settled_stretch(Kind kind, bool is_colored) {
         if (is_held) { check(pli_body_set_node_mass(body, i, 0.0f)); }
     }
     pli_solver_settings settings = pli_body_get_solver_settings(body);
-    settings.position_iterations = sweeps;
     settings.velocity_damping = 0.01f;
     check(pli_body_set_solver_settings(body, &settings));
     for (int i = 0; i < 300; ++i) {
@@ -269,7 +275,9 @@ const struct {
               {Kind::sphere, "sphere 20k, links shuffled"},
               {Kind::shuffled_sphere, "sphere 20k, nodes and links shuffled"},
               {Kind::sheet, "sheet 256x256"},
-              {Kind::bent_sheet, "sheet 256x256 with bending links"}};
+              {Kind::bent_sheet, "sheet 256x256 with bending links"},
+              {Kind::rope, "rope of 20 links"},
+              {Kind::long_rope, "rope of 100 links"}};
 
 const struct {
     pli_simd simd;

@@ -132,6 +132,36 @@ static void test_pairs_are_parted_by_inverse_mass(void** data) {
     assert_false(report.is_cut_short);
 }
 
+/* Five nodes in a row drift together, one more comes towards them and stops. */
+static void test_pairs_serve_until_nodes_leave_their_ways(void** data) {
+    self_scene* scene = *data;
+    enum { COUNT = 6, STEPS = 120 };
+    const float thickness = 0.1f, drift = 0.003f, way = 0.3f;
+    pli_vec3 at[COUNT], velocities[COUNT];
+    float masses[COUNT];
+    for (int i = 0; i < COUNT; ++i) {
+        at[i] = pli_vec3_make(i < COUNT - 1 ? (float)i : (float)(COUNT - 2) + thickness + way, 0, 0);
+        velocities[i] = pli_vec3_make(0, drift, 0);
+        masses[i] = i < COUNT - 1 ? 1000.0f : 1.0f;
+    }
+    velocities[COUNT - 1].x = -0.3f;
+    pli_body* body = self_make_loose(scene, COUNT, at, masses);
+    const pli_self_collision_def def = self_make_def(thickness, 0, 0);
+    assert_int_equal(pli_body_enable_self_collision(body, &def), PLI_OK);
+    assert_int_equal(pli_body_set_state(body, at, velocities), PLI_OK);
+    int searches = 0, contacts = 0;
+    for (int i = 0; i < STEPS; ++i) {
+        self_steps(scene, 1);
+        const pli_self_collision_report report = pli_body_get_self_collision_report(body);
+        searches += report.searches;
+        contacts += report.contacts;
+        const pli_body_view view = pli_body_get_view(body);
+        check_at_most(thickness - (view.positions[COUNT - 1].x - view.positions[COUNT - 2].x), 1e-6);
+    }
+    assert_true(contacts > 0);
+    assert_in_range(searches, 1, STEPS / 4);
+}
+
 static void test_smaller_distance_at_rest_is_kept_instead(void** data) {
     self_scene* scene = *data;
     const pli_vec3 rest[3] = {{0, 0, 0}, {0.05f, 0, 0}, {0.05f, 0, 0}};
@@ -390,6 +420,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_hash_of_a_collapsed_body_stays_bounded, self_scene_setup,
                                         self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_pairs_are_parted_by_inverse_mass, self_scene_setup, self_scene_teardown),
+        cmocka_unit_test_setup_teardown(test_pairs_serve_until_nodes_leave_their_ways, self_scene_setup,
+                                        self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_smaller_distance_at_rest_is_kept_instead, self_scene_setup,
                                         self_scene_teardown),
         cmocka_unit_test_setup_teardown(test_coinciding_nodes_part_in_a_fixed_direction, self_scene_setup,

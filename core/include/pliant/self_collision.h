@@ -50,7 +50,7 @@ PLI_API pli_status pli_body_disable_self_collision(pli_body* body);
 typedef struct pli_self_collision_report {
     int pairs;         ///< kept for the step: closer than what they could come to touch in it
     int contacts;      ///< pairs that the last iteration or substep parted
-    int searches;      ///< 1, and once more for each time that a node had left the reach of the search before
+    int searches;      ///< 0 while pairs found before serve, 1, and once more when too many nodes left the reach of it
     int limited_nodes; ///< slowed by the speed limit, in each substep
     bool is_cut_short; ///< a node with 512 neighbours, or no memory: some pairs were left out
 } pli_self_collision_report;
