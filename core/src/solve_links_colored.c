@@ -237,10 +237,6 @@ static bool colored_links_iterate_runs(pli_body* body, void* data) {
     return true;
 }
 
-static void colored_links_sweep_chain(pli_body* body, void* data) {
-    colored_links_state* state = data;
-    if (!plii_link_chain_sweep(body, &state->chain, 1, NULL)) { plii_links_sweep(body, NULL); }
-}
 /* Also where the last node has something to do between sweeps: a rope that holds something. */
 static bool colored_links_iterate_chain(pli_body* body, void* data) {
     colored_links_state* state = data;
@@ -351,10 +347,9 @@ static void colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
     const bool is_worthwhile =
         body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
-    const bool is_chain = state->chain.link_count > 0;
-    body->sweep_links = is_worthwhile ? colored_links_sweep : is_chain ? colored_links_sweep_chain : plii_links_sweep;
+    body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
     body->iterate_links = NULL;
-    if (is_chain) {
+    if (state->chain.link_count > 0) {
         body->iterate_links = colored_links_iterate_chain;
     } else if (is_worthwhile && plii_link_colors_have_only_runs(colors)) {
         body->iterate_links = colored_links_iterate_runs;
@@ -370,6 +365,12 @@ static void colored_links_release(const pli_body* body, colored_links_state* sta
     plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
 }
 
+/* Shorter ones keep their order, in which their end is held better. */
+static bool colored_links_make_chain(const pli_body* body, colored_links_state* state) {
+    if (body->link_count < COLORED_LINKS_FEWEST || !plii_link_chain_fits(body)) { return true; }
+    return plii_link_chain_make(body, &state->chain);
+}
+
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
@@ -377,7 +378,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     state->in_planes = colored_links_in_planes(body->context->simd);
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
     if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL ||
-        (plii_link_chain_fits(body) && !plii_link_chain_make(body, &state->chain))) {
+        !colored_links_make_chain(body, state)) {
         colored_links_release(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }

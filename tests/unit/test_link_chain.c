@@ -148,7 +148,14 @@ static void test_masses_rest_lengths_and_stiffness_count(void** state) {
 
 // ------------------------------------------------------------------------------------------------------- in a world
 
-enum { SHORT_LINKS = 11, SHORT_ITERATIONS = 6 }; /* too few links for colours: single sweeps are those of the chain */
+enum { ROPE_LINKS = 17, ROPE_ITERATIONS = 6 };
+
+static plii_link_chain single_chain;
+
+static void sweep_once(pli_body* body, void* state) {
+    (void)state;
+    assert_true(plii_link_chain_sweep(body, &single_chain, 1, NULL));
+}
 
 static pli_rigid* make_box(float mass, pli_vec3 center) {
     pli_rigid_def def = pli_rigid_def_default();
@@ -171,16 +178,20 @@ static void add_anchor(pli_body* body, pli_rigid* rigid, int node) {
 }
 
 typedef struct anchored_run {
-    int node; /* PLI_NULL_INDEX: nothing hangs on the chain */
+    int node; /* PLI_NULL_INDEX: nothing hangs on the chain; where that is not its last node, links go by colours */
     bool has_single_sweeps;
     bool changes; /* a mass and a rest length, on the way */
 } anchored_run;
 
 static uint64_t hash_of(anchored_run run) {
-    pli_body* body = make_chain_body(SHORT_LINKS, SHORT_ITERATIONS);
+    pli_body* body = make_chain_body(ROPE_LINKS, ROPE_ITERATIONS);
     assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
     assert_non_null(body->iterate_links);
-    if (run.has_single_sweeps) { body->iterate_links = NULL; }
+    if (run.has_single_sweeps) {
+        body->iterate_links = NULL;
+        if (run.node == PLI_NULL_INDEX || run.node == ROPE_LINKS) { body->sweep_links = sweep_once; }
+        assert_true(plii_link_chain_make(body, &single_chain));
+    }
     pli_rigid* box = NULL;
     if (run.node != PLI_NULL_INDEX) {
         box = make_box(2.0f, plii_xyz(body->positions[run.node]));
@@ -193,6 +204,7 @@ static uint64_t hash_of(anchored_run run) {
         }
         assert_int_equal(pli_world_step(world, dt), PLI_OK);
     }
+    if (run.has_single_sweeps) { plii_link_chain_release(body, &single_chain); }
     uint64_t hash = pli_body_state_hash(body);
     if (box != NULL) {
         const pli_rigid_state box_state = pli_rigid_get_state(box);
@@ -208,7 +220,7 @@ static uint64_t hash_of(anchored_run run) {
 static void test_iterations_at_once_have_the_bits_of_single_sweeps(void** state) {
     (void)state;
     const anchored_run runs[] = {
-        {.node = PLI_NULL_INDEX}, {.node = SHORT_LINKS}, {.node = 5}, {.node = SHORT_LINKS, .changes = true}};
+        {.node = PLI_NULL_INDEX}, {.node = ROPE_LINKS}, {.node = 5}, {.node = ROPE_LINKS, .changes = true}};
     uint64_t hashes[4];
     for (int i = 0; i < 4; ++i) {
         anchored_run single = runs[i];
@@ -268,28 +280,48 @@ static void test_other_links_are_no_chain(void** state) {
     pli_body_destroy(body);
 }
 
-/* Bullet leaves out a link between pinned nodes, so it is solved in the order of the links. */
+/* Solvers leave out a link between pinned nodes, so these go by colours. */
 static void test_a_link_between_pinned_nodes_is_left_to_others(void** state) {
     (void)state;
     uint64_t hashes[2];
     for (int is_colored = 0; is_colored < 2; ++is_colored) {
-        pli_body* body = make_chain_body(SHORT_LINKS, SHORT_ITERATIONS);
+        pli_body* body = make_chain_body(ROPE_LINKS, ROPE_ITERATIONS);
         assert_int_equal(pli_body_set_node_mass(body, 1, 0.0f), PLI_OK);
-        assert_int_equal(pli_body_use_colored_links(body, is_colored == 1), PLI_OK);
+        assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+        if (is_colored) { body->iterate_links = NULL; }
         for (int i = 0; i < 10; ++i) {
             assert_int_equal(pli_world_step(world, dt), PLI_OK);
         }
+        assert_false(pli_body_is_frozen(body));
         hashes[is_colored] = pli_body_state_hash(body);
         pli_body_destroy(body);
     }
     assert_true(hashes[0] == hashes[1]);
 }
 
+/* Ropes of fewer links have the bits of their own order. */
+static void test_short_ropes_keep_their_order(void** state) {
+    (void)state;
+    for (int link_count = 1; link_count < 16; ++link_count) {
+        uint64_t hashes[2];
+        for (int is_colored = 0; is_colored < 2; ++is_colored) {
+            pli_body* body = make_chain_body(link_count, ROPE_ITERATIONS);
+            assert_int_equal(pli_body_use_colored_links(body, is_colored == 1), PLI_OK);
+            for (int i = 0; i < 10; ++i) {
+                assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            }
+            hashes[is_colored] = pli_body_state_hash(body);
+            pli_body_destroy(body);
+        }
+        assert_true(hashes[0] == hashes[1]);
+    }
+}
+
 // ---------------------------------------------------------------------------------------------------------- memory
 
 static void test_steps_allocate_nothing_and_bytes_are_given_back(void** state) {
     (void)state;
-    pli_body* body = make_chain_body(SHORT_LINKS, SHORT_ITERATIONS);
+    pli_body* body = make_chain_body(ROPE_LINKS, ROPE_ITERATIONS);
     assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
     const size_t bytes = pli_body_bytes(body);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
@@ -299,7 +331,7 @@ static void test_steps_allocate_nothing_and_bytes_are_given_back(void** state) {
     }
     assert_true(pli_context_allocation_count(context) == calls);
     assert_int_equal(pli_body_use_colored_links(body, false), PLI_OK);
-    assert_true(pli_body_bytes(body) <= bytes - 3 * 2 * (SHORT_LINKS + 1) * sizeof(float));
+    assert_true(pli_body_bytes(body) <= bytes - 3 * 2 * (ROPE_LINKS + 1) * sizeof(float));
     pli_body_destroy(body);
 }
 
@@ -310,7 +342,7 @@ static pli_status make_colored_rope(pli_context* failing, void* user) {
     pli_body* body = NULL;
     pli_status status = pli_world_create(failing, NULL, &own_world);
     if (status == PLI_OK) {
-        status = pli_mesh_create_rope(failing, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 10, PLI_ROPE_PIN_FIRST,
+        status = pli_mesh_create_rope(failing, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 20, PLI_ROPE_PIN_FIRST,
                                       &mesh);
     }
     if (status == PLI_OK) { status = pli_body_create(own_world, mesh, NULL, &body); }
@@ -334,6 +366,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_other_links_are_no_chain, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_link_between_pinned_nodes_is_left_to_others, setup_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_short_ropes_keep_their_order, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_steps_allocate_nothing_and_bytes_are_given_back, setup_world,
                                         teardown_world),
         cmocka_unit_test(test_failing_memory_leaves_nothing_behind),
