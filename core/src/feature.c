@@ -91,11 +91,19 @@ static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
     if (feature->users == 0) { feature_remove(body, index); }
 }
 
+static int feature_count_stages(const plii_feature_class* klass) {
+    int count = 0;
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        count += klass->stages[stage].run != NULL;
+    }
+    return count;
+}
+
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
-    const int count = pipeline->feature_count + 1;
-    if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, count) ||
-        !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, count * PLII_STAGE_COUNT)) {
+    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass);
+    if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
+        !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     void* state = plii_allocate(body->context, klass->state_size);
@@ -208,8 +216,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                 const plii_step* step, const plii_feature_class* except) {
+static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
+                                 const plii_feature_class* except) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
