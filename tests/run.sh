@@ -1,6 +1,6 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset and then
-# the unit tests again under AddressSanitizer and UBSan. Exit status 0 when all passed.
+# the unit tests again under AddressSanitizer and UBSan, but for the report. Exit status 0 when all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
