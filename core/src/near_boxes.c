@@ -13,11 +13,11 @@ static void near_boxes_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 hi
     group->high[2][lane] = high.z;
 }
 
-/* What encloses the four boxes of a group, of which at least one is not empty. */
+/* What encloses the four boxes of a group, of which the first is not empty. */
 static pli_bounds near_boxes_join(const plii_box4* group) {
     pli_bounds all = {{group->low[0][0], group->low[1][0], group->low[2][0]},
                       {group->high[0][0], group->high[1][0], group->high[2][0]}};
-    for (int k = 1; k < 4 && group->low[0][k] < INFINITY; ++k) {
+    for (int k = 1; k < 4 && !isnan(group->low[0][k]); ++k) {
         const pli_vec3 low = pli_vec3_make(group->low[0][k], group->low[1][k], group->low[2][k]);
         const pli_vec3 high = pli_vec3_make(group->high[0][k], group->high[1][k], group->high[2][k]);
         all.min = plii_vec3_min(low, all.min);
@@ -26,11 +26,11 @@ static pli_bounds near_boxes_join(const plii_box4* group) {
     return all;
 }
 
-/* Empty boxes are infinitely far from everything. */
+/* Empty boxes are nowhere: no comparison holds for NaN, however large the radius or the bounds that are looked for. */
 static void near_boxes_pad(plii_box4* groups, int count) {
-    const pli_vec3 far = pli_vec3_make(INFINITY, INFINITY, INFINITY);
+    const pli_vec3 nowhere = pli_vec3_make(NAN, NAN, NAN);
     for (int i = count; i % 4 != 0; ++i) {
-        near_boxes_set(&groups[i / 4], i % 4, far, far);
+        near_boxes_set(&groups[i / 4], i % 4, nowhere, nowhere);
     }
 }
 
@@ -90,11 +90,12 @@ typedef struct near_search {
     plii_float4 squared_radius;
 } near_search;
 
-/* Squares of how far a coordinate lies outside of four intervals. */
+/* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
+   maximum of two values is the second one then. */
 PLII_SIMD_INLINE plii_float4 near_boxes_outside(plii_float4 value, const float* low, const float* high) {
     const plii_float4 below = plii_float4_sub(plii_float4_load(low), value);
     const plii_float4 above = plii_float4_sub(value, plii_float4_load(high));
-    const plii_float4 outside = plii_lanes_max(plii_lanes_max(below, above), plii_float4_all(0.0f));
+    const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(below, above));
     return plii_float4_mul(outside, outside);
 }
 

@@ -7,7 +7,7 @@
 #include "context.h"
 #include "vec.h"
 
-/* Four boxes by components; those beyond the last one are empty. */
+/* Four boxes by components; those beyond the last one are empty: NaN, which no search finds. */
 typedef struct plii_box4 {
     float low[3][4], high[3][4];
 } plii_box4;
@@ -28,9 +28,10 @@ bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int c
 void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes);
 size_t plii_near_boxes_bytes(const plii_near_boxes* boxes);
 
-/* Writes the boxes that touch `bounds`, ascending; returns their number. Looks at all of them. */
+/* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
+   numbers are infinite or NaN. Looks at all of them. */
 int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bounds, int* items);
-/* Writes the boxes within `radius` of a point, ascending; returns their number. `items` has room for all. */
+/* Writes the boxes within `radius` of a point, ascending; returns their number, as above. `items` has room for all. */
 int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items);
 
 #endif

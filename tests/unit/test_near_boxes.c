@@ -88,10 +88,57 @@ static void test_memory_is_kept(void** state) {
     pli_context_destroy(context);
 }
 
+/* The boxes that fill up groups are found by no radius, no bounds and no point. */
+static void test_finds_no_more_than_there_are(void** state) {
+    (void)state;
+    static const int counts[] = {1, 2, 3, 5, 6, 13, 17, 64, 67, 257};
+    static const float radii[] = {1e19f, 1e20f, 3e38f, INFINITY, -INFINITY, NAN};
+    static const pli_vec3 points[] = {{0, 0, 0}, {3e38f, -3e38f, 3e38f}, {INFINITY, 0, 0}, {NAN, NAN, NAN}};
+    static pli_bounds bounds[257];
+    int found[257];
+    uint64_t seed = 3;
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
+    plii_near_boxes boxes = {0};
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
+        const int count = counts[c];
+        for (int i = 0; i < count; ++i) {
+            bounds[i].min = random_vector(&seed, 10);
+            bounds[i].max = pli_vec3_add(bounds[i].min, random_vector(&seed, 1));
+        }
+        assert_true(plii_near_boxes_build(context, &boxes, count, bounds));
+        for (size_t r = 0; r < sizeof radii / sizeof *radii; ++r) {
+            for (size_t p = 0; p < sizeof points / sizeof *points; ++p) {
+                const int near = plii_near_boxes_find(&boxes, points[p], radii[r], found);
+                const bool has_numbers = !isnan(radii[r]) && !isnan(points[p].x);
+                const bool is_near_all = has_numbers && (p == 0 || isinf(radii[r] * radii[r]));
+                assert_int_equal(near, is_near_all ? count : 0);
+                for (int i = 0; i < near; ++i) {
+                    assert_int_equal(found[i], i);
+                }
+            }
+        }
+        const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+        assert_int_equal(plii_near_boxes_overlaps(&boxes, &everything, found), count);
+        const pli_bounds nothing = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
+        assert_int_equal(plii_near_boxes_overlaps(&boxes, &nothing, found), 0);
+        /* Boxes that are not finite are found or not, once. */
+        bounds[count / 2].min.x = bounds[0].max.y = NAN;
+        bounds[count - 1].max = pli_vec3_make(INFINITY, INFINITY, INFINITY);
+        bounds[count / 3].min.z = INFINITY;
+        assert_true(plii_near_boxes_build(context, &boxes, count, bounds));
+        assert_in_range(plii_near_boxes_find(&boxes, points[0], INFINITY, found), 0, count);
+        assert_in_range(plii_near_boxes_overlaps(&boxes, &everything, found), 0, count);
+    }
+    plii_near_boxes_free(context, &boxes);
+    pli_context_destroy(context);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_finds_what_is_near),
         cmocka_unit_test(test_memory_is_kept),
+        cmocka_unit_test(test_finds_no_more_than_there_are),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
