@@ -41,7 +41,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
     plii_cluster_contacts* state = pair->state;
     const bool as_bullet = cluster_contacts_are_as_bullet(body, info);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     if (!pair->has_sides) {
         pair->sides[0] = plii_joint_side_of_cluster(body, info->cluster);
@@ -387,7 +387,7 @@ static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_cont
 static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
                                                  int shape_index, pli_bounds* near) {
     if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
-        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, "cluster contacts", "no memory to measure nodes");
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     const pli_shape* shape = rigid->shapes[shape_index];
     const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
@@ -460,14 +460,10 @@ static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_conta
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_fail_memory(pli_body* body) {
-    return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, "cluster contacts", "no memory to search pairs");
-}
-
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
     plii_cluster_contacts* state = data;
     if (!state->def.with_rigids) { return PLI_OK; }
-    if (!plii_cluster_contacts_update_groups(body, state)) { return cluster_contacts_fail_memory(body); }
+    if (!plii_cluster_contacts_update_groups(body, state)) { return PLI_ERROR_OUT_OF_MEMORY; }
     const int before = state->count;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = cluster_contacts_meet_shape(body, state, rigid, i);
@@ -629,7 +625,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
     if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
         !cluster_contacts_update_tree(other, other_state)) {
-        return cluster_contacts_fail_memory(body);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
     const plii_contact_terms terms = {
@@ -700,7 +696,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
     if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state) ||
         (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
-        return cluster_contacts_fail_memory(body);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters* clusters = plii_body_clusters(body);
     plii_clusters_take_frames(body, clusters, body->bounds);

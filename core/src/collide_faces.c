@@ -227,7 +227,7 @@ static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, f
     soft_contacts_state* state = pass->node_state;
     pli_context* context = pass->node_body->context;
     if (!PLII_RESERVE(context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     if (!(distance > noise)) { *on_face = state->count; }
     soft_contact* contact = &state->contacts[state->count++];
@@ -421,9 +421,7 @@ static void soft_contacts_drop_along(soft_contacts_state* state, int first, pli_
 static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
     soft_contacts_state* search = pass->search;
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
-    if (!soft_contacts_collect(pass)) {
-        return PLII_FAIL(pass->node_body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to find contacts");
-    }
+    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const soft_contacts_node near = search->nodes[i];
         const int first = pass->node_state->count;

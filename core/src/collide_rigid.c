@@ -75,7 +75,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int 
     if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
     if (state->count == state->capacity &&
         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;

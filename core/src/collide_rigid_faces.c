@@ -222,7 +222,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
     plii_rigid_faces_prepare_contact(body, pass->meeting, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d contacts", state->count + 1);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->contacts[state->count++] = contact;
     rigid->was_touched = true;
@@ -361,7 +361,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
     if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
     const int count = state->meeting_count;
     if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, count + 1)) {
-        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", count + 1);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->meetings[count] = (plii_rigid_faces_meeting){.rigid = rigid,
                                                         .shape_index = index,

@@ -63,14 +63,17 @@ static bool self_grids_part_near(pli_body* body, self_grids_state* state, int no
     return has_all;
 }
 
-static void self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_node_hash* seen) {
-    bool has_all = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
-                                        state->def.distance, shift);
+/* False when there was no memory for the grid. */
+static bool self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_node_hash* seen) {
+    const bool is_built = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
+                                               state->def.distance, shift);
+    bool has_all = is_built;
     state->pairs.is_cut_short = false;
     for (int i = 0; i < state->hash.count; ++i) {
         has_all = self_grids_part_near(body, state, i, seen) && has_all;
     }
     state->report.is_cut_short = state->report.is_cut_short || !has_all || state->pairs.is_cut_short;
+    return is_built;
 }
 
 static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
@@ -80,9 +83,9 @@ static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
         state->positions[i] = plii_xyz(body->positions[i]);
     }
     state->report = (pli_self_grids_report){0};
-    self_grids_solve(body, state, 0.0f, NULL);
+    if (!self_grids_solve(body, state, 0.0f, NULL)) { return; }
     const plii_node_hash first = state->hash; /* its geometry; the tables are built anew */
-    self_grids_solve(body, state, 0.5f * first.cell_size, &first);
+    (void)self_grids_solve(body, state, 0.5f * first.cell_size, &first);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature

@@ -148,7 +148,10 @@ void plii_log(pli_context* context, pli_log_level level, const char* format, ...
 void* plii_allocate(pli_context* context, size_t size) {
     if (size == 0) { return NULL; }
     void* block = context->allocator.allocate(size, CONTEXT_ALIGNMENT, context->allocator.user);
-    if (block == NULL) { return NULL; }
+    if (block == NULL) {
+        context->shortage = (plii_shortage){context->shortage.count + 1, size, context->pass};
+        return NULL;
+    }
     if (context->allocator.allocate != context_default_allocate) { memset(block, 0, size); }
     context->allocated_bytes += size;
     context->allocation_count += 1;

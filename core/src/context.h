@@ -11,6 +11,19 @@
    may have to wake up. */
 enum { PLII_TEAM_MOST = 16, PLII_TEAM_PATIENCE = 10000 };
 
+/* What a step is at, and what it asks for memory for then. */
+typedef struct plii_pass {
+    int body;                                 /* index in its world, or PLI_NULL_INDEX */
+    const struct plii_feature_class* feature; /* NULL: the solver */
+} plii_pass;
+
+/* Allocations that failed. */
+typedef struct plii_shortage {
+    uint64_t count;
+    size_t size;    /* bytes, of the last one */
+    plii_pass pass; /* likewise */
+} plii_shortage;
+
 struct pli_context {
     pli_allocator allocator;
     pli_log_fn* log;
@@ -23,6 +36,8 @@ struct pli_context {
     pli_simd simd;                                /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
+    plii_pass pass;
+    plii_shortage shortage;
     char last_error[512];
 };
 

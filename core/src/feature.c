@@ -234,6 +234,7 @@ static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, 
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry* entry = &pipeline->entries[i];
         if (entry->klass == except) { continue; }
+        body->context->pass.feature = entry->klass;
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state, step);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
@@ -246,8 +247,11 @@ void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage 
         feature_run_profiled(body, pipeline, stage, step, except);
         return;
     }
+    plii_pass* pass = &body->context->pass;
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry entry = pipeline->entries[i];
-        if (entry.klass != except) { entry.run(body, entry.state, step); }
+        if (entry.klass == except) { continue; }
+        pass->feature = entry.klass;
+        entry.run(body, entry.state, step);
     }
 }

@@ -115,6 +115,8 @@ typedef struct plii_feature_class {
     /* All optional. */
     pli_status (*enable)(pli_body* body, void* state); /* after the needs; must leave nothing behind on failure */
     void (*disable)(pli_body* body, void* state);
+    /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
+       and the step tells. Out of memory is the only error here. */
     pli_status (*collide_rigid)(pli_body* body, void* state, pli_rigid* rigid);
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);

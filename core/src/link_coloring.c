@@ -76,7 +76,6 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     plii_link_quads* quads = &work->quads;
     plii_link_runs_work* runs = &work->runs;
     plii_link_runs* made = &runs->made;
-    /* First, as it is what stays where there is no memory for the result. */
     work->serial_links = link_colors_carve(carver, links * sizeof *work->serial_links);
     work->kinds = link_colors_carve(carver, links * sizeof *work->kinds);
     quads->quads = link_colors_carve(carver, links / 3 * sizeof *quads->quads);
@@ -406,9 +405,43 @@ static void link_colors_copy_runs(const plii_link_runs* made, plii_link_runs* ru
     memcpy(runs->run_links, made->run_links, (size_t)made->run_link_count * sizeof *runs->run_links);
 }
 
-/* `storage` is zeroed and of link_colors_work_size. Where there is no memory for the result, it becomes part of it, and
-   all links are serial. */
-static void link_colors_make(const pli_body* body, void* storage, size_t storage_size, plii_link_colors* colors) {
+/* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most, with
+   regions three for each of them too. */
+static size_t link_colors_most_groups(const pli_body* body, int link_count) {
+    const size_t links = (size_t)link_count;
+    const bool has_tags = body->link_tags != NULL || body->material_count > 1; /* links of faces may get one */
+    size_t parts = LINK_COLORS_MAX * (has_tags ? 2 * (size_t)body->material_count : 1);
+    if (has_tags && plii_has_threads(body->context)) { parts *= 3 * LINK_COLORS_REGIONS; }
+    return links / PLII_LINK_LANES + (parts < links ? parts : links);
+}
+
+/* Bytes that the result can have at most. */
+static size_t link_colors_most_bytes(const pli_body* body, int node_count, int link_count) {
+    const int groups = (int)link_colors_most_groups(body, link_count), eighths = link_count / PLII_LINK_LANES;
+    plii_link_colors most = {.color_count = LINK_COLORS_MAX,
+                             .group_count = groups,
+                             .row_count = PLII_LINK_PAIRS * groups,
+                             .place_count = 4 * groups,
+                             .serial_count = link_count};
+    if (node_count >= LINK_COLORS_RUNS_NODES) {
+        most.runs = (plii_link_runs){.color_count = 4 * PLII_LINK_RUNS_MAX_CLASSES,
+                                     .run_count = 2 * eighths,
+                                     .source_count = 2 * eighths,
+                                     .run_link_count = link_count};
+    }
+    link_colors_carver carver = {0};
+    link_colors_carve_result(&carver, &most);
+    return carver.used;
+}
+
+typedef struct link_colors_block {
+    void* memory;
+    size_t size;
+} link_colors_block;
+
+/* `storage` is zeroed and of link_colors_work_size. The result gets a block that just holds it, or without memory takes
+   `spare` and clears that; false when there is none. */
+static bool link_colors_make(const pli_body* body, void* storage, link_colors_block* spare, plii_link_colors* colors) {
     link_colors_work work = link_colors_work_of(body, body->node_count, body->link_count);
     link_colors_carver carver = {.base = storage};
     link_colors_carve_work(&carver, &work);
@@ -433,17 +466,13 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     maker.made.serial_count = serial_count;
     carver = (link_colors_carver){0};
     link_colors_carve_result(&carver, &maker.made);
-    carver = (link_colors_carver){.base = plii_allocate(body->context, carver.used)};
-    if (carver.base == NULL) {
-        for (int i = 0; i < body->link_count; ++i) {
-            work.serial_links[i] = i;
-        }
-        *colors = (plii_link_colors){.serial_count = body->link_count,
-                                     .serial_links = work.serial_links,
-                                     .storage = storage,
-                                     .storage_size = storage_size};
-        return;
+    link_colors_block block = {plii_allocate(body->context, carver.used), carver.used};
+    if (block.memory == NULL) {
+        block = *spare;
+        *spare = (link_colors_block){NULL, 0};
     }
+    if (block.memory == NULL) { return false; }
+    carver = (link_colors_carver){.base = block.memory};
     link_colors_carve_result(&carver, &maker.made);
     *colors = maker.made;
     maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.place_count = 0;
@@ -451,10 +480,10 @@ static void link_colors_make(const pli_body* body, void* storage, size_t storage
     link_colors_count_alike(colors);
     link_colors_copy_runs(&work.runs.made, &colors->runs);
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
-    colors->storage = carver.base;
-    colors->storage_size = carver.used;
+    colors->storage = block.memory;
+    colors->storage_size = block.size;
     if (plii_link_colors_have_only_runs(colors)) { plii_link_shares_choose(body, &colors->runs, &colors->shares); }
-    plii_release(body->context, storage, storage_size);
+    return true;
 }
 
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
@@ -494,14 +523,9 @@ void plii_link_slots_release(const pli_body* body, plii_link_slots* slots) {
     *slots = (plii_link_slots){0};
 }
 
-/* A full group has eight links or more and at most six rows; of groups that are not full there is one for each colour
-   and tag at most. */
 size_t plii_link_slots_max_size(const pli_body* body, int link_count) {
-    const size_t links = (size_t)link_count;
-    const size_t parts = (size_t)LINK_COLORS_MAX * 2 * (size_t)body->material_count;
-    const size_t slots =
-        PLII_LINK_LANES * PLII_LINK_PAIRS * (links / PLII_LINK_LANES + (parts < links ? parts : links));
-    return (slots + links) * sizeof(float);
+    const size_t slots = PLII_LINK_LANES * PLII_LINK_PAIRS * link_colors_most_groups(body, link_count);
+    return (slots + (size_t)link_count) * sizeof(float);
 }
 
 void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, void* block,
@@ -519,13 +543,10 @@ static pli_status link_colors_enable(pli_body* body, void* state) {
     const size_t size = link_colors_work_size(body, body->node_count, body->link_count);
     void* storage = plii_allocate(body->context, size);
     if (storage == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    plii_link_colors* colors = state;
-    link_colors_make(body, storage, size, colors);
-    if (colors->storage == storage) { /* it would stay far too large */
-        plii_release(body->context, storage, size);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    return PLI_OK;
+    link_colors_block spare = {NULL, 0};
+    const bool is_made = link_colors_make(body, storage, &spare, state);
+    plii_release(body->context, storage, size);
+    return is_made ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void link_colors_disable(pli_body* body, void* state) {
@@ -542,14 +563,19 @@ static int link_colors_topology_blocks(const pli_body* body, const void* state, 
                                        size_t* sizes) {
     (void)state;
     sizes[0] = link_colors_work_size(body, change->node_count, change->link_count);
-    return 1;
+    sizes[1] = link_colors_most_bytes(body, change->node_count, change->link_count);
+    return 2;
 }
 
 static void link_colors_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
                                         void** blocks) {
     plii_link_colors* colors = state;
     plii_release(body->context, colors->storage, colors->storage_size);
-    link_colors_make(body, blocks[0], link_colors_work_size(body, change->node_count, change->link_count), colors);
+    const size_t most_bytes = link_colors_most_bytes(body, change->node_count, change->link_count);
+    link_colors_block spare = {blocks[1], most_bytes};
+    (void)link_colors_make(body, blocks[0], &spare, colors);
+    plii_release(body->context, blocks[0], link_colors_work_size(body, change->node_count, change->link_count));
+    plii_release(body->context, spare.memory, spare.size);
 }
 
 const plii_feature_class plii_link_colors_class = {

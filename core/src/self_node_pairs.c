@@ -338,6 +338,7 @@ void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* gr
         self_nodes_search(body, graph, state);
         return;
     }
+    const uint64_t shortages = body->context->shortage.count;
     const int first = self_nodes_part_strayed(body, state, share);
     for (int k = first; k < state->apart_count; ++k) {
         const int node = state->apart[k];
@@ -347,6 +348,8 @@ void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* gr
     for (int k = first; k < state->apart_count; ++k) {
         self_nodes_take_apart(body, graph, state, k, share);
     }
+    /* What is missing must not be missing in the steps to come. */
+    if (body->context->shortage.count != shortages) { state->is_known = false; }
 }
 
 // ------------------------------------------------------------------------------------------------------ memory

@@ -232,8 +232,8 @@ static void implicit_predict(pli_body* body, float dt) {
 // -------------------------------------------------------------------------------------------- anchors and contacts
 
 static pli_status implicit_meet_rigid(pli_body* body, void* data, pli_rigid* rigid) {
-    if (plii_implicit_holds_meet(body, &((implicit_state*)data)->holds, rigid)) { return PLI_OK; }
-    return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for what rigid bodies hold");
+    const bool has_room = plii_implicit_holds_meet(body, &((implicit_state*)data)->holds, rigid);
+    return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void implicit_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
@@ -251,6 +251,7 @@ static pli_vec3 implicit_reached(const pli_body* body, int node) {
 static void implicit_solve_holds(pli_body* body, implicit_state* state) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_implicit_system* system = &state->system;
+    body->context->pass.feature = NULL; /* stages have run */
     plii_implicit_holds_gather(body, &state->holds, true, state->blocks, system->solution);
     if (state->holds.count == 0) { return; }
     plii_dvec3* before = state->vectors[4];

@@ -237,6 +237,7 @@ static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
     int busy = 0;
     for (int k = 0; k < kinds.count; ++k) {
         const plii_xpbd_kind* kind = kinds.at[k];
+        body->context->pass.feature = kind->klass;
         if (kind->begin != NULL) { kind->begin(body, kinds.states[k]); }
         if (kind->is_idle != NULL && kind->is_idle(body, kinds.states[k])) { continue; }
         kinds.at[busy] = kind;

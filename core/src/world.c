@@ -193,11 +193,40 @@ bool pli_world_is_stepping(const pli_world* world) {
     return plii_check_world(world, __func__) == PLI_OK && world->is_stepping;
 }
 
+// ------------------------------------------------------------------------------------------------- out of memory
+
+/* A step in which memory runs out goes on, without what there is none for. What a call could not get is told by that
+   call, and once more at the end of the step. */
+
+static uint64_t world_begin_call(pli_world* world) {
+    world->context->pass = (plii_pass){PLI_NULL_INDEX, NULL};
+    return world->context->shortage.count;
+}
+
+static void world_begin_body(const pli_world* world, const pli_body* body) {
+    world->context->pass = (plii_pass){body->world_index, NULL};
+}
+
+static pli_status world_fail_shortage(const pli_world* world, const plii_shortage* shortage, const char* function) {
+    const plii_feature_class* feature = shortage->pass.feature;
+    return plii_fail(world->context, PLI_ERROR_OUT_OF_MEMORY, function,
+                     "no memory, %zu bytes, for %s of body %d; the step goes on without", shortage->size,
+                     feature != NULL ? feature->name : "the solver", shortage->pass.body);
+}
+
+/* Notes what memory there was none for since `before`. */
+static pli_status world_end_call(pli_world* world, uint64_t before, const char* function) {
+    const plii_shortage* last = &world->context->shortage;
+    if (last->count == before) { return PLI_OK; }
+    if (world->shortage.count == 0) { world->shortage = *last; }
+    return function != NULL ? world_fail_shortage(world, last, function) : PLI_ERROR_OUT_OF_MEMORY;
+}
+
 // ----------------------------------------------------------------------------------------------------- step
 
 /* Growth belongs here, where something was added, and not into the steps that meet it. */
 static void world_make_room(pli_world* world) {
-    world->wants_room = false;
+    const uint64_t before = world->context->shortage.count;
     world->most_nodes = world->most_faces = 0;
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
@@ -219,6 +248,7 @@ static void world_make_room(pli_world* world) {
             if (feature->klass->make_room != NULL) { feature->klass->make_room(body, feature->state); }
         }
     }
+    world->wants_room = world->context->shortage.count != before;
 }
 
 pli_status pli_world_predict(pli_world* world, float dt) {
@@ -230,8 +260,10 @@ pli_status pli_world_predict(pli_world* world, float dt) {
         return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "dt = %g is not positive and finite", (double)dt);
     }
     if (world->wants_room && world->def.makes_room) { world_make_room(world); }
+    const uint64_t before = world_begin_call(world);
     world->is_stepping = true;
     world->event_count = 0;
+    world->shortage.count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
         world->rigids[i]->was_touched = false;
         world->rigids[i]->was_held_back = false;
@@ -239,9 +271,13 @@ pli_status pli_world_predict(pli_world* world, float dt) {
     plii_world_profile(world, "predict", NULL, true);
     /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
     for (int i = world->body_count - 1; i >= 0; --i) {
-        if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->predict(world->bodies[i], dt); }
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        body->solver_class->predict(body, dt);
     }
     plii_world_profile(world, "predict", NULL, false);
+    (void)world_end_call(world, before, NULL); /* the solve tells */
     return PLI_OK;
 }
 
@@ -256,25 +292,47 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
     return PLI_OK;
 }
 
+/* What a feature has no memory for is noted where it is asked for. */
+static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    if (body->is_frozen || pli_body_ignores_rigid(body, rigid)) { return; }
+    world_begin_body(world, body);
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->collide_rigid == NULL) { continue; }
+        world->context->pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_rigid(body, feature->state, rigid);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
 pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     PLII_TRY(plii_check_world(world, __func__));
     PLII_TRY(plii_check_body(body, __func__));
     if (rigid == NULL || rigid->magic != PLII_RIGID_MAGIC) { return PLI_ERROR_NULL_ARGUMENT; }
     PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
-    if (body->is_frozen || pli_body_ignores_rigid(body, rigid)) { return PLI_OK; }
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->collide_rigid == NULL) { continue; }
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        const pli_status status = feature->klass->collide_rigid(body, feature->state, rigid);
-        plii_world_profile(world, "collide", feature->klass->name, false);
-        PLII_TRY(status);
-    }
-    return PLI_OK;
+    const uint64_t before = world_begin_call(world);
+    world_collide_rigid(world, body, rigid);
+    return world_end_call(world, before, __func__);
 }
 
 bool pli_body_meets_bodies(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->meets_bodies;
+}
+
+static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    if (body_a->is_frozen || body_b->is_frozen || !body_a->meets_bodies) { return; }
+    world_begin_body(world, body_a);
+    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body_a->pipeline.features[i];
+        if (feature->klass->collide_body == NULL) { continue; }
+        void* other_state = plii_feature_state(body_b, feature->klass);
+        if (other_state == NULL) { continue; }
+        world->context->pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
 }
 
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
@@ -283,24 +341,17 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
     PLII_TRY(plii_check_body(body_b, __func__));
     PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
     if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
-    if (body_a->is_frozen || body_b->is_frozen || !pli_body_meets_bodies(body_a)) { return PLI_OK; }
-    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body_a->pipeline.features[i];
-        if (feature->klass->collide_body == NULL) { continue; }
-        void* other_state = plii_feature_state(body_b, feature->klass);
-        if (other_state == NULL) { continue; }
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        const pli_status status = feature->klass->collide_body(body_a, feature->state, body_b, other_state);
-        plii_world_profile(world, "collide", feature->klass->name, false);
-        PLII_TRY(status);
-    }
-    return PLI_OK;
+    const uint64_t before = world_begin_call(world);
+    world_collide_bodies(world, body_a, body_b);
+    return world_end_call(world, before, __func__);
 }
 
 static void world_run_joint_stage(pli_world* world, plii_stage stage) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (!body->is_frozen) { plii_run_stage(body, &body->pipeline, stage, &body->step); }
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        plii_run_stage(body, &body->pipeline, stage, &body->step);
     }
 }
 
@@ -320,31 +371,42 @@ static void world_solve_joints(pli_world* world) {
     world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
 }
 
-pli_status pli_world_solve(pli_world* world) {
-    PLII_TRY(plii_check_world(world, __func__));
-    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+static pli_status world_solve(pli_world* world, const char* function) {
+    const uint64_t before = world_begin_call(world);
     plii_world_profile(world, "joints", NULL, true);
     world_solve_joints(world);
     plii_world_profile(world, "joints", NULL, false);
     plii_world_profile(world, "solve", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
-        if (!world->bodies[i]->is_frozen) { world->bodies[i]->solver_class->solve(world->bodies[i]); }
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        body->solver_class->solve(body);
     }
     plii_world_profile(world, "solve", NULL, false);
     /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
     plii_world_profile(world, "refresh", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (!body->is_frozen) { plii_body_refresh(body); }
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        plii_body_refresh(body);
     }
     plii_world_profile(world, "refresh", NULL, false);
     world->is_stepping = false;
-    return PLI_OK;
+    (void)world_end_call(world, before, NULL);
+    return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;
+}
+
+pli_status pli_world_solve(pli_world* world) {
+    PLII_TRY(plii_check_world(world, __func__));
+    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+    return world_solve(world, __func__);
 }
 
 // ------------------------------------------------------------------------------------------- pairs that overlap
 
-static pli_status world_collide_rigids(pli_world* world) {
+static void world_collide_rigids(pli_world* world) {
     for (int r = 0; r < world->rigid_count; ++r) {
         pli_rigid* rigid = world->rigids[r];
         const pli_bounds bounds = plii_rigid_bounds(rigid);
@@ -352,15 +414,14 @@ static pli_status world_collide_rigids(pli_world* world) {
             pli_body* body = world->bodies[b];
             const bool is_swept = body->sweeping_features > 0;
             if (plii_bounds_overlap(body->bounds, is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : bounds)) {
-                PLII_TRY(pli_world_collide_rigid(world, body, rigid));
+                world_collide_rigid(world, body, rigid);
             }
         }
     }
-    return PLI_OK;
 }
 
 /* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
-static pli_status world_collide_soft_pairs(pli_world* world) {
+static void world_collide_soft_pairs(pli_world* world) {
     pli_body** sweep = world->sweep;
     for (int i = 1; i < world->body_count; ++i) {
         pli_body* moved = sweep[i];
@@ -376,16 +437,16 @@ static pli_status world_collide_soft_pairs(pli_world* world) {
         for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
             if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
             const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
-            PLII_TRY(pli_world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]));
+            world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]);
         }
     }
-    return PLI_OK;
 }
 
 pli_status pli_world_step(pli_world* world, float dt) {
     PLII_TRY(pli_world_predict(world, dt));
-    pli_status status = world_collide_rigids(world);
-    if (status == PLI_OK) { status = world_collide_soft_pairs(world); }
-    const pli_status solved = pli_world_solve(world);
-    return status != PLI_OK ? status : solved;
+    const uint64_t before = world_begin_call(world);
+    world_collide_rigids(world);
+    world_collide_soft_pairs(world);
+    (void)world_end_call(world, before, NULL);
+    return world_solve(world, __func__);
 }

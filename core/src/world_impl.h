@@ -11,7 +11,7 @@ struct pli_world {
     pli_context* context;
     pli_world_def def;
     bool is_stepping;
-    bool wants_room; /* what features make room for has changed since the last step */
+    bool wants_room; /* what features make room for has changed since the last step, or there was no memory for it */
     /* As of when room was made. */
     int most_nodes, most_faces; /* of a body */
     bool has_convex_shapes, has_other_shapes;
@@ -24,6 +24,7 @@ struct pli_world {
     int rigid_count, rigid_capacity;
     pli_event* events;
     int event_count, event_capacity;
+    plii_shortage shortage;  /* of memory in this step, the first; count 0: none */
     pli_profile_fn* profile; /* NULL: off */
     void* profile_user;
 };

@@ -24,10 +24,7 @@ static bool xpbd_anchors_reserve(pli_body* body, xpbd_anchors_state* state) {
 static void xpbd_anchors_begin(pli_body* body, void* data) {
     xpbd_anchors_state* state = data;
     state->count = 0;
-    if (!xpbd_anchors_reserve(body, state)) {
-        PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d anchors", pli_body_anchor_count(body));
-        return;
-    }
+    if (!xpbd_anchors_reserve(body, state)) { return; }
     for (int i = 0; i < pli_body_anchor_count(body); ++i) {
         const plii_anchor_place place = plii_anchor_get_place(body, i);
         const pli_transform pose = place.rigid->state.pose;

@@ -37,8 +37,7 @@ static bool xpbd_rigid_contacts_reserve(pli_body* body, xpbd_rigid_contacts_stat
 static pli_status xpbd_rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
     const int count = pli_body_get_rigid_contacts(body, 0, NULL);
     (void)rigid;
-    if (xpbd_rigid_contacts_reserve(body, data, count)) { return PLI_OK; }
-    return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to solve %d contacts", count);
+    return xpbd_rigid_contacts_reserve(body, data, count) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void xpbd_rigid_contacts_make_room(pli_body* body, void* data) {

@@ -37,8 +37,8 @@ static bool xpbd_soft_contacts_reserve(pli_body* body, xpbd_soft_contacts_state*
 
 /* Comes after the search, which was enabled before; for both bodies. */
 static pli_status xpbd_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
-    if (xpbd_soft_contacts_reserve(body, data) && xpbd_soft_contacts_reserve(other, other_data)) { return PLI_OK; }
-    return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to solve contacts");
+    const bool has_room = xpbd_soft_contacts_reserve(body, data) && xpbd_soft_contacts_reserve(other, other_data);
+    return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 // --------------------------------------------------------------------------------------------------------- the face

@@ -47,7 +47,8 @@ extern "C" {
     X(PLI_ERROR_FILE_OPEN, 10, "the file cannot be opened")                                                            \
     X(PLI_ERROR_FILE_FORMAT, 11, "the file is damaged or not of the expected format")
 
-/// Result of every call that can fail. On any value but PLI_OK the outputs and the state are as they were before.
+/// Result of every call that can fail. On any value but PLI_OK the outputs and the state are as they were before; the
+/// one exception is PLI_ERROR_OUT_OF_MEMORY of the calls that make up a step (world.h), which goes on to its end.
 typedef enum pli_status {
 #define PLI_STATUS_ENUM(name, value, text) name = value,
     PLI_STATUS_LIST(PLI_STATUS_ENUM)

@@ -16,7 +16,8 @@ typedef struct pli_world_def {
     float max_force_displacement; ///< m per step and axis that forces (not gravity) may add, default 1000.
                                   ///< Bullet name: m_maxDisplacement
     /// Default true: the first step after something was added or changed makes room for the contacts that bodies can be
-    /// expected to have, and later steps allocate nothing (docs/costs.md). False: lists grow when they are full.
+    /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
+    /// False: lists grow when they are full.
     bool makes_room;
     void* user_data;
     uint32_t cookie; ///< set by the default function
@@ -31,7 +32,14 @@ PLI_API pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity);
 PLI_API void* pli_world_get_user_data(const pli_world* world);
 
 /// One whole step: predict, collide everything that overlaps, solve.
+///
+/// Out of memory a step goes on, without what there is no memory for: contacts, pairs of self-collision, anchors under
+/// the XPBD and the implicit solver. PLI_ERROR_OUT_OF_MEMORY means that this happened; pli_last_error names a feature
+/// and the index of a body (pli_world_get_body). Every body that is not frozen has been stepped to its end then, and the
+/// next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
+/// allocate nothing, and so cannot run out of it.
 /// @param dt s, > 0
+/// @return any other error, as of pli_world_predict: nothing was done
 PLI_API pli_status pli_world_step(pli_world* world, float dt);
 
 /// The three parts of a step, for hosts with a broad phase of their own. The order is: predict, any number of
@@ -39,7 +47,9 @@ PLI_API pli_status pli_world_step(pli_world* world, float dt);
 /// collide call, anchors and the solver use the state at the solve call.
 /// Nothing is done for a pair that does not overlap, that is switched off (pli_body_ignore_rigid) or that no enabled
 /// feature takes care of.
-/// @return PLI_ERROR_WRONG_STATE when called out of order
+/// @return PLI_ERROR_WRONG_STATE when called out of order, PLI_ERROR_INVALID_VALUE. PLI_ERROR_OUT_OF_MEMORY, as of
+///         pli_world_step, of a collide call: contacts of this pair are missing; of the solve: something was missing
+///         anywhere in the step, which has been done. The prediction leaves it to the solve to tell
 PLI_API pli_status pli_world_predict(pli_world* world, float dt);
 PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid);
 PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
