@@ -25,17 +25,14 @@ static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const pl
 
 static bool cluster_contacts_group(pli_context* context, plii_contact_groups* groups,
                                    const plii_cluster_contacts* state) {
-    const plii_cluster_contact* end = state->contacts + state->count;
-    const plii_cluster_contact* first = state->contacts;
-    while (first < end) {
-        const plii_cluster_contact* next = first + 1;
-        while (next < end && cluster_contacts_share_sides(first, next)) {
+    int next = 0;
+    for (int i = 0; i < state->count; i = next) {
+        const plii_cluster_contact* first = &state->contacts[i];
+        next = i + 1;
+        while (next < state->count && cluster_contacts_share_sides(first, &state->contacts[next])) {
             ++next;
         }
-        if (!first->as_bullet && !plii_contact_groups_add(context, groups, first, (int)(next - first))) {
-            return false;
-        }
-        first = next;
+        if (!first->as_bullet && !plii_contact_groups_add(context, groups, first, next - i)) { return false; }
     }
     return true;
 }

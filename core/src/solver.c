@@ -33,7 +33,7 @@ typedef struct solver_nodes {
     float dt;                  /* s */
     pli_vec3 gravity;          /* change of velocities, m/s */
     float limit;               /* of the change by forces, m/s */
-    float rate;                /* of velocities for motions, 1/s */
+    float rate;                /* velocities, or their change, for motions since the start of the step, 1/s */
 } solver_nodes;
 
 static solver_nodes solver_nodes_of(const pli_body* body) {
@@ -43,10 +43,18 @@ static solver_nodes solver_nodes_of(const pli_body* body) {
                           .forces = body->forces};
 }
 
-/* Inline, with its range: bodies of a few nodes would notice the calls. */
-PLII_SIMD_INLINE void solver_pass(const pli_body* body, pli_range_fn* range, solver_nodes* nodes) {
-    plii_parallel_for(body->context, range, nodes, body->node_count, SOLVER_NODES_GRAIN);
-}
+/* Inline, with its range: bodies of a few nodes would notice the calls. The range is called by its name, since
+   compilers need not inline a call through a pointer. */
+#define SOLVER_PASS(body, range, nodes)                                                                                \
+    do {                                                                                                               \
+        const pli_context* const pass_context = (body)->context;                                                       \
+        const int pass_count = (body)->node_count;                                                                     \
+        if (pass_count > SOLVER_NODES_GRAIN) {                                                                         \
+            pass_context->parallel_for(range, nodes, pass_count, SOLVER_NODES_GRAIN, pass_context->parallel_user);     \
+        } else {                                                                                                       \
+            range(0, pass_count, nodes);                                                                               \
+        }                                                                                                              \
+    } while (0)
 
 /* Pinned nodes keep their velocity. */
 PLII_SIMD_INLINE plii_float4 solver_pull(plii_float4 velocity, plii_float4 position, plii_float4 added) {
@@ -121,15 +129,15 @@ static void solver_predict(pli_body* body, float dt) {
     nodes.dt = step->dt;
     nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
     if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
-        solver_pass(body, solver_fly, &nodes);
+        SOLVER_PASS(body, solver_fly, &nodes);
     } else {
-        solver_pass(body, solver_add_gravity, &nodes);
+        SOLVER_PASS(body, solver_add_gravity, &nodes);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
         if (body->forces != NULL) {
             nodes.limit = body->world->def.max_force_displacement / step->dt;
-            solver_pass(body, solver_add_forces_and_move, &nodes);
+            SOLVER_PASS(body, solver_add_forces_and_move, &nodes);
         } else {
-            solver_pass(body, solver_move, &nodes);
+            SOLVER_PASS(body, solver_move, &nodes);
         }
     }
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
@@ -164,13 +172,6 @@ PLII_SIMD_INLINE void solver_add_velocities(int begin, int end, void* data) {
         const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
         plii_float4_to(&nodes.velocities[i], plii_float4_add(velocity, solver_velocity(&nodes, i)));
     }
-}
-
-/* Velocities, or their change, from motions since the start of the step. */
-PLII_SIMD_INLINE void solver_take_motions(const pli_body* body, pli_range_fn* range, float rate) {
-    solver_nodes nodes = solver_nodes_of(body);
-    nodes.rate = rate;
-    solver_pass(body, range, &nodes);
 }
 
 int plii_solver_first_busy_node(const pli_body* body) {
@@ -220,9 +221,11 @@ static void solver_solve(pli_body* body) {
         }
         solver_positions_from_velocities(body, step->dt);
     }
+    solver_nodes nodes = solver_nodes_of(body);
     if (settings->position_iterations > 0) {
         solver_iterate_positions(body);
-        solver_take_motions(body, solver_set_velocities, step->inverse_dt * (1.0f - settings->velocity_damping));
+        nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
+        SOLVER_PASS(body, solver_set_velocities, &nodes);
     }
     if (settings->drift_iterations > 0) {
         /* The drift solve measures from the solved positions, which must be good to fall back to. */
@@ -233,7 +236,8 @@ static void solver_solve(pli_body* body) {
         for (int i = 0; i < settings->drift_iterations; ++i) {
             plii_run_stage(body, pipeline, PLII_STAGE_DRIFT, step);
         }
-        solver_take_motions(body, solver_add_velocities, settings->drift_correction * step->inverse_dt);
+        nodes.rate = settings->drift_correction * step->inverse_dt;
+        SOLVER_PASS(body, solver_add_velocities, &nodes);
     }
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }

@@ -82,6 +82,7 @@ static int tether_list_holds(pli_body* body, tether_state* state) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->list_holds == NULL) { continue; }
         const int found = feature->klass->list_holds(body, feature->state, 0, NULL);
+        if (found == 0) { continue; }
         if (!PLII_RESERVE(body->context, &state->holds, &state->hold_capacity, count + found)) { break; }
         feature->klass->list_holds(body, feature->state, found, state->holds + count);
         count += found;

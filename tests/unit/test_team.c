@@ -198,7 +198,7 @@ static void check_range(const plii_link_colors* colors, const plii_planes* plane
 }
 
 static void check_shares(const pli_body* body, const plii_link_colors* colors) {
-    const plii_planes planes = plii_planes_at(NULL, body->node_count, &colors->shares);
+    const plii_planes planes = plii_planes_at(body->velocities, body->node_count, &colors->shares);
     touch* touches = calloc((size_t)body->node_count, sizeof *touches);
     int* done = calloc((size_t)colors->runs.group_count, sizeof *done);
     assert_true(touches != NULL && done != NULL);
