@@ -16,6 +16,7 @@ typedef struct anchor_item {
     pli_vec3 pivot; /* in the frame of the rigid body */
     float influence;
     /* For one step: */
+    bool is_idle;         /* the rigid body is not present */
     pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: displacement of the node per impulse */
     pli_vec4 goal;        /* of the node */
     pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
@@ -39,6 +40,8 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_item* anchor = &anchors->items[i];
         pli_rigid* rigid = anchor->rigid;
+        anchor->is_idle = rigid->is_absent;
+        if (anchor->is_idle) { continue; }
         const pli_rigid_state* rigid_state = &rigid->state;
         const float inverse_mass = body->positions[anchor->node].w;
         const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
@@ -62,6 +65,7 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     if (body->solver_class->holds_nodes) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
+        if (anchor->is_idle) { continue; }
         const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
         const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
         const plii_float4 offset = plii_float4_from(&anchor->offset);
@@ -87,13 +91,16 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
 static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_hold* holds) {
     const anchor_state* anchors = state;
     (void)body;
-    for (int i = 0; i < anchors->item_count && i < capacity; ++i) {
+    int count = 0;
+    for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
-        holds[i] = (plii_hold){.node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
-        holds[i].hardness = anchors->hardness;
-        holds[i].influence = plii_min(anchor->influence, 1.0f);
+        if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
+        plii_hold* hold = &holds[count - 1];
+        *hold = (plii_hold){.node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
+        hold->hardness = anchors->hardness;
+        hold->influence = plii_min(anchor->influence, 1.0f);
     }
-    return anchors->item_count;
+    return count;
 }
 
 static void anchor_release_marks(pli_body* body) {

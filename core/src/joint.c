@@ -21,6 +21,8 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
     for (int i = 0; i < joints->count; ++i) {
         plii_joint* joint = &joints->items[i];
         const pli_rigid* rigid = joint->other.rigid;
+        joint->is_idle = rigid != NULL && rigid->is_absent;
+        if (joint->is_idle) { continue; }
         joint->keeps_momentum =
             rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.as_bullet;
         joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
@@ -35,7 +37,7 @@ static void joints_solve(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
-        joints->items[i].klass->solve(&joints->items[i]);
+        if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
     }
 }
 
@@ -44,7 +46,8 @@ static void joints_finish(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
-        if (joints->items[i].softness.split > 0.0f) { joints->items[i].klass->finish(&joints->items[i]); }
+        plii_joint* joint = &joints->items[i];
+        if (!joint->is_idle && joint->softness.split > 0.0f) { joint->klass->finish(joint); }
     }
 }
 

@@ -25,6 +25,7 @@ struct plii_joint {
     pli_vec3 local[2]; /* pivot or axis in the frame of each end */
     pli_joint_controller controller;
     /* Of the step in progress. */
+    bool is_idle; /* the other end is a rigid body that is not present */
     plii_joint_side sides[2];
     pli_vec3 world[2]; /* arm to the pivot, or axis */
     pli_vec3 drift, split_drift;

@@ -16,6 +16,7 @@ struct pli_rigid {
     pli_rigid_state state;
     float friction;
     pli_vec3 linear_factor, angular_factor;
+    bool is_absent; /* pli_rigid_set_present */
     bool was_touched, was_held_back;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */

@@ -2,6 +2,8 @@
 
 #include "world_impl.h"
 
+#include "pliant/anchor.h"
+#include "pliant/joint.h"
 #include "shape_impl.h"
 
 #include <string.h>
@@ -94,11 +96,13 @@ pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void
 
 // ---------------------------------------------------------------------------------------------------- lists
 
+enum { WORLD_EVENTS_PER_BODY = 2 }; /* from one prediction to the next: frozen, and anchors lost */
+
 pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     const int count = world->body_count + 1;
     if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
         !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
-        !PLII_RESERVE(world->context, &world->events, &world->event_capacity, count)) {
+        !PLII_RESERVE(world->context, &world->events, &world->event_capacity, WORLD_EVENTS_PER_BODY * count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     world->wants_room = true;
@@ -108,10 +112,22 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     return PLI_OK;
 }
 
+static int world_count_ties(const pli_body* body) {
+    return pli_body_anchor_count(body) + pli_body_joint_count(body);
+}
+
+static bool world_has_event(const pli_world* world, pli_event_kind kind, const pli_body* body) {
+    for (int i = 0; i < world->event_count; ++i) {
+        if (world->events[i].kind == kind && world->events[i].body == body) { return true; }
+    }
+    return false;
+}
+
 /* Tells every feature of every body through one of its hooks that something goes away. */
 static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
+        const int ties = world_count_ties(body);
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
             if (feature->klass->forget_rigid != NULL) { feature->klass->forget_rigid(body, feature->state, rigid); }
@@ -121,6 +137,9 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
                 body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
                 break;
             }
+        }
+        if (world_count_ties(body) < ties && !world_has_event(world, PLI_EVENT_ANCHORS_LOST, body)) {
+            plii_world_add_event(world, (pli_event){PLI_EVENT_ANCHORS_LOST, body, PLI_NULL_INDEX});
         }
     }
 }
@@ -173,7 +192,7 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
 }
 
 void plii_world_add_event(pli_world* world, pli_event event) {
-    /* A body gives at most one event per step, and room for that was made when it was added. */
+    /* Room for the most that a body gives was made when it was added. */
     if (world->event_count < world->event_capacity) { world->events[world->event_count++] = event; }
 }
 
@@ -294,7 +313,7 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
 
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    if (body->is_frozen || pli_body_ignores_rigid(body, rigid)) { return; }
+    if (body->is_frozen || rigid->is_absent || pli_body_ignores_rigid(body, rigid)) { return; }
     world_begin_body(world, body);
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];

@@ -206,6 +206,95 @@ static void test_anchors_go_with_their_rigid_body(void** unused) {
     assert_int_equal(pli_body_remove_anchor(rope, kept), PLI_OK);
 }
 
+static void check_lost(int index, const pli_body* body) {
+    const pli_event event = pli_world_events(world, NULL)[index];
+    assert_int_equal(event.kind, PLI_EVENT_ANCHORS_LOST);
+    assert_ptr_equal(event.body, body);
+    assert_int_equal(event.node, PLI_NULL_INDEX);
+}
+
+static void test_a_body_that_loses_anchors_is_told_of_once(void** unused) {
+    (void)unused;
+    pli_body* ropes[3];
+    pli_rigid* boxes[4];
+    for (int i = 0; i < 4; ++i) {
+        boxes[i] = make_rigid(world, PLI_RIGID_DYNAMIC, pli_vec3_make(6, 0, 0));
+    }
+    for (int i = 0; i < 3; ++i) {
+        ropes[i] = make_rope(0, 1);
+        for (int k = 0; k < i; ++k) {
+            add_anchor(ropes[i], 3 + k, boxes[k]);
+        }
+    }
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    int count = 1;
+    pli_world_events(world, &count);
+    assert_int_equal(count, 0);
+    /* The first two bodies are held to, the others are not. */
+    for (int i = 3; i >= 0; --i) {
+        pli_rigid_destroy(boxes[i]);
+        pli_world_events(world, &count);
+        assert_int_equal(count, i > 1 ? 0 : i == 1 ? 1 : 2);
+    }
+    check_lost(0, ropes[2]);
+    check_lost(1, ropes[1]);
+    pli_body_destroy(ropes[2]);
+    pli_world_events(world, &count);
+    assert_int_equal(count, 1);
+    check_lost(0, ropes[1]);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    pli_world_events(world, &count);
+    assert_int_equal(count, 0);
+}
+
+/* The first node of a rope that flies past is held to a wall. */
+static float drift_after_steps(pli_body* rope, int steps) {
+    const float before = position_of(rope, 0).y;
+    for (int i = 0; i < steps; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    return position_of(rope, 0).y - before;
+}
+
+static void test_anchors_to_what_is_not_present_hold_nothing(void** unused) {
+    (void)unused;
+    for (int solver = 0; solver < 3; ++solver) {
+        pli_rigid* wall = make_rigid(world, PLI_RIGID_STATIC, pli_vec3_make(-1, 0, 0));
+        pli_body* rope = make_rope(0, 8);
+        const pli_implicit_def implicit = pli_implicit_def_default();
+        const pli_xpbd_def xpbd = pli_xpbd_def_default();
+        if (solver == 1) {
+            assert_int_equal(pli_body_enable_xpbd(rope, &xpbd), PLI_OK);
+            assert_int_equal(pli_body_enable_xpbd_anchors(rope, 0), PLI_OK);
+        }
+        if (solver == 2) { assert_int_equal(pli_body_enable_implicit(rope, &implicit), PLI_OK); }
+        add_anchor(rope, 0, wall);
+        assert_int_equal(pli_rigid_set_present(wall, false), PLI_OK);
+        assert_false(pli_rigid_is_present(wall));
+        assert_int_equal(pli_body_add_velocity(rope, pli_vec3_make(0, 1, 0)), PLI_OK);
+        check_near(drift_after_steps(rope, 30), 0.5, 1e-4);
+        assert_false(pli_rigid_was_touched(wall));
+        assert_int_equal(pli_body_anchor_count(rope), 1);
+        assert_int_equal(pli_rigid_set_present(wall, true), PLI_OK);
+        check_at_most(drift_after_steps(rope, 30), -0.4);
+        assert_true(pli_rigid_was_touched(wall));
+        /* In the middle of a step. */
+        const float before = position_of(rope, 0).y;
+        assert_int_equal(pli_body_set_node_velocity(rope, 0, pli_vec3_make(0, 60, 0)), PLI_OK);
+        assert_int_equal(pli_world_predict(world, dt), PLI_OK);
+        assert_int_equal(pli_rigid_set_present(wall, false), PLI_OK);
+        assert_int_equal(pli_world_solve(world), PLI_OK);
+        if (solver < 2) { /* the implicit solver holds nodes in its prediction already */
+            assert_false(pli_rigid_was_touched(wall));
+            assert_true(position_of(rope, 0).y - before > 0.1f);
+        }
+        pli_body_destroy(rope);
+        pli_rigid_destroy(wall);
+    }
+    assert_int_equal(pli_rigid_set_present(NULL, true), PLI_ERROR_NULL_ARGUMENT);
+    assert_false(pli_rigid_is_present(NULL));
+}
+
 static void test_collision_with_the_rigid_body_can_be_switched_off(void** unused) {
     (void)unused;
     pli_body* rope = make_rope(0, 1);
@@ -361,6 +450,10 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_ids_go_stale, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchors_go_with_their_rigid_body, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_body_that_loses_anchors_is_told_of_once, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_anchors_to_what_is_not_present_hold_nothing, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_collision_with_the_rigid_body_can_be_switched_off, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_only_anchored_rigid_bodies_are_touched, setup_weightless_world,

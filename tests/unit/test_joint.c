@@ -140,6 +140,23 @@ static void test_linear_joint_holds_a_pendulum(void** unused) {
     }
 }
 
+static void test_joints_to_what_is_not_present_hold_nothing(void** unused) {
+    (void)unused;
+    assert_int_equal(pli_world_set_gravity(world, pli_vec3_make(0, -10, 0)), PLI_OK);
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_DYNAMIC, 4, 2, pli_vec3_make(0, 3, 0), NULL);
+    add_linear(body, end_of_rigid(rigid), pli_vec3_make(0, 1, 0), 0.5f);
+    assert_int_equal(pli_rigid_set_present(rigid, false), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_false(pli_rigid_was_touched(rigid));
+    check_near(pli_body_momentum(body).y, -10.0 * (double)dt * (double)pli_body_total_mass(body), 0.01);
+    check_near(pli_rigid_get_state(rigid).linear_velocity.y, 0.0, 0.0);
+    assert_int_equal(pli_rigid_set_present(rigid, true), PLI_OK);
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    assert_true(pli_rigid_was_touched(rigid));
+    assert_true(pli_rigid_get_state(rigid).linear_velocity.y < -0.1f);
+}
+
 /* The axes of two bodies that turn differently come together and stay. */
 static void test_angular_joint_aligns_axes(void** unused) {
     (void)unused;
@@ -295,6 +312,11 @@ static void test_joints_go_with_what_they_hold(void** unused) {
     assert_int_equal(pli_body_joint_count(a), 3);
     pli_rigid_destroy(rigid);
     assert_int_equal(pli_body_joint_count(a), 2);
+    int count = 0;
+    const pli_event* events = pli_world_events(world, &count);
+    assert_int_equal(count, 1);
+    assert_int_equal(events[0].kind, PLI_EVENT_ANCHORS_LOST);
+    assert_ptr_equal(events[0].body, a);
     check_error(pli_body_remove_joint(a, to_rigid), PLI_ERROR_STALE_ID, "is gone");
     pli_body_destroy(b);
     assert_int_equal(pli_body_joint_count(a), 1);
@@ -446,6 +468,8 @@ int main(void) {
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_joints_to_what_is_not_present_hold_nothing, setup_weightless_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_angular_joint_aligns_axes, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_motor_reaches_its_speed, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_useless_controllers_are_harmless, setup_weightless_world, teardown_world),

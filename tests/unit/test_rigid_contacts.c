@@ -298,10 +298,17 @@ static void test_rigid_contacts_go_with_their_rigid_body(void** state) {
     const pli_vec3 position = {0, 1.1f, 0};
     pli_body* body = make_nodes(f, 1, &position, 1, 0.25f, 1.0f, 1);
     pli_rigid* rigid = make_rigid(f, f->sphere, 1, pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_rigid_set_present(rigid, false), PLI_OK);
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 0);
+    assert_int_equal(pli_rigid_set_present(rigid, true), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 1);
     pli_rigid_destroy(rigid);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 0);
+    int count = 0;
+    pli_world_events(f->world, &count);
+    assert_int_equal(count, 0); /* contacts are no anchors */
     rigid = make_rigid(f, f->sphere, 1, pli_vec3_make(0, 0, 0));
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 1);

@@ -48,7 +48,8 @@ PLI_API pli_rigid_def pli_rigid_def_default(void);
 
 /// Adds a rigid body to a world. pli_world_step meets all of them with all soft bodies.
 PLI_API pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid);
-/// Removes it, with the anchors that hold to it. NULL is allowed.
+/// Removes it, with the anchors and joints that hold to it: a body that had any gets PLI_EVENT_ANCHORS_LOST. NULL is
+/// allowed.
 PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 
 /// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE
@@ -64,6 +65,11 @@ PLI_API pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, con
 /// @param shape_poses [shape_count] in the frame of the body; NULL: all identity
 PLI_API pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
                                         const pli_transform* shape_poses);
+/// For hosts whose body is out of their world for a while, or gone in the middle of a step. A rigid body that is not
+/// present meets nothing, and anchors and joints to it are kept and hold nothing; contacts of the step in progress stay
+/// as they were made. Present is the default. Allowed at any time.
+PLI_API pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present);
+PLI_API bool pli_rigid_is_present(const pli_rigid* rigid);
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
 PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 

@@ -68,7 +68,10 @@ PLI_API pli_body* pli_world_get_body(const pli_world* world, int index);
 
 typedef enum pli_event_kind {
     /// A node left the finite numbers; the body was put back to the start of the step and frozen.
-    PLI_EVENT_BODY_FROZEN = 1
+    PLI_EVENT_BODY_FROZEN = 1,
+    /// Anchors or joints of the body have gone with the rigid body that they held to: pli_rigid_destroy, and what the
+    /// bridge to Bullet does when an object is no longer there. One for a body, however many have gone.
+    PLI_EVENT_ANCHORS_LOST = 2
 } pli_event_kind;
 
 typedef struct pli_event {
@@ -77,7 +80,8 @@ typedef struct pli_event {
     int node; ///< PLI_NULL_INDEX when no single node is meant
 } pli_event;
 
-/// Events of the last step; valid until the next one.
+/// Events of the last step and of calls since then, which the next pli_world_predict clears; valid until it, and until
+/// something is added or destroyed.
 PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
 
 // --------------------------------------------------------------------------------------------------- profile
