@@ -60,7 +60,7 @@ static pli_status obj_read_corner(obj_reader* reader, int* index) {
         ok = ok && (word[i] == '/' || word[i] == '-' || (word[i] >= '0' && word[i] <= '9'));
     }
     if (!ok || slash_count > 2) {
-        return plii_text_fail(&reader->text, line, "'%.*s' is no corner of a face", length < 40 ? length : 40, word);
+        return plii_text_fail(&reader->text, line, "'%s' is no corner of a face", plii_text_quote(word, length).text);
     }
     if (number == 0 || number < -reader->point_count) {
         return plii_text_fail(&reader->text, line, "a face names vertex %d, there are %d so far", number,

@@ -71,6 +71,17 @@ pli_status plii_text_fail(const plii_text* text, int line, const char* format, .
     return plii_fail(text->context, PLI_ERROR_FILE_FORMAT, text->function, "%s:%d: %s", text->path, line, message);
 }
 
+plii_quote plii_text_quote(const char* word, int length) {
+    plii_quote quote;
+    const int kept = length < PLII_QUOTE_LENGTH ? length : PLII_QUOTE_LENGTH;
+    for (int i = 0; i < kept; ++i) {
+        const bool is_printable = word[i] >= ' ' && word[i] <= '~';
+        quote.text[i] = is_printable ? word[i] : '.';
+    }
+    strcpy(&quote.text[kept], kept < length ? "..." : "");
+    return quote;
+}
+
 // ------------------------------------------------------------------------------------------------ lines and words
 
 static bool text_is_blank(char c) {
@@ -231,8 +242,8 @@ static pli_status text_read(plii_text* text, const char* what, const char** word
 }
 
 static pli_status text_fail_number(const plii_text* text, const char* what, const char* word, int length) {
-    return plii_text_fail(text, text->line, "%s is '%.*s', which is no usable number", what, length < 40 ? length : 40,
-                          word);
+    return plii_text_fail(text, text->line, "%s is '%s', which is no usable number", what,
+                          plii_text_quote(word, length).text);
 }
 
 pli_status plii_text_read_float(plii_text* text, const char* what, float* value) {

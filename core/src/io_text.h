@@ -25,6 +25,13 @@ void plii_text_close(plii_text* text);
 /* "path:line: message"; gives PLI_ERROR_FILE_FORMAT. */
 pli_status plii_text_fail(const plii_text* text, int line, const char* format, ...) PLI_PRINTF_LIKE(3, 4);
 
+/* The beginning of a word for a message: a terminal must not get what a binary file holds. */
+enum { PLII_QUOTE_LENGTH = 40 };
+typedef struct plii_quote {
+    char text[PLII_QUOTE_LENGTH + 4]; /* other bytes than those of printable ASCII as '.', "..." where it is cut */
+} plii_quote;
+plii_quote plii_text_quote(const char* word, int length);
+
 /* Whether nothing but blanks and a comment (# to the end) is left in the line. */
 bool plii_text_is_line_done(plii_text* text);
 /* Goes to the start of the next line; false at the end of the file. */

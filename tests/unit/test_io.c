@@ -147,6 +147,26 @@ static void test_obj_refusals(void** state) {
     }
 }
 
+static void test_messages_show_printable_characters_only(void** state) {
+    (void)state;
+    check_obj_fails("v \x7f"
+                    "ELF\x1b[31m\xc3\xa4 0 0",
+                    "a.obj:1: x is '.ELF.[31m..', which is no usable number");
+    check_obj_fails("f \x1b]0;a\x07 2 3", "a.obj:1: '.]0;a.' is no corner of a face");
+    check_obj_fails("v 0 0 123456789012345678901234567890123456789x1",
+                    "z is '123456789012345678901234567890123456789x...', which");
+    check_obj_fails("v 0 0 123456789012345678901234567890123456789x",
+                    "z is '123456789012345678901234567890123456789x', which");
+    FILE* file = fopen(file_path("t.node"), "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite("\x89PNG\0\x1a", 1, 6, file), 6);
+    fclose(file);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_read_tetgen(context, file_path("t"), &mesh), PLI_ERROR_FILE_FORMAT);
+    assert_non_null(strstr(pli_last_error(context), "t.node:1: the number of points is '.PNG..', which"));
+    remove_file("t.node");
+}
+
 static void test_missing_files_and_null_arguments(void** state) {
     (void)state;
     pli_triangles t;
@@ -417,6 +437,7 @@ int main(void) {
         cmocka_unit_test(test_obj_forms),
         cmocka_unit_test(test_obj_polygon_is_a_fan),
         cmocka_unit_test(test_obj_refusals),
+        cmocka_unit_test(test_messages_show_printable_characters_only),
         cmocka_unit_test(test_missing_files_and_null_arguments),
         cmocka_unit_test(test_numbers_are_rounded_correctly),
         cmocka_unit_test(test_numbers_do_not_depend_on_the_locale),
