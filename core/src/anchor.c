@@ -7,6 +7,7 @@
 #include "body_impl.h"
 #include "hold.h"
 #include "id_pool.h"
+#include "world_impl.h"
 
 #include <string.h>
 
@@ -141,7 +142,9 @@ static void anchor_forget_rigid(pli_body* body, void* state, const pli_rigid* ri
             found = true;
         }
     }
-    if (found) { anchor_compact(body, anchors); }
+    if (!found) { return; }
+    anchor_compact(body, anchors);
+    plii_world_add_anchors_lost(body);
 }
 
 static const plii_feature_class anchor_class;

@@ -107,7 +107,10 @@ static bool joint_is(const plii_joint* joint, const pli_body* owner, const void*
 }
 
 static void joints_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+    const joints_state* joints = state;
+    const int before = joints->count;
     joints_remove_if(body, state, joint_holds_rigid, rigid);
+    if (joints->count < before) { plii_world_add_anchors_lost(body); }
 }
 static void joints_forget_body(pli_body* body, void* state, const pli_body* other) {
     joints_remove_if(body, state, joint_holds_body, other);

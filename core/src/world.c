@@ -2,8 +2,6 @@
 
 #include "world_impl.h"
 
-#include "pliant/anchor.h"
-#include "pliant/joint.h"
 #include "shape_impl.h"
 
 #include <string.h>
@@ -112,22 +110,10 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     return PLI_OK;
 }
 
-static int world_count_ties(const pli_body* body) {
-    return pli_body_anchor_count(body) + pli_body_joint_count(body);
-}
-
-static bool world_has_event(const pli_world* world, pli_event_kind kind, const pli_body* body) {
-    for (int i = 0; i < world->event_count; ++i) {
-        if (world->events[i].kind == kind && world->events[i].body == body) { return true; }
-    }
-    return false;
-}
-
 /* Tells every feature of every body through one of its hooks that something goes away. */
 static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        const int ties = world_count_ties(body);
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
             if (feature->klass->forget_rigid != NULL) { feature->klass->forget_rigid(body, feature->state, rigid); }
@@ -137,9 +123,6 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
                 body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
                 break;
             }
-        }
-        if (world_count_ties(body) < ties && !world_has_event(world, PLI_EVENT_ANCHORS_LOST, body)) {
-            plii_world_add_event(world, (pli_event){PLI_EVENT_ANCHORS_LOST, body, PLI_NULL_INDEX});
         }
     }
 }
@@ -194,6 +177,14 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
 void plii_world_add_event(pli_world* world, pli_event event) {
     /* Room for the most that a body gives was made when it was added. */
     if (world->event_count < world->event_capacity) { world->events[world->event_count++] = event; }
+}
+
+void plii_world_add_anchors_lost(pli_body* body) {
+    pli_world* world = body->world;
+    for (int i = 0; i < world->event_count; ++i) {
+        if (world->events[i].kind == PLI_EVENT_ANCHORS_LOST && world->events[i].body == body) { return; }
+    }
+    plii_world_add_event(world, (pli_event){PLI_EVENT_ANCHORS_LOST, body, PLI_NULL_INDEX});
 }
 
 int pli_world_body_count(const pli_world* world) {

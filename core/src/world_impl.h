@@ -37,6 +37,8 @@ void plii_world_remove_body(pli_world* world, pli_body* body);
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_add_event(pli_world* world, pli_event event);
+/* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
+void plii_world_add_anchors_lost(pli_body* body);
 
 static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
