@@ -266,7 +266,7 @@ static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
 }
 
 pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
     const bool was_enabled = plii_feature_state(body, &anchor_class) != NULL;
     void* state = NULL;
@@ -310,7 +310,7 @@ fail:
 }
 
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     anchor_state* anchors = plii_feature_state(body, &anchor_class);
     const int item = anchors != NULL ? plii_id_pool_find(&anchors->ids, id.index1, id.generation) : PLI_NULL_INDEX;
     if (item == PLI_NULL_INDEX) {
@@ -334,7 +334,7 @@ plii_anchor_place plii_anchor_get_place(const pli_body* body, int index) {
 }
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (!plii_is_finite(hardness)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "hardness is %g", (double)hardness);
     }

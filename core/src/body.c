@@ -13,6 +13,16 @@ pli_status plii_check_body(const pli_body* body, const char* function) {
     return body != NULL && body->magic == PLII_BODY_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
 }
 
+pli_status plii_check_body_change(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_change(body->context, function);
+}
+
+pli_status plii_check_body_idle(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_world_idle(body->world, function);
+}
+
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     if (node < 0 || node >= body->node_count) {
@@ -26,11 +36,6 @@ static pli_status body_check_vec3(const pli_body* body, pli_vec3 value, const ch
     if (plii_vec3_is_finite(value)) { return PLI_OK; }
     return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s (%g, %g, %g) is not finite", what,
                      (double)value.x, (double)value.y, (double)value.z);
-}
-
-static pli_status body_check_idle(const pli_body* body, const char* function) {
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
 }
 
 static pli_status body_check_settings(pli_context* context, const pli_solver_settings* s, const char* function) {
@@ -138,7 +143,7 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
 }
 
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
     if (mesh == NULL || body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "mesh or body is null"); }
     if (mesh->magic != PLII_MESH_MAGIC) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "this is not a mesh"); }
@@ -148,9 +153,6 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     }
     PLII_TRY(body_check_settings(context, &used.solver, __func__));
     PLII_TRY(body_check_margin(context, used.collision_margin, __func__));
-    if (world->is_stepping) {
-        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
-    }
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
     if (mesh->material_count > PLII_MAX_MATERIALS) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
@@ -185,8 +187,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
 }
 
 void pli_body_destroy(pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return; }
-    if (body_check_idle(body, __func__) != PLI_OK) { return; }
+    if (plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
     body->magic = 0;
@@ -210,7 +211,7 @@ pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
 }
 
 pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
     PLII_TRY(body_check_settings(body->context, settings, __func__));
     body->solver = *settings;
@@ -222,7 +223,7 @@ float pli_body_get_collision_margin(const pli_body* body) {
 }
 
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_margin(body->context, margin, __func__));
     body->collision_margin = margin;
     plii_body_update_bounds(body);
@@ -232,8 +233,9 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 // ------------------------------------------------------------------------------------------ derived quantities
 
 void plii_body_refresh(pli_body* body) {
-    if (!plii_solver_update_bounds(body)) { return; }
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
+    plii_walk_begin(body->context);
+    if (plii_solver_update_bounds(body)) { plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step); }
+    plii_walk_end(body->context);
 }
 
 // ---------------------------------------------------------------------------------------------------- state
@@ -273,6 +275,7 @@ float pli_body_get_rest_length(const pli_body* body, int link) {
 }
 
 pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_link(body, link, __func__));
     if (!(rest_length >= 0.0f) || !plii_is_finite(rest_length)) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "rest length %g of link %d is negative or not finite",
@@ -284,8 +287,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
 }
 
 pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities) {
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (positions == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "positions is null"); }
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_vec3_is_finite(positions[i]) || (velocities != NULL && !plii_vec3_is_finite(velocities[i]))) {
@@ -302,8 +304,8 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
 }
 
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
     PLII_TRY(body_check_vec3(body, position, "position", __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_body_update_bounds(body);
@@ -311,16 +313,16 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 }
 
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
     PLII_TRY(body_check_vec3(body, velocity, "velocity", __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return PLI_OK;
 }
 
 pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
     if (!(mass >= 0.0f) || !plii_is_finite(mass)) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is negative or not finite",
                          (double)mass, node);
@@ -335,8 +337,7 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
 }
 
 pli_status pli_body_transform(pli_body* body, pli_transform transform) {
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (!plii_transform_is_finite(transform)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
     }
@@ -361,6 +362,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 }
 
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
     PLII_TRY(body_check_vec3(body, force, "force", __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
@@ -369,7 +371,7 @@ pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
 }
 
 pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_vec3(body, force, "force", __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     for (int i = 0; i < body->node_count; ++i) {
@@ -379,8 +381,7 @@ pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
 }
 
 pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(body_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(body_check_vec3(body, velocity, "velocity", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) {
@@ -394,9 +395,7 @@ bool pli_body_is_frozen(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->is_frozen;
 }
 void pli_body_set_frozen(pli_body* body, bool frozen) {
-    if (plii_check_body(body, __func__) == PLI_OK && body_check_idle(body, __func__) == PLI_OK) {
-        body->is_frozen = frozen;
-    }
+    if (plii_check_body_idle(body, __func__) == PLI_OK) { body->is_frozen = frozen; }
 }
 
 // ------------------------------------------------------------------------------------------- ignored rigid bodies
@@ -413,7 +412,7 @@ bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
 }
 
 pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (rigid == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "rigid is null"); }
     const int index = body_find_ignored_rigid(body, rigid);
     if (ignore && index == PLI_NULL_INDEX) {

@@ -129,7 +129,7 @@ float plii_body_volume(const pli_body* body);
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
 
-/* PLI_OK when the body may take up or leave `solver_class`; not while stepping, nor from a third solver. */
+/* PLI_OK when an idle body may take up or leave `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
 /* Bounds of the nodes. False when one is NaN or infinite: the body is put back to the start of the step and frozen
@@ -140,6 +140,10 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);
+/* The same for a call that changes something, which must not come from a callback ... */
+pli_status plii_check_body_change(const pli_body* body, const char* function);
+/* ... nor between predict and solve. */
+pli_status plii_check_body_idle(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
 
 /* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from

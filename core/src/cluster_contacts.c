@@ -232,11 +232,8 @@ static pli_status cluster_contacts_check_def(pli_context* context, const pli_clu
 }
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(cluster_contacts_check_def(body->context, def, __func__));
-    if (body->world->is_stepping) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
-    }
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     void* data = NULL;
@@ -250,7 +247,7 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
 }
 
 void pli_body_disable_cluster_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &plii_cluster_contacts_class); }
+    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &plii_cluster_contacts_class); }
 }
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
@@ -264,7 +261,7 @@ int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluste
 }
 
 pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);

@@ -15,14 +15,8 @@ static pli_cluster_settings cluster_default_settings(void) {
     return (pli_cluster_settings){.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f};
 }
 
-static pli_status clusters_check_idle(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-}
-
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
-    PLII_TRY(clusters_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
     if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_clusters_def_default()");
@@ -55,14 +49,14 @@ static void clusters_forget(pli_body* body) {
 }
 
 void pli_body_disable_clusters(pli_body* body) {
-    if (clusters_check_idle(body, __func__) != PLI_OK || plii_body_clusters(body) == NULL) { return; }
+    if (plii_check_body_idle(body, __func__) != PLI_OK || plii_body_clusters(body) == NULL) { return; }
     clusters_forget(body);
     plii_clusters_release(body, plii_body_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
 }
 
 pli_status pli_body_remove_clusters(pli_body* body) {
-    PLII_TRY(clusters_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     plii_clusters* clusters = plii_body_clusters(body);
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     clusters_forget(body);
@@ -112,7 +106,7 @@ static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node
 }
 
 pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster) {
-    PLII_TRY(clusters_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
     const bool was_enabled = plii_body_clusters(body) != NULL;
     if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
@@ -127,7 +121,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
 }
 
 pli_status pli_body_reset_clusters(pli_body* body) {
-    PLII_TRY(clusters_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     plii_clusters* clusters = plii_body_clusters(body);
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
     plii_clusters_settle(body, clusters, 0);
@@ -163,6 +157,7 @@ static bool cluster_is_share(float value) {
 }
 
 pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings) {
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
     if (!cluster_is_share(settings->matching) || !cluster_is_share(settings->node_damping) ||

@@ -283,14 +283,8 @@ static pli_status generation_replace(pli_body* body, int count, int max_iteratio
     return PLI_OK;
 }
 
-static pli_status generation_check(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-}
-
 pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterations, int* made) {
-    PLII_TRY(generation_check(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (count < 1 || max_iterations < 1) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "%d clusters, %d iterations: at least 1 of each",
                          count, max_iterations);
@@ -300,7 +294,7 @@ pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterati
 }
 
 pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made) {
-    PLII_TRY(generation_check(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (body->topology->tetra_count == 0 && body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has neither tetrahedra nor faces");
     }

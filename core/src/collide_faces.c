@@ -684,7 +684,7 @@ static pli_status soft_contacts_allocate_boxes(pli_body* body, soft_contacts_sta
 }
 
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(soft_contacts_check_def(body->context, def, __func__));
     const bool was_enabled = plii_feature_state(body, &soft_contacts_class) != NULL;
     void* data = NULL;
@@ -700,7 +700,7 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
 }
 
 void pli_body_disable_soft_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &soft_contacts_class); }
+    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &soft_contacts_class); }
 }
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
@@ -722,7 +722,7 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
 }
 
 pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
@@ -742,7 +742,7 @@ static pli_status soft_contacts_check_boxes(pli_context* context, const pli_boun
 }
 
 pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes, const pli_bounds* face_boxes) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
     if (state == NULL || state->node_boxes == NULL) {
         return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts with bullet_boxes are not enabled");

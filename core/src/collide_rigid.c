@@ -421,7 +421,7 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
 }
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(rigid_contacts_check_def(body->context, def, __func__));
     if (def->after_links) {
         PLII_TRY(plii_feature_enable(body, &rigid_contacts_last_class, NULL));
@@ -435,7 +435,7 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
 }
 
 void pli_body_disable_rigid_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return; }
+    if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
     plii_feature_disable(body, &rigid_contacts_last_class);
     plii_feature_disable(body, &rigid_contacts_class);
 }
@@ -456,7 +456,7 @@ int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_co
 }
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);

@@ -6,6 +6,7 @@
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
 #include "rigid_faces_impl.h"
+#include "shape_impl.h"
 #include "world_impl.h"
 
 #define RIGID_FACES_MAX_TARGETS 8
@@ -274,7 +275,7 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_
     const pli_transform pose = pli_transform_mul(turned, core->pose);
     const pli_vec3 local = pli_transform_inverse_point(pose, moment->point);
     pli_vec3 local_normal;
-    const float distance = pli_shape_distance(core->shape, local, &local_normal);
+    const float distance = plii_shape_distance(core->shape, local, &local_normal);
     if (distance < 0.999f * moment->distance - 1e-6f * pli_vec3_length(local)) { return true; }
     const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local_normal);
     if (pli_vec3_dot(normal, moment->normal) > RIGID_FACES_SAME_NORMAL) { moment->normal = normal; }
@@ -353,7 +354,7 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
 
 void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count) {
     while (state->meeting_count > count) {
-        pli_shape_release(state->meetings[--state->meeting_count].shape);
+        plii_shape_release(state->meetings[--state->meeting_count].shape);
     }
 }
 
@@ -371,7 +372,7 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
                                                         .begin = rigid->state.pose};
     const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
-    pli_shape_retain(rigid->shapes[index]);
+    plii_shape_retain(rigid->shapes[index]);
     ++state->meeting_count;
     return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
 }
@@ -488,7 +489,7 @@ static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_fa
 }
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(rigid_faces_check_def(body->context, def, __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_faces_class, &state));
@@ -497,7 +498,7 @@ pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_f
 }
 
 void pli_body_disable_rigid_face_contacts(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &rigid_faces_class); }
+    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &rigid_faces_class); }
 }
 
 int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {

@@ -631,7 +631,7 @@ pli_self_faces_def pli_self_faces_def_default(void) {
 }
 
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_faces_def_default()");
@@ -639,7 +639,6 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, 1e9f, true, "thickness", __func__));
     PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", __func__));
     PLII_TRY(plii_self_check_value(body, def->max_travel, 0.0f, 1e9f, false, "max_travel", __func__));
-    PLII_TRY(plii_self_check_change(body, __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
@@ -652,8 +651,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
 }
 
 pli_status pli_body_disable_self_faces(pli_body* body) {
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(plii_self_check_change(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     plii_feature_disable(body, &self_faces_class);
     return PLI_OK;
 }

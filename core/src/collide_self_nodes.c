@@ -374,9 +374,8 @@ static pli_status self_nodes_check(const pli_body* body, const pli_self_collisio
 }
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(self_nodes_check(body, def, __func__));
-    PLII_TRY(plii_self_check_change(body, __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
     self_nodes_state* state = data;
@@ -385,8 +384,7 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
 }
 
 pli_status pli_body_disable_self_collision(pli_body* body) {
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(plii_self_check_change(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     plii_feature_disable(body, &self_nodes_class);
     return PLI_OK;
 }

@@ -107,9 +107,11 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     return PLI_OK;
 }
 
-void pli_context_destroy(pli_context* context) {
-    if (context == NULL) { return; }
+pli_status pli_context_destroy(pli_context* context) {
+    if (context == NULL) { return PLI_OK; }
+    PLII_TRY(plii_check_change(context, __func__));
     context->allocator.release(context, sizeof *context, context->allocator.user);
+    return PLI_OK;
 }
 
 const char* pli_last_error(const pli_context* context) {
@@ -122,16 +124,29 @@ uint64_t pli_context_allocation_count(const pli_context* context) {
     return context != NULL ? context->allocation_count : 0;
 }
 
+/* A call that fails inside of the log function is not logged, and its message does not stay. */
+static void context_log(pli_context* context, pli_log_level level, const char* message) {
+    if (context->log == NULL || context->is_logging) { return; }
+    context->is_logging = true;
+    plii_walk_begin(context);
+    context->log(level, message, context->log_user);
+    plii_walk_end(context);
+    context->is_logging = false;
+}
+
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...) {
     if (context == NULL) { return status; }
-    const int prefix = snprintf(context->last_error, sizeof context->last_error, "%s: ", function);
-    if (prefix >= 0 && (size_t)prefix < sizeof context->last_error) {
+    char message[sizeof context->last_error];
+    const int prefix = snprintf(message, sizeof message, "%s: ", function);
+    if (prefix >= 0 && (size_t)prefix < sizeof message) {
         va_list arguments;
         va_start(arguments, format);
-        vsnprintf(context->last_error + prefix, sizeof context->last_error - (size_t)prefix, format, arguments);
+        vsnprintf(message + prefix, sizeof message - (size_t)prefix, format, arguments);
         va_end(arguments);
     }
-    if (context->log != NULL) { context->log(PLI_LOG_ERROR, context->last_error, context->log_user); }
+    memcpy(context->last_error, message, strlen(message) + 1);
+    context_log(context, PLI_LOG_ERROR, message);
+    memcpy(context->last_error, message, strlen(message) + 1);
     return status;
 }
 
@@ -142,12 +157,26 @@ void plii_log(pli_context* context, pli_log_level level, const char* format, ...
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
-    context->log(level, message, context->log_user);
+    context_log(context, level, message);
+}
+
+pli_status plii_check_context_change(pli_context* context, const char* function) {
+    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    return plii_check_change(context, function);
+}
+
+_Thread_local int plii_shape_queries;
+
+pli_status plii_check_change(pli_context* context, const char* function) {
+    if (context->walk_depth == 0 && plii_shape_queries == 0) { return PLI_OK; }
+    return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 
 void* plii_allocate(pli_context* context, size_t size) {
     if (size == 0) { return NULL; }
+    plii_walk_begin(context);
     void* block = context->allocator.allocate(size, CONTEXT_ALIGNMENT, context->allocator.user);
+    plii_walk_end(context);
     if (block == NULL) {
         context->shortage = (plii_shortage){context->shortage.count + 1, size, context->pass};
         return NULL;
@@ -161,7 +190,9 @@ void* plii_allocate(pli_context* context, size_t size) {
 void plii_release(pli_context* context, void* block, size_t size) {
     if (block == NULL) { return; }
     context->allocated_bytes -= size;
+    plii_walk_begin(context);
     context->allocator.release(block, size, context->allocator.user);
+    plii_walk_end(context);
 }
 
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size) {

@@ -39,6 +39,9 @@ struct pli_context {
     plii_pass pass;
     plii_shortage shortage;
     char last_error[512];
+    bool is_logging;
+    int walk_depth;    /* see plii_walk_begin */
+    int release_depth; /* the walk_depth at which shapes may be retained and released */
 };
 
 /* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. */
@@ -54,6 +57,22 @@ void plii_log(pli_context* context, pli_log_level level, const char* format, ...
         const pli_status plii_try_status = (expression);                                                               \
         if (plii_try_status != PLI_OK) { return plii_try_status; }                                                     \
     } while (0)
+
+/* While the library is in the middle of something, it may call hooks and callbacks of the user: nothing of the context
+   may be changed then. Walks nest. Every public function that changes something asks plii_check_change before it does
+   anything else. */
+static inline void plii_walk_begin(pli_context* context) {
+    context->walk_depth += 1;
+}
+static inline void plii_walk_end(pli_context* context) {
+    context->walk_depth -= 1;
+}
+/* PLI_OK, or the error of a null handle; for calls that change something. */
+pli_status plii_check_context_change(pli_context* context, const char* function);
+/* Queries of shapes that this thread is in. They are no walks, as several threads may ask shapes of one context. */
+extern _Thread_local int plii_shape_queries;
+/* PLI_OK outside of walks. */
+pli_status plii_check_change(pli_context* context, const char* function);
 
 /* Zeroed, 64-byte aligned; NULL when out of memory or when `size` is 0. */
 void* plii_allocate(pli_context* context, size_t size);
@@ -72,10 +91,11 @@ void* plii_duplicate(pli_context* context, const void* block, size_t size);
 static inline bool plii_has_threads(const pli_context* context) {
     return context->has_threads;
 }
-static inline void plii_parallel_for(const pli_context* context, pli_range_fn* range, void* task, int count,
-                                     int grain) {
+static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
     if (count > grain) {
+        plii_walk_begin(context);
         context->parallel_for(range, task, count, grain, context->parallel_user);
+        plii_walk_end(context);
     } else if (count > 0) {
         range(0, count, task);
     }

@@ -120,6 +120,7 @@ static bool link_cut_part_faces(link_cut* cut) {
 }
 
 pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float position) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node_a, __func__));
     PLII_TRY(plii_check_node(body, node_b, __func__));
     if (!(position > 0.0f && position < 1.0f)) {

@@ -628,12 +628,11 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
 
 pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                               pli_vec3 to_end, int* parted) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (!plii_vec3_is_finite(from_start) || !plii_vec3_is_finite(from_end) || !plii_vec3_is_finite(to_start) ||
         !plii_vec3_is_finite(to_end)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "an end of a ray is not finite");
     }
-    PLII_TRY(plii_edit_check_idle(body, __func__));
     const bool was_enabled = plii_feature_state(body, &trace_class) != NULL;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &trace_class, &state));

@@ -219,7 +219,7 @@ static void lattice_destroy(void* user) {
     plii_release(lattice->context, cache->cells, (size_t)cache->cell_capacity * sizeof *cache->cells);
     plii_release(lattice->context, cache->buckets, (size_t)cache->bucket_count * sizeof *cache->buckets);
     plii_release(lattice->context, cache, sizeof *cache);
-    pli_shape_release(lattice->source);
+    plii_shape_release(lattice->source);
 }
 
 pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size, pli_shape** shape) {
@@ -243,6 +243,6 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
         plii_release(context, cache, sizeof *cache);
         return status;
     }
-    pli_shape_retain(source);
+    plii_shape_retain(source);
     return PLI_OK;
 }

@@ -269,7 +269,7 @@ static pli_status aero_check(pli_context* context, const pli_aero_def* def, cons
 }
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(aero_check(body->context, def, __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
@@ -287,7 +287,7 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
 }
 
 pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (!plii_vec3_is_finite(wind)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "wind is (%g, %g, %g)", (double)wind.x, (double)wind.y,
                          (double)wind.z);
@@ -300,7 +300,7 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
 }
 
 void pli_body_disable_aero(pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return; }
+    if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
     plii_feature_disable(body, &aero_vertex_class);
     plii_feature_disable(body, &aero_face_class);
 }

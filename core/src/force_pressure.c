@@ -29,7 +29,7 @@ static const plii_feature_class pressure_class = {
 };
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (!plii_is_finite(coefficient)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
     }
@@ -43,5 +43,5 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
 }
 
 void pli_body_disable_pressure(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &pressure_class); }
+    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &pressure_class); }
 }

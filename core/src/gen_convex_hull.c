@@ -48,7 +48,7 @@ static pli_status hull_mesh_create(pli_context* context, int point_count, const 
 
 pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
                                        float tolerance_ratio, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (points == NULL || mesh == NULL) {
         return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
                          points == NULL ? "points are" : "place for the mesh is");

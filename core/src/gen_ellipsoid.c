@@ -20,7 +20,7 @@ static pli_vec3 ellipsoid_hammersley(int i, int count) {
 
 pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
                                      pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     if (!plii_vec3_is_finite(center) || !plii_vec3_is_finite(radii)) {
         return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "the center or the radii are not finite");

@@ -97,7 +97,7 @@ static void patch_push_cell(pli_mesh* mesh, const pli_patch_def* def, int x, int
 }
 
 pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_def* def, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     pli_mesh* made = NULL;
     PLII_TRY(plii_patch_begin(context, def, PLI_PATCH_PIN_CORNERS, __func__, &made));

@@ -16,7 +16,7 @@ static void patch_uv_set_cell(float* uv, const pli_patch_def* def, int x, int y)
 
 pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patch_def* def, float* texture_coordinates,
                                     pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     const int all_pins = PLI_PATCH_PIN_CORNERS | PLI_PATCH_PIN_MID_BOTTOM | PLI_PATCH_PIN_MID_LEFT |
                          PLI_PATCH_PIN_MID_RIGHT | PLI_PATCH_PIN_MID_TOP | PLI_PATCH_PIN_CENTER;

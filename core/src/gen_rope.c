@@ -5,7 +5,7 @@
 
 pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to, int inner_nodes, int pins,
                                 pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     const pli_vec3 ends[2] = {from, to};
     PLII_TRY(plii_check_points(context, 2, ends, __func__));

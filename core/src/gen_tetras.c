@@ -36,7 +36,7 @@ static pli_status tetras_check(pli_context* context, int point_count, const pli_
 pli_status pli_mesh_create_from_tetras(pli_context* context, int point_count, const pli_vec3* points, int tetra_count,
                                        const int* tetras, pli_mesh** mesh) {
     static const int edge_ends[6][2] = {{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}};
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     PLII_TRY(tetras_check(context, point_count, points, tetra_count, tetras, __func__));
     const int64_t edges = (int64_t)6 * tetra_count;

@@ -28,7 +28,7 @@ static pli_status triangles_check(pli_context* context, int point_count, const p
 
 pli_status pli_mesh_create_from_triangles(pli_context* context, int point_count, const pli_vec3* points,
                                           int triangle_count, const int* triangles, bool shuffle, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     PLII_TRY(triangles_check(context, point_count, points, triangle_count, triangles, __func__));
     const int64_t edges = (int64_t)3 * triangle_count;

@@ -142,7 +142,7 @@ static pli_status obj_read(pli_context* context, const char* path, const char* f
 }
 
 pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (path == NULL || triangles == NULL) {
         return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
                          path == NULL ? "path is" : "place for the triangles is");
@@ -151,7 +151,7 @@ pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_tr
 }
 
 void pli_triangles_destroy(pli_triangles* triangles) {
-    if (triangles == NULL || triangles->context == NULL) { return; }
+    if (triangles == NULL || plii_check_context_change(triangles->context, __func__) != PLI_OK) { return; }
     plii_release(triangles->context, triangles->points, (size_t)triangles->point_count * sizeof *triangles->points);
     plii_release(triangles->context, triangles->indices,
                  (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
@@ -159,7 +159,7 @@ void pli_triangles_destroy(pli_triangles* triangles) {
 }
 
 pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (path == NULL || mesh == NULL) {
         return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
                          path == NULL ? "path is" : "place for the mesh is");

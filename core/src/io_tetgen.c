@@ -286,7 +286,7 @@ static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const cha
 }
 
 pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (base == NULL || mesh == NULL) {
         return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
                          base == NULL ? "base name is" : "place for the mesh is");

@@ -159,9 +159,6 @@ static bool joint_is_share(float value) {
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
     pli_context* context = body->context;
     PLII_TRY(plii_check_cluster(body, joint->cluster, function));
-    if (body->world->is_stepping) {
-        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-    }
     const pli_joint_end* other = &joint->other;
     if (other->body != NULL && other->rigid != NULL) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other end has both a body and a rigid body");
@@ -221,15 +218,12 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
 }
 
 pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     joints_state* joints = plii_feature_state(body, &joints_class);
     const int item = joints != NULL ? plii_id_pool_find(&joints->ids, joint.index1, joint.generation) : PLI_NULL_INDEX;
     if (item == PLI_NULL_INDEX) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "joint %d of generation %u is gone", (int)joint.index1,
                          (unsigned)joint.generation);
-    }
-    if (body->world->is_stepping) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
     }
     joints_remove_if(body, joints, joint_is, &joints->items[item].slot);
     return PLI_OK;

@@ -67,7 +67,7 @@ pli_angular_joint_def pli_angular_joint_def_default(void) {
 }
 
 pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_def* def, pli_joint_id* joint) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_angular_joint_def_default()");

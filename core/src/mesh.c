@@ -7,9 +7,15 @@
 
 // ---------------------------------------------------------------------------------------------------- checks
 
-pli_status plii_check_mesh(const pli_mesh* mesh) {
+pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
+    (void)function;
     if (mesh == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
     return mesh->magic == PLII_MESH_MAGIC ? PLI_OK : PLI_ERROR_STALE_ID;
+}
+
+pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
+    PLII_TRY(plii_check_mesh(mesh, function));
+    return plii_check_change(mesh->context, function);
 }
 
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
@@ -153,7 +159,7 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh) {
 // ------------------------------------------------------------------------------------------------------ life
 
 pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     pli_mesh* made = plii_allocate(context, sizeof *made);
     if (made != NULL) {
@@ -171,7 +177,7 @@ pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
 }
 
 pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
-    PLII_TRY(plii_check_mesh(source));
+    PLII_TRY(plii_check_mesh_change(source, __func__));
     if (mesh == NULL) { return PLII_FAIL(source->context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(source->context, source->node_count, source->link_count, source->face_count,
@@ -195,7 +201,7 @@ pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
 }
 
 void pli_mesh_destroy(pli_mesh* mesh) {
-    if (mesh == NULL || mesh->magic != PLII_MESH_MAGIC) { return; }
+    if (plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
     pli_context* context = mesh->context;
     plii_mesh_forget_topology(mesh);
 #define MESH_RELEASE(field, capacity) plii_release(context, mesh->field, (size_t)mesh->capacity * sizeof *mesh->field)
@@ -213,7 +219,7 @@ void pli_mesh_destroy(pli_mesh* mesh) {
 pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
     pli_mesh_view view;
     memset(&view, 0, sizeof view);
-    if (plii_check_mesh(mesh) != PLI_OK) { return view; }
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return view; }
     view.node_count = mesh->node_count;
     view.link_count = mesh->link_count;
     view.face_count = mesh->face_count;
@@ -292,7 +298,7 @@ static void mesh_set_index(int* index, int value) {
 }
 
 pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, int* index) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     if (!plii_vec3_is_finite(position)) {
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position is (%g, %g, %g)", (double)position.x,
                          (double)position.y, (double)position.z);
@@ -306,7 +312,7 @@ pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, i
 }
 
 pli_status pli_mesh_append_link(pli_mesh* mesh, int node_a, int node_b, int material, int* index) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_link link = {.nodes = {node_a, node_b}, .material = material};
     PLII_TRY(mesh_check_corners(mesh, link.nodes, 2, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
@@ -319,7 +325,7 @@ pli_status pli_mesh_append_link(pli_mesh* mesh, int node_a, int node_b, int mate
 }
 
 pli_status pli_mesh_append_face(pli_mesh* mesh, int a, int b, int c, int material, int* index) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_face face = {.nodes = {a, b, c}, .material = material};
     PLII_TRY(mesh_check_corners(mesh, face.nodes, 3, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
@@ -333,7 +339,7 @@ pli_status pli_mesh_append_face(pli_mesh* mesh, int a, int b, int c, int materia
 }
 
 pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int material, int* index) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_tetra tetra = {.nodes = {a, b, c, d}, .material = material};
     PLII_TRY(mesh_check_corners(mesh, tetra.nodes, 4, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
@@ -347,7 +353,7 @@ pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int
 }
 
 pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material, int* index) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mesh_check_material_values(mesh, material, __func__));
     if (mesh->material_count >= PLII_MAX_MATERIALS) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "a mesh has at most %d materials", PLII_MAX_MATERIALS);
@@ -362,7 +368,7 @@ pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material
 }
 
 pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* material) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, index, __func__));
     PLII_TRY(mesh_check_material_values(mesh, material, __func__));
     mesh->materials[index] = *material;
@@ -370,7 +376,7 @@ pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* 
 }
 
 pli_status pli_mesh_set_node_position(pli_mesh* mesh, int node, pli_vec3 position) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_node(mesh, node, __func__));
     if (!plii_vec3_is_finite(position)) {
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position of node %d is (%g, %g, %g)", node,

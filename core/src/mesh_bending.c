@@ -127,7 +127,7 @@ static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int
 }
 
 pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
     if (distance < 2) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "the distance is %d, it must be 2 or more", distance);

@@ -33,8 +33,10 @@ void plii_topology_release(pli_context* context, plii_topology* topology);
 /* To be called after every change of faces or tetras. */
 void plii_mesh_forget_topology(pli_mesh* mesh);
 
-/* PLI_OK, or the error of a null or wrong handle, which no context could keep a message about. */
-pli_status plii_check_mesh(const pli_mesh* mesh);
+/* PLI_OK, or the error of a null or wrong handle. */
+pli_status plii_check_mesh(const pli_mesh* mesh, const char* function);
+/* The same for a call that changes something, which must not come from a callback. */
+pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function);
 /* PLI_OK, or the error of an index; messages name `function`. */
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function);
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function);

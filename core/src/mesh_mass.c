@@ -47,18 +47,18 @@ static pli_status mass_normalize(const pli_mesh* mesh, float* inverse_masses, fl
 }
 
 pli_status pli_mesh_set_node_mass(pli_mesh* mesh, int node, float mass) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_node(mesh, node, __func__));
     return plii_mesh_invert_mass(mesh, mass, __func__, &mesh->inverse_masses[node]);
 }
 
 float pli_mesh_total_mass(const pli_mesh* mesh) {
-    if (plii_check_mesh(mesh) != PLI_OK) { return 0.0f; }
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return 0.0f; }
     return mass_sum(mesh->node_count, mesh->inverse_masses);
 }
 
 pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
     if (!(mass_sum(mesh->node_count, mesh->inverse_masses) > 0.0f)) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "none of the %d nodes can have a mass, all are pinned",
@@ -147,19 +147,19 @@ finish:
 }
 
 pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
     return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
 }
 
 pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
     return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
 }
 
 pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
     const float mass = fabsf(pli_mesh_volume(mesh)) * density;
     if (!(mass > 0.0f && plii_is_finite(mass))) {
@@ -170,7 +170,7 @@ pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
 }
 
 pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
     float measure = 0.0f;
     for (int i = 0; i < mesh->tetra_count; ++i) {

@@ -29,7 +29,7 @@ void plii_mesh_shuffle(pli_mesh* mesh) {
 }
 
 pli_status pli_mesh_shuffle_links(pli_mesh* mesh) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     plii_mesh_shuffle(mesh);
     return PLI_OK;
 }
@@ -67,7 +67,7 @@ static void order_run(pli_mesh* mesh, order_work* work) {
 }
 
 pli_status pli_mesh_interleave_links(pli_mesh* mesh) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     if (mesh->link_count == 0) { return PLI_OK; }
     const size_t per_link = (size_t)mesh->link_count * sizeof(int);
     const size_t per_node = (size_t)mesh->node_count * sizeof(int);

@@ -23,24 +23,24 @@ static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const
 }
 
 pli_status pli_mesh_transform(pli_mesh* mesh, pli_transform transform) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     return transform_apply(mesh, transform, __func__);
 }
 
 pli_status pli_mesh_translate(pli_mesh* mesh, pli_vec3 offset) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     pli_transform transform = pli_transform_identity();
     transform.origin = offset;
     return transform_apply(mesh, transform, __func__);
 }
 
 pli_status pli_mesh_rotate(pli_mesh* mesh, pli_quat rotation) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     return transform_apply(mesh, pli_transform_make(rotation, pli_vec3_make(0, 0, 0)), __func__);
 }
 
 pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
-    PLII_TRY(plii_check_mesh(mesh));
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
     if (!plii_vec3_is_finite(factors)) {
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the factors are (%g, %g, %g)", (double)factors.x,
                          (double)factors.y, (double)factors.z);
@@ -57,7 +57,7 @@ pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
 }
 
 float pli_mesh_volume(const pli_mesh* mesh) {
-    if (plii_check_mesh(mesh) != PLI_OK || mesh->node_count == 0) { return 0.0f; }
+    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return 0.0f; }
     const pli_vec3 origin = mesh->positions[0];
     float volume = 0.0f;
     for (int i = 0; i < mesh->face_count; ++i) {
@@ -72,7 +72,7 @@ float pli_mesh_volume(const pli_mesh* mesh) {
 
 pli_bounds pli_mesh_bounds(const pli_mesh* mesh) {
     pli_bounds bounds = {{0, 0, 0}, {0, 0, 0}};
-    if (plii_check_mesh(mesh) != PLI_OK || mesh->node_count == 0) { return bounds; }
+    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return bounds; }
     bounds.min = bounds.max = mesh->positions[0];
     for (int i = 1; i < mesh->node_count; ++i) {
         bounds.min = plii_vec3_min(bounds.min, mesh->positions[i]);

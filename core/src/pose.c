@@ -174,7 +174,7 @@ static void pose_take_rest_shape(const pli_body* body, pose_state* pose) {
 }
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_change(body, __func__));
     if (!plii_is_finite(matching)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "matching is %g", (double)matching);
     }
@@ -190,7 +190,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
 }
 
 void pli_body_disable_pose_matching(pli_body* body) {
-    if (plii_check_body(body, __func__) == PLI_OK) { plii_feature_disable(body, &pose_class); }
+    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &pose_class); }
 }
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {

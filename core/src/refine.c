@@ -401,7 +401,7 @@ static pli_status refine_run(refine_work* work) {
 }
 
 pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     pli_context* context = body->context;
     if (def == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {

@@ -7,8 +7,14 @@
 
 #include <string.h>
 
-static pli_status rigid_check(const pli_rigid* rigid) {
+pli_status plii_check_rigid(const pli_rigid* rigid, const char* function) {
+    (void)function;
     return rigid != NULL && rigid->magic == PLII_RIGID_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+}
+
+static pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
+    PLII_TRY(plii_check_rigid(rigid, function));
+    return plii_check_change(rigid->context, function);
 }
 
 pli_rigid_def pli_rigid_def_default(void) {
@@ -115,7 +121,7 @@ static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def
 static void rigid_release(pli_rigid* rigid) {
     pli_context* context = rigid->context;
     for (int i = 0; i < rigid->shape_count; ++i) {
-        pli_shape_release(rigid->shapes[i]);
+        plii_shape_release(rigid->shapes[i]);
     }
     plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
     plii_release(context, rigid->shape_poses, (size_t)rigid->shape_pose_capacity * sizeof *rigid->shape_poses);
@@ -129,10 +135,10 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     }
     /* Retain first: a shape may be in the old list and in the new one. */
     for (int i = 0; i < count; ++i) {
-        pli_shape_retain(shapes[i]);
+        plii_shape_retain(shapes[i]);
     }
     for (int i = 0; i < rigid->shape_count; ++i) {
-        pli_shape_release(rigid->shapes[i]);
+        plii_shape_release(rigid->shapes[i]);
     }
     rigid->shape_count = count;
     rigid->world->wants_room = true;
@@ -144,7 +150,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
 }
 
 pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_change(world, __func__));
     pli_context* context = world->context;
     if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
     PLII_TRY(rigid_check_def(context, def, __func__));
@@ -171,18 +177,15 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
 }
 
 void pli_rigid_destroy(pli_rigid* rigid) {
-    if (rigid_check(rigid) != PLI_OK) { return; }
-    if (rigid->world->is_stepping) {
-        PLII_FAIL(rigid->context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
-        return;
-    }
+    if (plii_check_rigid(rigid, __func__) != PLI_OK) { return; }
+    if (plii_check_world_idle(rigid->world, __func__) != PLI_OK) { return; }
     plii_world_remove_rigid(rigid->world, rigid);
     rigid->magic = 0;
     rigid_release(rigid);
 }
 
 pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
     const bool is_as_before =
         rigid->kind == PLI_RIGID_STATIC && memcmp(&rigid->state.pose, &state->pose, sizeof state->pose) == 0;
@@ -193,11 +196,12 @@ pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
 }
 
 pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK ? rigid->state : (pli_rigid_state){.pose = pli_transform_identity()};
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->state
+                                                       : (pli_rigid_state){.pose = pli_transform_identity()};
 }
 
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     if (!(friction >= 0.0f) || !plii_is_finite(friction)) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "friction %g is negative or not finite",
                          (double)friction);
@@ -207,7 +211,7 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
 }
 
 pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(rigid_check_factors(rigid->context, linear_factor, angular_factor, __func__));
     rigid->linear_factor = linear_factor;
     rigid->angular_factor = angular_factor;
@@ -215,7 +219,7 @@ pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_v
 }
 
 pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
     if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
@@ -228,7 +232,7 @@ pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_r
 
 pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
                                 const pli_transform* shape_poses) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
     if (!rigid_store_shapes(rigid, shape_count, shapes, shape_poses)) {
         return PLII_FAIL(rigid->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", shape_count);
@@ -246,16 +250,16 @@ bool pli_rigid_is_present(const pli_rigid* rigid) {
 }
 
 pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
 }
 void* pli_rigid_get_user_data(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK ? rigid->user_data : NULL;
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->user_data : NULL;
 }
 bool pli_rigid_was_touched(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK && rigid->was_touched;
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
 }
 bool pli_rigid_was_held_back(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK && rigid->was_held_back;
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_held_back;
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
@@ -265,8 +269,9 @@ pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
 static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_shape* shape = rigid->shapes[i];
         const pli_bounds bounds =
-            plii_bounds_transform(pli_shape_bounds(rigid->shapes[i]), pli_transform_mul(pose, rigid->shape_poses[i]));
+            plii_bounds_transform(shape->def.bounds(shape->def.user), pli_transform_mul(pose, rigid->shape_poses[i]));
         all.min = plii_vec3_min(all.min, bounds.min);
         all.max = plii_vec3_max(all.max, bounds.max);
     }
@@ -308,7 +313,7 @@ pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, p
 }
 
 pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     if (!plii_vec3_is_finite(gravity) || !(dt > 0.0f) || !plii_is_finite(dt)) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "gravity is not finite or dt = %g is not positive",
                          (double)dt);

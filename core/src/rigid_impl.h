@@ -27,6 +27,8 @@ struct pli_rigid {
 
 #define PLII_RIGID_MAGIC 0x70726764u
 
+/* PLI_OK, or the error of a null or wrong handle. */
+pli_status plii_check_rigid(const pli_rigid* rigid, const char* function);
 /* World pose of shape `index`. */
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 /* World bounds over all shapes. */

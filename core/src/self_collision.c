@@ -15,13 +15,6 @@ pli_vec3 plii_self_direction(int a, int b) {
     return plii_vec3_divide(v, sqrtf(pli_vec3_length_squared(v)));
 }
 
-pli_status plii_self_check_change(const pli_body* body, const char* function) {
-    if (body->world->is_stepping) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-    }
-    return PLI_OK;
-}
-
 pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
                                  const char* name, const char* function) {
     if (!plii_is_finite(value)) {

@@ -47,8 +47,6 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
 
 /* A unit vector that depends on the indices only, for points that coincide. */
 pli_vec3 plii_self_direction(int a, int b);
-/* PLI_OK when self-collision may be enabled, changed or disabled: not while stepping. */
-pli_status plii_self_check_change(const pli_body* body, const char* function);
 /* PLI_OK, or the error of a value that is not finite or not in [low, high]; `low` itself is refused when open. */
 pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
                                  const char* name, const char* function);

@@ -11,7 +11,7 @@ pli_shape_def pli_shape_def_default(void) {
 
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
     if (shape != NULL) { *shape = NULL; }
-    if (context == NULL) { return plii_fail(NULL, PLI_ERROR_NULL_ARGUMENT, function, "context is null"); }
+    PLII_TRY(plii_check_context_change(context, function));
     if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape is null"); }
     return PLI_OK;
 }
@@ -65,27 +65,62 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
     return shape_allocate(context, def, __func__, shape);
 }
 
-void pli_shape_retain(pli_shape* shape) {
-    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) { return; }
+/* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
+static pli_status shape_check_count(const pli_shape* shape, const char* function) {
+    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) { return PLI_ERROR_NULL_ARGUMENT; }
+    if (shape->context->walk_depth == shape->context->release_depth && plii_shape_queries == 0) { return PLI_OK; }
+    return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
+}
+
+void plii_shape_retain(pli_shape* shape) {
     ++shape->reference_count;
 }
 
-void pli_shape_release(pli_shape* shape) {
-    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) { return; }
-    if (--shape->reference_count > 0) { return; }
-    if (shape->def.destroy != NULL) { shape->def.destroy(shape->def.user); }
-    if (shape->data_size > 0) { plii_release(shape->context, shape->def.user, shape->data_size); }
-    shape->magic = 0;
-    plii_release(shape->context, shape, sizeof *shape);
+void pli_shape_retain(pli_shape* shape) {
+    if (shape_check_count(shape, __func__) == PLI_OK) { plii_shape_retain(shape); }
 }
 
-float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
+static void shape_destroy(pli_shape* shape) {
+    pli_context* context = shape->context;
+    shape->magic = 0;
+    if (shape->def.destroy != NULL) {
+        const int release_depth = context->release_depth;
+        plii_walk_begin(context);
+        context->release_depth = context->walk_depth;
+        shape->def.destroy(shape->def.user);
+        context->release_depth = release_depth;
+        plii_walk_end(context);
+    }
+    if (shape->data_size > 0) { plii_release(context, shape->def.user, shape->data_size); }
+    plii_release(context, shape, sizeof *shape);
+}
+
+void plii_shape_release(pli_shape* shape) {
+    if (--shape->reference_count == 0) { shape_destroy(shape); }
+}
+
+void pli_shape_release(pli_shape* shape) {
+    if (shape_check_count(shape, __func__) == PLI_OK) { plii_shape_release(shape); }
+}
+
+float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
     float distance = INFINITY;
     pli_vec3 direction = pli_vec3_make(1, 0, 0);
-    if (shape != NULL && shape->magic == PLII_SHAPE_MAGIC && plii_vec3_is_finite(point)) {
+    if (plii_vec3_is_finite(point)) {
         shape->def.distances(shape->def.user, 1, &point, INFINITY, &distance, &direction);
     }
     if (normal != NULL) { *normal = direction; }
+    return distance;
+}
+
+float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
+    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) {
+        if (normal != NULL) { *normal = pli_vec3_make(1, 0, 0); }
+        return INFINITY;
+    }
+    ++plii_shape_queries;
+    const float distance = plii_shape_distance(shape, point, normal);
+    --plii_shape_queries;
     return distance;
 }
 
@@ -94,7 +129,10 @@ pli_bounds pli_shape_bounds(const pli_shape* shape) {
         pli_bounds none = {{0, 0, 0}, {0, 0, 0}};
         return none;
     }
-    return shape->def.bounds(shape->def.user);
+    ++plii_shape_queries;
+    const pli_bounds bounds = shape->def.bounds(shape->def.user);
+    --plii_shape_queries;
+    return bounds;
 }
 
 pli_vec3 plii_shape_perpendicular(pli_vec3 v) {

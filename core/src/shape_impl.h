@@ -34,6 +34,13 @@ pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, cons
 /* PLI_OK, or the error of a null or wrong handle. */
 pli_status plii_check_shape(pli_context* context, const pli_shape* shape, const char* function);
 
+/* For the library's own references, at any time. */
+void plii_shape_retain(pli_shape* shape);
+void plii_shape_release(pli_shape* shape);
+
+/* pli_shape_distance of a shape that there is. */
+float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);
+
 /* `p * p` sums below this count as zero: shorter vectors have too few bits for a direction. m^2 */
 #define PLII_SHAPE_TINY_SQUARED 1e-30f
 

@@ -459,7 +459,7 @@ static pli_status implicit_check(pli_context* context, const pli_implicit_def* d
 }
 
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(implicit_check(body->context, def, __func__));
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
@@ -487,7 +487,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
 }
 
 pli_status pli_body_disable_implicit(pli_body* body) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     const implicit_state* state = plii_feature_state(body, &implicit_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));

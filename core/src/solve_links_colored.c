@@ -432,7 +432,7 @@ static const plii_feature_class colored_links_class = {
 };
 
 pli_status pli_body_use_colored_links(pli_body* body, bool use) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
     if (use) { return plii_feature_enable(body, &colored_links_class, NULL); }
     plii_feature_disable(body, &colored_links_class);

@@ -90,7 +90,7 @@ static const plii_feature_class velocity_links_class = {
 };
 
 pli_status pli_body_use_velocity_links(pli_body* body, bool use) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
     const plii_feature_class* enabled = use ? &velocity_links_class : &plii_links_class;
     const plii_feature_class* disabled = use ? &plii_links_class : &velocity_links_class;

@@ -380,7 +380,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, con
 }
 
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
+    PLII_TRY(plii_check_body_idle(body, function));
     xpbd_state* solver = plii_feature_state(body, &xpbd_class);
     const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) { return PLI_OK; }
@@ -419,7 +419,7 @@ static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, cons
 }
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(xpbd_check(body->context, def, __func__));
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
@@ -435,7 +435,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
 }
 
 pli_status pli_body_disable_xpbd(pli_body* body) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     xpbd_state* state = plii_feature_state(body, &xpbd_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));

@@ -245,9 +245,6 @@ static void solver_solve(pli_body* body) {
 const plii_solver_class plii_position_solver = {.name = "bullet", .predict = solver_predict, .solve = solver_solve};
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
-    if (body->world->is_stepping) {
-        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-    }
     if (body->solver_class != &plii_position_solver && body->solver_class != solver_class) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is stepped by the %s solver, which has to be disabled first",

@@ -90,10 +90,7 @@ static const plii_feature_class step_smoothing_class = {
 };
 
 pli_status pli_body_use_step_smoothing(pli_body* body, bool use) {
-    PLII_TRY(plii_check_body(body, __func__));
-    if (body->world->is_stepping) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "not allowed between predict and solve");
-    }
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (!use) {
         plii_feature_disable(body, &step_smoothing_class);
         return PLI_OK;

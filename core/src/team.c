@@ -81,7 +81,9 @@ bool plii_team_run(pli_context* context, int count, plii_team_fn* work, void* ta
         return false;
     }
     team_meeting meeting = {.work = work, .task = task, .count = count, .patience = context->team_patience};
+    plii_walk_begin(context);
     context->parallel_for(team_join, &meeting, count, 1, context->parallel_user);
+    plii_walk_end(context);
     if (atomic_load(&meeting.state) == TEAM_IS_COMPLETE) {
         context->team_failures = 0;
         return true;

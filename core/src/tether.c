@@ -283,14 +283,8 @@ pli_tethers_def pli_tethers_def_default(void) {
     return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status tether_check_idle(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
-}
-
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
-    PLII_TRY(tether_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_tethers_def_default()");
@@ -308,7 +302,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
 }
 
 pli_status pli_body_disable_tethers(pli_body* body) {
-    PLII_TRY(tether_check_idle(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     plii_feature_disable(body, &tether_class);
     return PLI_OK;
 }

@@ -24,16 +24,11 @@ void plii_edit_close(plii_edit* edit) {
     plii_release(edit->context, edit->links, (size_t)edit->link_capacity * sizeof *edit->links);
     plii_release(edit->context, edit->faces, (size_t)edit->face_capacity * sizeof *edit->faces);
     plii_topology_release(edit->context, edit->old_topology);
-}
-
-pli_status plii_edit_check_idle(const pli_body* body, const char* function) {
-    if (!body->world->is_stepping) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
+    plii_walk_end(edit->context);
 }
 
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit) {
     plii_topology* topology = body->topology;
-    PLII_TRY(plii_edit_check_idle(body, function));
     *edit = (plii_edit){
         .body = body,
         .context = body->context,
@@ -45,6 +40,7 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
         .face_count = topology->face_count,
     };
     ++topology->reference_count;
+    plii_walk_begin(edit->context);
     if (!edit_reserve(edit, edit->node_count, edit->link_count, edit->face_count)) {
         plii_edit_close(edit);
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function,
@@ -447,11 +443,6 @@ static void edit_tell_other_bodies(const pli_body* body) {
 pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     pli_body* body = edit->body;
     pli_context* context = edit->context;
-    /* A callback may have cut the body meanwhile, or stepped the world. */
-    if (body->topology != edit->old_topology || body->node_count != edit->old_node_count ||
-        body->link_count != edit->old_link_count || body->world->is_stepping) {
-        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "the body was changed while it was being cut");
-    }
     const plii_feature_class* stiff = edit_find_stiff_feature(body);
     if (stiff != NULL) {
         return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s cannot follow a cut of the body", stiff->name);

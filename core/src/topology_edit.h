@@ -26,7 +26,7 @@ typedef struct plii_edit_face {
 typedef struct plii_edit {
     pli_body* body;
     pli_context* context;
-    plii_topology* old_topology; /* held, since a callback may cut the body */
+    plii_topology* old_topology; /* held until the edit is closed */
     int old_node_count, old_link_count;
     int node_count, link_count, face_count;
     int node_capacity, link_capacity, face_capacity;
@@ -36,9 +36,8 @@ typedef struct plii_edit {
     bool takes_rest_shape; /* rest lengths and areas become the present ones */
 } plii_edit;
 
-/* PLI_ERROR_WRONG_STATE while the world steps. */
-pli_status plii_edit_check_idle(const pli_body* body, const char* function);
-/* Fails while the world steps and when out of memory; messages name `function`. To be closed after success. */
+/* A walk over an idle body, which ends when the edit is closed. Fails when out of memory, messages name `function`. To
+   be closed after success. */
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit);
 void plii_edit_close(plii_edit* edit);
 /* Replaces the nodes, links and faces of the body and lets all features follow; on failure all is as before. */

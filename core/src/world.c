@@ -11,6 +11,17 @@ pli_status plii_check_world(const pli_world* world, const char* function) {
     return world != NULL && world->magic == PLII_WORLD_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
 }
 
+pli_status plii_check_world_change(const pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world(world, function));
+    return plii_check_change(world->context, function);
+}
+
+pli_status plii_check_world_idle(const pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
+    if (!world->is_stepping) { return PLI_OK; }
+    return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
+}
+
 // ----------------------------------------------------------------------------------------------------- life
 
 pli_world_def pli_world_def_default(void) {
@@ -24,7 +35,7 @@ pli_world_def pli_world_def_default(void) {
 }
 
 pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context_change(context, __func__));
     if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
     const pli_world_def used = def != NULL ? *def : pli_world_def_default();
     if (used.cookie != PLII_DEF_COOKIE) {
@@ -51,7 +62,7 @@ pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_
 }
 
 void pli_world_destroy(pli_world* world) {
-    if (plii_check_world(world, __func__) != PLI_OK) { return; }
+    if (plii_check_world_change(world, __func__) != PLI_OK) { return; }
     pli_context* context = world->context;
     world->is_stepping = false;
     while (world->body_count > 0) {
@@ -76,7 +87,7 @@ void* pli_world_get_user_data(const pli_world* world) {
 }
 
 pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_change(world, __func__));
     if (!plii_vec3_is_finite(gravity)) {
         return PLII_FAIL(world->context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
     }
@@ -85,8 +96,7 @@ pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
 }
 
 pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user) {
-    PLII_TRY(plii_check_world(world, __func__));
-    if (world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "not while stepping"); }
+    PLII_TRY(plii_check_world_idle(world, __func__));
     world->profile = profile;
     world->profile_user = user;
     return PLI_OK;
@@ -209,6 +219,7 @@ bool pli_world_is_stepping(const pli_world* world) {
    call, and once more at the end of the step. */
 
 static uint64_t world_begin_call(pli_world* world) {
+    plii_walk_begin(world->context);
     world->context->pass = (plii_pass){PLI_NULL_INDEX, NULL};
     return world->context->shortage.count;
 }
@@ -227,6 +238,7 @@ static pli_status world_fail_shortage(const pli_world* world, const plii_shortag
 /* Notes what memory there was none for since `before`. */
 static pli_status world_end_call(pli_world* world, uint64_t before, const char* function) {
     const plii_shortage* last = &world->context->shortage;
+    plii_walk_end(world->context);
     if (last->count == before) { return PLI_OK; }
     if (world->shortage.count == 0) { world->shortage = *last; }
     return function != NULL ? world_fail_shortage(world, last, function) : PLI_ERROR_OUT_OF_MEMORY;
@@ -261,13 +273,13 @@ static void world_make_room(pli_world* world) {
     world->wants_room = world->context->shortage.count != before;
 }
 
-pli_status pli_world_predict(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world(world, __func__));
+static pli_status world_predict(pli_world* world, float dt, const char* function) {
     if (world->is_stepping) {
-        return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "the step before has not been solved");
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
     }
     if (!(dt > 0.0f) || !plii_is_finite(dt)) {
-        return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "dt = %g is not positive and finite", (double)dt);
+        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
+                         (double)dt);
     }
     if (world->wants_room && world->def.makes_room) { world_make_room(world); }
     const uint64_t before = world_begin_call(world);
@@ -289,6 +301,11 @@ pli_status pli_world_predict(pli_world* world, float dt) {
     plii_world_profile(world, "predict", NULL, false);
     (void)world_end_call(world, before, NULL); /* the solve tells */
     return PLI_OK;
+}
+
+pli_status pli_world_predict(pli_world* world, float dt) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_predict(world, dt, __func__);
 }
 
 static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
@@ -317,9 +334,9 @@ static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rig
 }
 
 pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_change(world, __func__));
     PLII_TRY(plii_check_body(body, __func__));
-    if (rigid == NULL || rigid->magic != PLII_RIGID_MAGIC) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_rigid(rigid, __func__));
     PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
     const uint64_t before = world_begin_call(world);
     world_collide_rigid(world, body, rigid);
@@ -346,7 +363,7 @@ static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* b
 }
 
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_change(world, __func__));
     PLII_TRY(plii_check_body(body_a, __func__));
     PLII_TRY(plii_check_body(body_b, __func__));
     PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
@@ -409,7 +426,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
 }
 
 pli_status pli_world_solve(pli_world* world) {
-    PLII_TRY(plii_check_world(world, __func__));
+    PLII_TRY(plii_check_world_change(world, __func__));
     if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
     return world_solve(world, __func__);
 }
@@ -453,7 +470,8 @@ static void world_collide_soft_pairs(pli_world* world) {
 }
 
 pli_status pli_world_step(pli_world* world, float dt) {
-    PLII_TRY(pli_world_predict(world, dt));
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(world_predict(world, dt, __func__));
     const uint64_t before = world_begin_call(world);
     world_collide_rigids(world);
     world_collide_soft_pairs(world);

@@ -44,6 +44,11 @@ static inline void plii_world_profile(const pli_world* world, const char* stage,
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }
 
+/* PLI_OK, or the error of a null or wrong handle. */
 pli_status plii_check_world(const pli_world* world, const char* function);
+/* The same for a call that changes something, which must not come from a callback ... */
+pli_status plii_check_world_change(const pli_world* world, const char* function);
+/* ... nor between predict and solve. */
+pli_status plii_check_world_idle(const pli_world* world, const char* function);
 
 #endif

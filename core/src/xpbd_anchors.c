@@ -114,7 +114,7 @@ static const plii_xpbd_kind xpbd_anchors_kind = {
 };
 
 pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_anchors_kind, __func__, &state));

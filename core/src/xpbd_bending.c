@@ -272,7 +272,7 @@ pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
 }
 
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_bending_def_default()");

@@ -225,7 +225,7 @@ static const plii_xpbd_kind xpbd_tetras_kind = {
 };
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");

@@ -147,7 +147,7 @@ static const plii_xpbd_kind xpbd_volume_kind = {
 };
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio) {
-    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
     PLII_TRY(plii_xpbd_check_value(body, pressure_ratio, "pressure_ratio", __func__));
     if (body->topology->face_count == 0) {

@@ -2,6 +2,11 @@
 #define PLIANT_BASE_H
 
 /// Status codes, allocator and log hooks, and the context that carries them.
+///
+/// The library calls hooks and callbacks of the user from the middle of its work: those of a context, a profile
+/// function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that only read
+/// may be made; what would change, make or destroy anything in the context of the caller is refused with
+/// PLI_ERROR_WRONG_STATE, and nothing is changed.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -59,7 +64,7 @@ typedef enum pli_status {
 PLI_API const char* pli_status_string(pli_status status);
 
 /// Memory hooks. `allocate` returns a block aligned to `alignment` (a power of two, at most 64) or NULL;
-/// `release` gets the size that was asked for. `release` is never called with NULL.
+/// `release` gets the size that was asked for. `release` is never called with NULL. Both may read only.
 typedef struct pli_allocator {
     void* (*allocate)(size_t size, size_t alignment, void* user);
     void (*release)(void* block, size_t size, void* user);
@@ -68,14 +73,15 @@ typedef struct pli_allocator {
 
 typedef enum pli_log_level { PLI_LOG_INFO = 0, PLI_LOG_WARNING = 1, PLI_LOG_ERROR = 2 } pli_log_level;
 
-/// Receives one line without a newline. The library is silent when no log function is set.
+/// Receives one line without a newline. The library is silent when no log function is set. May read only; errors of
+/// calls that it makes itself are not logged.
 typedef void pli_log_fn(pli_log_level level, const char* message, void* user);
 
 /// Work on [begin, end) of a range of work; called on any thread, parts at the same time.
 typedef void pli_range_fn(int begin, int end, void* task);
 
 /// Calls `range` for parts that make up [0, count), in any order and on any threads, and returns when all are done.
-/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted.
+/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted. May read only.
 typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int grain, void* user);
 
 /// Instruction sets of the inner loops. All give the same bits.
@@ -113,7 +119,8 @@ PLI_API pli_context_def pli_context_def_default(void);
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// NULL is allowed.
-PLI_API void pli_context_destroy(pli_context* context);
+/// @return PLI_ERROR_WRONG_STATE inside of a callback
+PLI_API pli_status pli_context_destroy(pli_context* context);
 
 /// What the last failed call in this context did wrong and where, in one line ("pli_mesh_append_link: node 17 is out
 /// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call.

@@ -39,7 +39,7 @@ PLI_API pli_body_def pli_body_def_default(void);
 /// @return PLI_ERROR_INVALID_MESH for a mesh without nodes, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
 ///         PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body);
-/// NULL is allowed. Not while stepping.
+/// NULL is allowed. Not while stepping: the body stays then, and pli_last_error says so.
 PLI_API void pli_body_destroy(pli_body* body);
 
 PLI_API pli_world* pli_body_get_world(const pli_body* body);

@@ -88,7 +88,7 @@ typedef struct pli_cluster_contact {
     float distance;                  ///< m, of the cores; < 0 when they overlap
 } pli_cluster_contact;
 
-/// Finds witnesses, normal and distance of the pair named in `contact`; false when they are not near.
+/// Finds witnesses, normal and distance of the pair named in `contact`; false when they are not near. May read only.
 typedef bool pli_cluster_distance_fn(const pli_body* body, pli_cluster_contact* contact, void* user);
 
 typedef struct pli_cluster_contacts_def {

@@ -49,7 +49,7 @@ PLI_API pli_rigid_def pli_rigid_def_default(void);
 /// Adds a rigid body to a world. pli_world_step meets all of them with all soft bodies.
 PLI_API pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid);
 /// Removes it, with the anchors and joints that hold to it: a body that had any gets PLI_EVENT_ANCHORS_LOST. NULL is
-/// allowed.
+/// allowed. Not while stepping: it stays then, and pli_last_error says so.
 PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 
 /// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE

@@ -13,7 +13,8 @@ extern "C" {
 
 typedef struct pli_shape pli_shape;
 
-/// What makes a shape. All callbacks get `user`, must be pure functions and may run on any thread.
+/// What makes a shape. All callbacks get `user`, must be pure functions and may run on any thread. They may read only,
+/// but for `destroy`, which may also release other shapes.
 typedef struct pli_shape_def {
     void* user;
     /// Signed distances (negative inside) and unit outward normals at `count` local points. A distance above
