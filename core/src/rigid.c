@@ -241,12 +241,12 @@ pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* co
 }
 
 pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
-    PLII_TRY(rigid_check(rigid));
+    PLII_TRY(rigid_check_change(rigid, __func__));
     rigid->is_absent = !is_present;
     return PLI_OK;
 }
 bool pli_rigid_is_present(const pli_rigid* rigid) {
-    return rigid_check(rigid) == PLI_OK && !rigid->is_absent;
+    return plii_check_rigid(rigid, __func__) == PLI_OK && !rigid->is_absent;
 }
 
 pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {

@@ -274,6 +274,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_rigid_get_state, RIGID, READS, CALL_VALUE(pli_rigid_get_state(h->rigid).inverse_mass == 0.0f))               \
     X(pli_rigid_set_friction, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_friction(h->rigid, 0.5f)))                     \
     X(pli_rigid_set_factors, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_factors(h->rigid, call_point, call_point)))     \
+    X(pli_rigid_set_present, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_present(h->rigid, false)))                      \
+    X(pli_rigid_is_present, RIGID, READS, CALL_VALUE(!pli_rigid_is_present(h->rigid)))                                 \
     X(pli_rigid_set_kind, RIGID, CHANGES,                                                                              \
       CALL_STATUS(pli_rigid_set_kind(h->rigid, PLI_RIGID_STATIC, &h->rigid_state)))                                    \
     X(pli_rigid_set_shapes, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_shapes(h->rigid, 1, &h->shape, NULL)))           \

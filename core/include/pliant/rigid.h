@@ -67,7 +67,7 @@ PLI_API pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_s
                                         const pli_transform* shape_poses);
 /// For hosts whose body is out of their world for a while, or gone in the middle of a step. A rigid body that is not
 /// present meets nothing, and anchors and joints to it are kept and hold nothing; contacts of the step in progress stay
-/// as they were made. Present is the default. Allowed at any time.
+/// as they were made. Present is the default. Also allowed between predict and solve.
 PLI_API pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present);
 PLI_API bool pli_rigid_is_present(const pli_rigid* rigid);
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
