@@ -1,24 +1,32 @@
 #ifndef TESTS_FAILING_ALLOCATOR_H
 #define TESTS_FAILING_ALLOCATOR_H
 
-/* An allocator that counts what is alive and fails at the n-th call, and a check that runs an operation with every
-   such n: it must fail with PLI_ERROR_OUT_OF_MEMORY, and in the end nothing may be left. */
+/* An allocator that counts what is alive and fails at the n-th call, or from it on, and a check that runs an operation
+   with every such n: it must fail with PLI_ERROR_OUT_OF_MEMORY, and in the end nothing may be left. */
 
 #include "check.h"
 
 #include <pliant/base.h>
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct failing_allocator {
-    long fail_at; /* calls until the failure, 0 = never */
-    long alive;   /* bytes */
+    long fail_at;        /* calls until the failure, 0 = never */
+    bool fails_for_good; /* from then on, until fail_at is set again */
+    long alive;          /* bytes */
+    long calls, failed;  /* so far */
 } failing_allocator;
 
 static inline void* failing_allocate(size_t size, size_t alignment, void* user) {
     failing_allocator* self = (failing_allocator*)user;
-    if (self->fail_at > 0 && --self->fail_at == 0) { return NULL; }
+    ++self->calls;
+    if (self->fail_at > 0 && --self->fail_at == 0) {
+        ++self->failed;
+        if (self->fails_for_good) { self->fail_at = 1; }
+        return NULL;
+    }
     void* block = aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
     if (block != NULL) { self->alive += (long)size; }
     return block;

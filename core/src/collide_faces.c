@@ -349,7 +349,10 @@ static void soft_contacts_make_room(pli_body* body, void* data) {
     if (!plii_feature_is_shared(body, &soft_contacts_class)) { return; }
     const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
-    if (state->node_boxes == NULL && body->topology->face_count > 0) { (void)soft_contacts_order_faces(body, state); }
+    /* Made later, from other positions, the order is another one. */
+    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
+        plii_world_note_shortage(body->world);
+    }
     /* The first body of a pair searches for both. */
     if (body->world_index + 1 < world->body_count) {
         (void)soft_contacts_reserve_search(context, state, world->most_nodes, world->most_faces);

@@ -235,12 +235,16 @@ static pli_status world_fail_shortage(const pli_world* world, const plii_shortag
                      feature != NULL ? feature->name : "the solver", shortage->pass.body);
 }
 
+void plii_world_note_shortage(pli_world* world) {
+    if (world->shortage.count == 0) { world->shortage = world->context->shortage; }
+}
+
 /* Notes what memory there was none for since `before`. */
 static pli_status world_end_call(pli_world* world, uint64_t before, const char* function) {
     const plii_shortage* last = &world->context->shortage;
     plii_walk_end(world->context);
     if (last->count == before) { return PLI_OK; }
-    if (world->shortage.count == 0) { world->shortage = *last; }
+    plii_world_note_shortage(world);
     return function != NULL ? world_fail_shortage(world, last, function) : PLI_ERROR_OUT_OF_MEMORY;
 }
 
@@ -267,7 +271,9 @@ static void world_make_room(pli_world* world) {
         pli_body* body = world->bodies[i];
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->make_room != NULL) { feature->klass->make_room(body, feature->state); }
+            if (feature->klass->make_room == NULL) { continue; }
+            world->context->pass = (plii_pass){i, feature->klass};
+            feature->klass->make_room(body, feature->state);
         }
     }
     world->wants_room = world->context->shortage.count != before;
@@ -281,11 +287,11 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
         return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
                          (double)dt);
     }
+    world->shortage.count = 0;
     if (world->wants_room && world->def.makes_room) { world_make_room(world); }
     const uint64_t before = world_begin_call(world);
     world->is_stepping = true;
     world->event_count = 0;
-    world->shortage.count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
         world->rigids[i]->was_touched = false;
         world->rigids[i]->was_held_back = false;

@@ -36,6 +36,8 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body);
 void plii_world_remove_body(pli_world* world, pli_body* body);
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
+/* The last allocation failed, and not only room for later is missing: the step tells. */
+void plii_world_note_shortage(pli_world* world);
 void plii_world_add_event(pli_world* world, pli_event event);
 /* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
 void plii_world_add_anchors_lost(pli_body* body);

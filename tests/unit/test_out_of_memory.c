@@ -1,0 +1,690 @@
+/* Every allocation of many set-ups fails, once and for good. `test_out_of_memory --all` tries each place, and so does
+   PLIANT_ALL_ALLOCATIONS=1; without, the many of the making of bodies are tried in part. */
+
+#include "memory_trial.h"
+#include "sample_mesh.h"
+
+#include <stdio.h>
+
+// ------------------------------------------------------------------------------------------------------------- bodies
+
+/* Takes the mesh. */
+static pli_body* add_body(trial* t, pli_mesh* mesh, float margin, int iterations) {
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    def.solver.position_iterations = iterations;
+    pli_body* body = NULL;
+    TRIAL_CALL(t, pli_mesh_set_total_mass(mesh, 1.0f));
+    TRIAL_CALL(t, pli_body_create(t->world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    return body;
+}
+
+/* nodes x nodes with diagonals, level. */
+static pli_mesh* make_sheet(trial* t, int nodes, float spacing, pli_vec3 centre, int pins) {
+    const float half = 0.5f * spacing * (float)(nodes - 1);
+    pli_patch_def def = pli_patch_def_default();
+    def.corner_00 = pli_vec3_add(centre, pli_vec3_make(-half, 0, -half));
+    def.corner_10 = pli_vec3_add(centre, pli_vec3_make(half, 0, -half));
+    def.corner_01 = pli_vec3_add(centre, pli_vec3_make(-half, 0, half));
+    def.corner_11 = pli_vec3_add(centre, pli_vec3_make(half, 0, half));
+    def.columns = def.rows = nodes;
+    def.pins = pins;
+    def.diagonals = true;
+    pli_mesh* mesh = NULL;
+    TRIAL_CALL(t, pli_mesh_create_patch(t->context, &def, &mesh));
+    return mesh;
+}
+
+static pli_body* add_sheet(trial* t, int nodes, float spacing, pli_vec3 centre, int pins) {
+    return add_body(t, make_sheet(t, nodes, spacing, centre, pins), 0.3f * spacing, 3);
+}
+
+/* Two layers, a little less apart than the thickness of self-collision, joined along one side. */
+static pli_body* add_fold(trial* t, int nodes, float spacing, float gap) {
+    pli_mesh* mesh = make_sheet(t, nodes, spacing, pli_vec3_make(0, 1, 0), 0);
+    pli_body* body = add_body(t, mesh, 0.3f * spacing, 3);
+    const pli_body_view view = pli_body_get_view(body);
+    pli_vec3* x = calloc((size_t)view.node_count, sizeof *x);
+    assert_non_null(x);
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 p = view.positions[i];
+        x[i] = p.x <= 0 ? pli_vec3_make(p.x, p.y, p.z) : pli_vec3_make(-p.x, p.y + gap, p.z + 0.3f * spacing);
+    }
+    TRIAL_CALL(t, pli_body_set_state(body, x, NULL));
+    free(x);
+    return body;
+}
+
+static pli_body* add_ball(trial* t, pli_vec3 centre, float radius) {
+    pli_mesh* mesh = NULL;
+    TRIAL_CALL(t, sample_create_ellipsoid(t->context, pli_vec3_make(radius, 0.8f * radius, radius), &mesh));
+    TRIAL_CALL(t, pli_mesh_translate(mesh, centre));
+    return add_body(t, mesh, 0.1f * radius, 3);
+}
+
+static pli_body* add_rope(trial* t, int inner_nodes, float y, int pins) {
+    pli_mesh* mesh = NULL;
+    TRIAL_CALL(
+        t, pli_mesh_create_rope(t->context, pli_vec3_make(0, y, 0), pli_vec3_make(1, y, 0), inner_nodes, pins, &mesh));
+    return add_body(t, mesh, 0.05f, 4);
+}
+
+/* Five tetrahedra in each of a few cubes, one above the other. */
+static pli_body* add_tetras(trial* t, pli_vec3 origin) {
+    enum { LAYERS = 3, POINTS = 4 * (LAYERS + 1) };
+    static const int cube[2][5][4] = {{{0, 1, 3, 4}, {1, 2, 3, 6}, {4, 6, 5, 1}, {4, 7, 6, 3}, {1, 3, 4, 6}},
+                                      {{0, 1, 2, 5}, {0, 2, 3, 7}, {4, 7, 5, 0}, {5, 7, 6, 2}, {0, 2, 7, 5}}};
+    pli_vec3 points[POINTS];
+    int tetras[LAYERS * 5][4];
+    for (int i = 0; i < POINTS; ++i) {
+        const int corner = i % 4;
+        points[i] = pli_vec3_add(origin, pli_vec3_make(corner == 1 || corner == 2 ? 0.3f : 0.0f, 0.3f * (float)(i / 4),
+                                                       corner >= 2 ? 0.3f : 0.0f));
+    }
+    for (int i = 0; i < LAYERS * 5; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            tetras[i][k] = cube[i / 5 % 2][i % 5][k] + 4 * (i / 5);
+        }
+    }
+    pli_mesh* mesh = NULL;
+    TRIAL_CALL(t, pli_mesh_create_from_tetras(t->context, POINTS, points, LAYERS * 5, tetras[0], &mesh));
+    return add_body(t, mesh, 0.03f, 3);
+}
+
+// ------------------------------------------------------------------------------------------------------- rigid bodies
+
+/* Takes the shape. */
+static pli_rigid* add_rigid(trial* t, pli_rigid_kind kind, pli_shape* shape, pli_vec3 origin) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind;
+    def.state.pose.origin = origin;
+    def.state.inverse_mass = 2.0f;
+    for (int i = 0; i < 3; ++i) {
+        def.state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], 50.0f);
+    }
+    def.shape_count = 1;
+    def.shapes = &shape;
+    pli_rigid* rigid = NULL;
+    TRIAL_CALL(t, pli_rigid_create(t->world, &def, &rigid));
+    pli_shape_release(shape);
+    if (kind == PLI_RIGID_DYNAMIC) {
+        assert_in_range(t->rigid_count, 0, TRIAL_MOST_RIGIDS - 1);
+        t->rigids[t->rigid_count++] = rigid;
+    }
+    return rigid;
+}
+
+static pli_rigid* add_floor(trial* t, float y) {
+    pli_shape* shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_plane(t->context, pli_vec3_make(0, 1, 0), 0, &shape));
+    return add_rigid(t, PLI_RIGID_STATIC, shape, pli_vec3_make(0, y, 0));
+}
+
+static pli_rigid* add_box(trial* t, pli_rigid_kind kind, pli_vec3 half, pli_vec3 origin) {
+    pli_shape* shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_box(t->context, half, &shape));
+    return add_rigid(t, kind, shape, origin);
+}
+
+/* As a lattice of 0.25 m, as Bullet sees it. */
+static pli_rigid* add_lattice_sphere(trial* t, float radius, pli_vec3 origin) {
+    pli_shape *sphere = NULL, *shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_sphere(t->context, radius, &sphere));
+    TRIAL_CALL(t, pli_shape_create_lattice(t->context, sphere, 0.25f, &shape));
+    pli_shape_release(sphere);
+    return add_rigid(t, PLI_RIGID_STATIC, shape, origin);
+}
+
+static pli_rigid* add_tent(trial* t, float y) {
+    const pli_vec3 points[] = {{-2, -0.2f, -2}, {2, -0.2f, -2}, {2, -0.2f, 2}, {-2, -0.2f, 2}, {0, 0, 0}};
+    const int triangles[] = {0, 4, 1, 1, 4, 2, 2, 4, 3, 3, 4, 0};
+    pli_shape* shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_triangle_mesh(t->context, 5, points, 4, triangles, 0.3f, &shape));
+    return add_rigid(t, PLI_RIGID_STATIC, shape, pli_vec3_make(0, y, 0));
+}
+
+static pli_rigid* add_hull(trial* t, pli_vec3 origin) {
+    const pli_vec3 points[] = {{-0.3f, -0.2f, -0.3f}, {0.3f, -0.2f, -0.3f}, {0, -0.2f, 0.4f}, {0, 0.2f, 0}};
+    pli_shape* shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_convex_hull(t->context, 4, points, 0.0f, &shape));
+    return add_rigid(t, PLI_RIGID_DYNAMIC, shape, origin);
+}
+
+static void anchor(trial* t, pli_body* body, int node, pli_rigid* rigid) {
+    pli_anchor_def def = pli_anchor_def_default();
+    def.node = node;
+    def.rigid = rigid;
+    def.disable_collision = true;
+    TRIAL_CALL(t, pli_body_add_anchor(body, &def, NULL));
+}
+
+// ----------------------------------------------------------------------------------------------------------- features
+
+static void enable_rigid_contacts(trial* t, pli_body* body) {
+    const pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
+    TRIAL_CALL(t, pli_body_enable_rigid_contacts(body, &def));
+}
+
+static void enable_rigid_faces(trial* t, pli_body* body) {
+    const pli_rigid_face_contacts_def def = pli_rigid_face_contacts_def_default();
+    TRIAL_CALL(t, pli_body_enable_rigid_face_contacts(body, &def));
+}
+
+static void enable_soft_contacts(trial* t, pli_body* body, bool bullet_boxes) {
+    pli_soft_contacts_def def = pli_soft_contacts_def_default();
+    def.bullet_boxes = bullet_boxes;
+    TRIAL_CALL(t, pli_body_enable_soft_contacts(body, &def));
+}
+
+static void enable_tethers(trial* t, pli_body* body) {
+    const pli_tethers_def def = pli_tethers_def_default();
+    TRIAL_CALL(t, pli_body_enable_tethers(body, &def));
+}
+
+static void enable_aero(trial* t, pli_body* body, pli_aero_model model) {
+    pli_aero_def def = pli_aero_def_default();
+    def.model = model;
+    def.lift = def.drag = 0.01f;
+    def.wind = pli_vec3_make(1, 0, 0);
+    TRIAL_CALL(t, pli_body_enable_aero(body, &def));
+}
+
+static void enable_self_nodes(trial* t, pli_body* body, float thickness) {
+    pli_self_collision_def def = pli_self_collision_def_default();
+    def.thickness = thickness;
+    TRIAL_CALL(t, pli_body_enable_self_collision(body, &def));
+}
+
+static void enable_self_faces(trial* t, pli_body* body, float thickness) {
+    pli_self_faces_def def = pli_self_faces_def_default();
+    def.thickness = thickness;
+    TRIAL_CALL(t, pli_body_enable_self_faces(body, &def));
+}
+
+static void enable_self_grids(trial* t, pli_body* body, float distance) {
+    pli_self_grids_def def = pli_self_grids_def_default();
+    def.distance = distance;
+    TRIAL_CALL(t, pli_body_enable_self_grids(body, &def));
+}
+
+static void enable_implicit(trial* t, pli_body* body, pli_implicit_method method) {
+    pli_implicit_def def = pli_implicit_def_default();
+    def.method = method;
+    def.stiffness = 100.0f;
+    TRIAL_CALL(t, pli_body_enable_implicit(body, &def));
+}
+
+static void enable_xpbd(trial* t, pli_body* body) {
+    pli_xpbd_def def = pli_xpbd_def_default();
+    def.substeps = 4;
+    const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+    TRIAL_CALL(t, pli_body_enable_xpbd(body, &def));
+    TRIAL_CALL(t, pli_body_enable_xpbd_links(body, &links));
+}
+
+static void enable_xpbd_contacts(trial* t, pli_body* body) {
+    const pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+    TRIAL_CALL(t, pli_body_enable_xpbd_rigid_contacts(body, &def));
+    TRIAL_CALL(t, pli_body_enable_xpbd_soft_contacts(body, &def));
+}
+
+static void enable_clusters(trial* t, pli_body* body, bool as_bullet, int count) {
+    pli_clusters_def def = pli_clusters_def_default();
+    def.as_bullet = as_bullet;
+    TRIAL_CALL(t, pli_body_enable_clusters(body, &def));
+    if (count > 0) { TRIAL_CALL(t, pli_body_generate_clusters(body, count, 20, NULL)); }
+}
+
+static void enable_cluster_contacts(trial* t, pli_body* body, bool with_self) {
+    pli_cluster_contacts_def def = pli_cluster_contacts_def_default();
+    def.with_self = with_self;
+    TRIAL_CALL(t, pli_body_enable_cluster_contacts(body, &def));
+}
+
+// ------------------------------------------------------------------------------------------------------------ set-ups
+
+static void run_plain_links(trial* t) {
+    add_sheet(t, 6, 0.2f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_CORNERS);
+    pli_body* rope = add_rope(t, 10, 1.0f, PLI_ROPE_PIN_FIRST);
+    trial_steps(t, 3);
+    TRIAL_CALL(t, pli_body_set_node_mass(rope, 3, 2.0f));
+    TRIAL_CALL(t, pli_body_add_force(rope, pli_vec3_make(1, 0, 0)));
+    trial_steps(t, 3);
+}
+
+static void run_velocity_links(trial* t) {
+    pli_body* sheet = add_sheet(t, 6, 0.2f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_CORNERS);
+    pli_solver_settings settings = pli_body_get_solver_settings(sheet);
+    settings.velocity_iterations = settings.drift_iterations = 2;
+    settings.position_iterations = 0;
+    TRIAL_CALL(t, pli_body_set_solver_settings(sheet, &settings));
+    TRIAL_CALL(t, pli_body_use_velocity_links(sheet, true));
+    TRIAL_CALL(t, pli_body_use_step_smoothing(sheet, true));
+    trial_steps(t, 4);
+    TRIAL_CALL(t, pli_body_use_velocity_links(sheet, false));
+    trial_steps(t, 2);
+}
+
+static void run_colored_sheet(trial* t) {
+    add_floor(t, 0.9f);
+    add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.2f, 0.1f, 0.2f), pli_vec3_make(0.5f, 1.1f, 0));
+    add_lattice_sphere(t, 0.5f, pli_vec3_make(-0.4f, 0.55f, 0));
+    pli_body* sheet = add_sheet(t, 12, 0.15f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);
+    pli_body* rope = add_rope(t, 20, 0.95f, PLI_ROPE_PIN_FIRST);
+    TRIAL_CALL(t, pli_body_use_colored_links(sheet, true));
+    TRIAL_CALL(t, pli_body_use_colored_links(rope, true));
+    enable_rigid_contacts(t, sheet);
+    enable_rigid_contacts(t, rope);
+    trial_steps(t, 6);
+    pli_rigid_contacts_def last = pli_rigid_contacts_def_default();
+    last.after_links = true;
+    TRIAL_CALL(t, pli_body_enable_rigid_contacts(sheet, &last));
+    trial_steps(t, 3);
+}
+
+static void run_rigid_faces(trial* t) {
+    add_tent(t, 0.9f);
+    add_hull(t, pli_vec3_make(0.1f, 1.25f, 0.1f));
+    pli_body* sheet = add_sheet(t, 5, 0.4f, pli_vec3_make(0, 1, 0), 0);
+    pli_body* rope = add_rope(t, 6, 0.9f, PLI_ROPE_PIN_FIRST);
+    enable_rigid_faces(t, sheet);
+    enable_rigid_faces(t, rope);
+    TRIAL_CALL(t, pli_body_add_velocity(sheet, pli_vec3_make(0, -5, 0)));
+    trial_steps(t, 6);
+}
+
+static void run_soft_contacts(trial* t) {
+    for (int i = 0; i < 3; ++i) {
+        pli_body* sheet = add_sheet(t, 6, 0.2f, pli_vec3_make(0.07f * (float)i, 1.0f + 0.1f * (float)i, 0.05f),
+                                    i == 0 ? PLI_PATCH_PIN_CORNERS : 0);
+        enable_soft_contacts(t, sheet, false);
+        TRIAL_CALL(t, pli_body_add_velocity(sheet, pli_vec3_make(0, -(float)i, 0)));
+    }
+    trial_steps(t, 6);
+}
+
+static void run_soft_contacts_of_bullet(trial* t) {
+    pli_body* sheets[2] = {add_sheet(t, 5, 0.2f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_CORNERS),
+                           add_sheet(t, 5, 0.2f, pli_vec3_make(0.07f, 1.1f, 0.05f), 0)};
+    enable_soft_contacts(t, sheets[0], true);
+    enable_soft_contacts(t, sheets[1], true);
+    trial_steps(t, 5);
+    const int order[] = {1, 0};
+    if (pli_body_get_soft_contacts(sheets[1], 0, NULL) == 2) {
+        TRIAL_CALL(t, pli_body_reorder_soft_contacts(sheets[1], order, 2));
+    }
+}
+
+static void run_clusters(trial* t) {
+    add_floor(t, 0.0f);
+    add_tent(t, 0.1f);
+    pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.3f, 0.1f, 0.3f), pli_vec3_make(0.2f, 1.75f, 0));
+    pli_body* balls[2] = {add_ball(t, pli_vec3_make(0, 0.5f, 0), 0.5f),
+                          add_ball(t, pli_vec3_make(0.1f, 1.3f, 0), 0.5f)};
+    for (int i = 0; i < 2; ++i) {
+        enable_clusters(t, balls[i], false, 6);
+        enable_cluster_contacts(t, balls[i], i == 0);
+    }
+    trial_steps(t, 3);
+    pli_linear_joint_def linear = pli_linear_joint_def_default();
+    linear.other = (pli_joint_end){.rigid = box};
+    linear.position = pli_vec3_make(0.2f, 1.7f, 0);
+    pli_joint_id joint;
+    TRIAL_CALL(t, pli_body_add_linear_joint(balls[1], &linear, &joint));
+    pli_angular_joint_def angular = pli_angular_joint_def_default();
+    angular.other = (pli_joint_end){.body = balls[1]};
+    angular.axis = pli_vec3_make(0, 0, 1);
+    TRIAL_CALL(t, pli_body_add_angular_joint(balls[0], &angular, NULL));
+    trial_steps(t, 4);
+    TRIAL_CALL(t, pli_body_remove_joint(balls[1], joint));
+    const int nodes[] = {0, 1, 2, 3, 20, 30};
+    TRIAL_CALL(t, pli_body_add_cluster(balls[1], nodes, 6, NULL));
+    trial_steps(t, 3);
+}
+
+static void run_clusters_of_bullet(trial* t) {
+    add_box(t, PLI_RIGID_STATIC, pli_vec3_make(2, 0.5f, 2), pli_vec3_make(0, -0.5f, 0));
+    pli_body* balls[2] = {add_ball(t, pli_vec3_make(0, 0.4f, 0), 0.5f),
+                          add_ball(t, pli_vec3_make(0.1f, 1.2f, 0), 0.5f)};
+    for (int i = 0; i < 2; ++i) {
+        enable_clusters(t, balls[i], true, i == 0 ? 0 : 8);
+        enable_cluster_contacts(t, balls[i], i == 1);
+    }
+    TRIAL_CALL(t, pli_body_generate_clusters_from_elements(balls[0], NULL));
+    trial_steps(t, 5);
+}
+
+static void run_forces(trial* t) {
+    pli_body* ball = add_ball(t, pli_vec3_make(0, 1, 0), 0.5f);
+    TRIAL_CALL(t, pli_body_enable_pose_matching(ball, 0.2f));
+    TRIAL_CALL(t, pli_body_enable_volume_conservation(ball, 1.0f));
+    TRIAL_CALL(t, pli_body_enable_pressure(ball, 1.0f));
+    enable_aero(t, ball, PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG);
+    pli_body* sheet = add_sheet(t, 6, 0.2f, pli_vec3_make(0, 1, 2), PLI_PATCH_PIN_00);
+    enable_aero(t, sheet, PLI_AERO_FACE_TWO_SIDED);
+    trial_steps(t, 3);
+    pli_body_disable_pressure(ball);
+    enable_aero(t, ball, PLI_AERO_FACE_ONE_SIDED);
+    TRIAL_CALL(t, pli_body_add_node_force(sheet, 3, pli_vec3_make(0, 5, 0)));
+    trial_steps(t, 3);
+}
+
+static void run_implicit(trial* t, pli_implicit_method method) {
+    add_floor(t, 0.97f);
+    pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f), pli_vec3_make(0.5f, 1.2f, 0.5f));
+    pli_body* sheet = add_sheet(t, 8, 0.15f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);
+    pli_body* other = add_sheet(t, 5, 0.15f, pli_vec3_make(0, 1.1f, 0), 0);
+    enable_implicit(t, sheet, method);
+    enable_implicit(t, other, method);
+    enable_rigid_contacts(t, sheet);
+    enable_rigid_contacts(t, other);
+    enable_soft_contacts(t, sheet, false);
+    enable_soft_contacts(t, other, false);
+    anchor(t, sheet, 63, box);
+    trial_steps(t, 4);
+    anchor(t, sheet, 56, box);
+    pli_body_set_frozen(other, true);
+    pli_body_set_frozen(other, false);
+    trial_steps(t, 4);
+}
+static void run_implicit_jacobi(trial* t) {
+    run_implicit(t, PLI_IMPLICIT_JACOBI);
+}
+static void run_implicit_chebyshev(trial* t) {
+    run_implicit(t, PLI_IMPLICIT_CHEBYSHEV);
+}
+static void run_implicit_gradients(trial* t) {
+    run_implicit(t, PLI_IMPLICIT_CONJUGATE_GRADIENT);
+}
+
+static void run_xpbd(trial* t) {
+    add_floor(t, 0.95f);
+    pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f), pli_vec3_make(0.5f, 1.2f, 0.5f));
+    pli_body* bodies[3] = {add_sheet(t, 8, 0.15f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00),
+                           add_ball(t, pli_vec3_make(0, 1.45f, 0), 0.4f), add_tetras(t, pli_vec3_make(1, 1, 0))};
+    for (int i = 0; i < 3; ++i) {
+        enable_xpbd(t, bodies[i]);
+        enable_rigid_contacts(t, bodies[i]);
+        enable_soft_contacts(t, bodies[i], false);
+        enable_xpbd_contacts(t, bodies[i]);
+    }
+    const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+    TRIAL_CALL(t, pli_body_enable_xpbd_bending(bodies[0], &bending));
+    TRIAL_CALL(t, pli_body_enable_xpbd_volume(bodies[1], 0.0f, 1.0f));
+    TRIAL_CALL(t, pli_body_enable_xpbd_tetras(bodies[2], 1e-6f));
+    TRIAL_CALL(t, pli_body_enable_xpbd_anchors(bodies[0], 0.0f));
+    enable_tethers(t, bodies[0]);
+    trial_steps(t, 3);
+    anchor(t, bodies[0], 63, box);
+    trial_steps(t, 3);
+    anchor(t, bodies[0], 56, box);
+    trial_steps(t, 2);
+}
+
+/* The searches come after what solves their contacts, which has to ask for memory in the solve then. */
+static void run_xpbd_searches_last(trial* t) {
+    add_floor(t, 0.95f);
+    pli_body* bodies[2] = {add_sheet(t, 6, 0.15f, pli_vec3_make(0, 1, 0), 0),
+                           add_sheet(t, 6, 0.15f, pli_vec3_make(0.04f, 1.06f, 0.03f), 0)};
+    for (int i = 0; i < 2; ++i) {
+        enable_xpbd(t, bodies[i]);
+        enable_xpbd_contacts(t, bodies[i]);
+        enable_rigid_contacts(t, bodies[i]);
+        enable_soft_contacts(t, bodies[i], false);
+    }
+    trial_steps(t, 5);
+}
+
+typedef enum self_solver { SELF_POSITIONS, SELF_IMPLICIT, SELF_XPBD } self_solver;
+
+static pli_body* add_self_fold(trial* t, self_solver solver) {
+    pli_body* body = add_fold(t, 9, 0.1f, 0.05f);
+    if (solver == SELF_IMPLICIT) { enable_implicit(t, body, PLI_IMPLICIT_JACOBI); }
+    if (solver == SELF_XPBD) { enable_xpbd(t, body); }
+    return body;
+}
+
+/* The velocities tear the fold about, so that searches do not serve for long. */
+static void stir(trial* t, pli_body* body) {
+    const pli_body_view view = pli_body_get_view(body);
+    for (int i = 0; i < view.node_count; i += 5) {
+        const float side = i % 2 == 0 ? 1.0f : -1.0f;
+        TRIAL_CALL(t, pli_body_set_node_velocity(body, i, pli_vec3_make(side, -side, 0.5f * side)));
+    }
+}
+
+static void run_self_nodes(trial* t, self_solver solver) {
+    pli_body* body = add_self_fold(t, solver);
+    enable_self_nodes(t, body, 0.09f);
+    trial_steps(t, 4);
+    stir(t, body);
+    trial_steps(t, 4);
+}
+static void run_self_nodes_positions(trial* t) {
+    run_self_nodes(t, SELF_POSITIONS);
+}
+static void run_self_nodes_implicit(trial* t) {
+    run_self_nodes(t, SELF_IMPLICIT);
+}
+static void run_self_nodes_xpbd(trial* t) {
+    run_self_nodes(t, SELF_XPBD);
+}
+
+static void run_self_faces(trial* t, self_solver solver) {
+    pli_body* body = add_self_fold(t, solver);
+    enable_self_faces(t, body, 0.06f);
+    trial_steps(t, 4);
+    stir(t, body);
+    trial_steps(t, 3);
+}
+static void run_self_faces_positions(trial* t) {
+    run_self_faces(t, SELF_POSITIONS);
+}
+static void run_self_faces_implicit(trial* t) {
+    run_self_faces(t, SELF_IMPLICIT);
+}
+static void run_self_faces_xpbd(trial* t) {
+    run_self_faces(t, SELF_XPBD);
+}
+
+static void run_self_grids(trial* t) {
+    for (int i = 0; i <= SELF_XPBD; ++i) {
+        pli_body* body = add_self_fold(t, (self_solver)i);
+        enable_self_grids(t, body, 0.09f);
+    }
+    trial_steps(t, 5);
+}
+
+static float wall_distance(pli_vec3 point, void* user) {
+    (void)user;
+    return point.x + 0.3f * point.z - 0.13f;
+}
+
+static void cut_first_link(trial* t, pli_body* body) {
+    const int* link = pli_body_get_view(body).link_nodes;
+    const int nodes[2] = {link[0], link[1]};
+    TRIAL_CALL(t, pli_body_cut_link(body, nodes[0], nodes[1], 0.5f));
+}
+
+static void cut(trial* t, pli_body* body) {
+    pli_refine_def refine = pli_refine_def_default();
+    refine.surface = wall_distance;
+    TRIAL_CALL(t, pli_body_refine(body, &refine));
+    trial_steps(t, 2);
+    cut_first_link(t, body);
+    trial_steps(t, 2);
+    TRIAL_CALL(t, pli_body_cut_swept(body, pli_vec3_make(-0.2f, 2, -2), pli_vec3_make(-0.2f, -2, -2),
+                                     pli_vec3_make(-0.25f, 2, 0), pli_vec3_make(-0.25f, -2, 0), NULL));
+    TRIAL_CALL(t, pli_body_cut_swept(body, pli_vec3_make(-0.25f, 2, 0), pli_vec3_make(-0.25f, -2, 0),
+                                     pli_vec3_make(-0.1f, 2, 2), pli_vec3_make(-0.1f, -2, 2), NULL));
+    trial_steps(t, 2);
+}
+
+static pli_body* add_cut_sheet(trial* t, bool with_bending) {
+    add_floor(t, 0.9f);
+    pli_mesh* mesh = make_sheet(t, 9, 0.15f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);
+    if (with_bending) { TRIAL_CALL(t, pli_mesh_append_bending_links(mesh, 2, 0, NULL)); }
+    pli_body* body = add_body(t, mesh, 0.05f, 3);
+    pli_body* other = add_sheet(t, 4, 0.15f, pli_vec3_make(0.04f, 1.06f, 0.03f), 0);
+    enable_soft_contacts(t, other, false);
+    enable_soft_contacts(t, body, false);
+    enable_rigid_contacts(t, body);
+    return body;
+}
+
+static void run_cuts(trial* t) {
+    pli_body* body = add_cut_sheet(t, true);
+    pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f), pli_vec3_make(0.5f, 1.2f, 0.5f));
+    TRIAL_CALL(t, pli_body_use_colored_links(body, true));
+    TRIAL_CALL(t, pli_body_use_step_smoothing(body, true));
+    TRIAL_CALL(t, pli_body_enable_pose_matching(body, 0.1f));
+    enable_aero(t, body, PLI_AERO_VERTEX_TWO_SIDED);
+    enable_rigid_faces(t, body);
+    enable_tethers(t, body);
+    enable_self_nodes(t, body, 0.03f);
+    enable_self_grids(t, body, 0.02f);
+    enable_self_faces(t, body, 0.02f);
+    anchor(t, body, 80, box);
+    trial_steps(t, 2);
+    cut(t, body);
+}
+
+static void run_cuts_of_clusters(trial* t) {
+    pli_body* body = add_cut_sheet(t, false);
+    enable_clusters(t, body, false, 5);
+    enable_cluster_contacts(t, body, true);
+    TRIAL_CALL(t, pli_body_enable_volume_conservation(body, 0.1f));
+    trial_steps(t, 2);
+    cut(t, body);
+}
+
+static void run_cuts_under_xpbd(trial* t) {
+    pli_body* body = add_cut_sheet(t, true);
+    enable_xpbd(t, body);
+    const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
+    TRIAL_CALL(t, pli_body_enable_xpbd_bending(body, &bending));
+    TRIAL_CALL(t, pli_body_enable_xpbd_volume(body, 1.0f, 1.0f));
+    enable_xpbd_contacts(t, body);
+    enable_tethers(t, body);
+    trial_steps(t, 2);
+    cut(t, body);
+}
+
+static void run_cuts_under_implicit(trial* t) {
+    pli_body* body = add_cut_sheet(t, false);
+    enable_implicit(t, body, PLI_IMPLICIT_CONJUGATE_GRADIENT);
+    trial_steps(t, 2);
+    cut(t, body);
+}
+
+static void run_tethers_and_anchors(trial* t) {
+    pli_rigid* boxes[3];
+    for (int i = 0; i < 3; ++i) {
+        boxes[i] = add_box(t, i == 0 ? PLI_RIGID_KINEMATIC : PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f),
+                           pli_vec3_make(0.5f * (float)i, 1.1f, 0.2f));
+    }
+    pli_body* rope = add_rope(t, 12, 1.0f, PLI_ROPE_PIN_FIRST);
+    pli_body* sheet = add_sheet(t, 6, 0.2f, pli_vec3_make(0, 1, 2), PLI_PATCH_PIN_00);
+    enable_rigid_contacts(t, rope);
+    enable_rigid_contacts(t, sheet);
+    enable_tethers(t, rope);
+    enable_tethers(t, sheet);
+    anchor(t, rope, 13, boxes[1]);
+    trial_steps(t, 2);
+    anchor(t, rope, 6, boxes[2]);
+    anchor(t, sheet, 35, boxes[0]);
+    TRIAL_CALL(t, pli_body_set_anchor_hardness(sheet, 0.5f));
+    trial_steps(t, 2);
+    pli_rigid_destroy(boxes[1]);
+    t->rigids[0] = t->rigids[1];
+    t->rigid_count = 1;
+    trial_steps(t, 2);
+}
+
+static void run_many_bodies(trial* t) {
+    pli_body* bodies[12];
+    add_floor(t, 0.9f);
+    for (int i = 0; i < 12; ++i) {
+        bodies[i] = add_sheet(t, 3, 0.1f, pli_vec3_make(0.02f * (float)i, 0.95f + 0.05f * (float)i, 0), 0);
+        enable_rigid_contacts(t, bodies[i]);
+        enable_soft_contacts(t, bodies[i], false);
+        if (i % 4 == 3) { trial_steps(t, 1); }
+    }
+    for (int i = 0; i < 12; i += 2) {
+        pli_body_destroy(bodies[i]);
+        bodies[i] = add_rope(t, 3 + i, 1.0f + 0.1f * (float)i, 0);
+        TRIAL_CALL(t, pli_body_use_colored_links(bodies[i], true));
+        if (i % 4 == 2) { trial_steps(t, 1); }
+    }
+}
+
+/* Runs of links, and sweeps in bands. */
+static void run_large_grid(trial* t) {
+    pli_body* body = add_sheet(t, 70, 0.02f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00 | PLI_PATCH_PIN_01);
+    pli_body* other = add_sheet(t, 66, 0.02f, pli_vec3_make(0, 2, 0), PLI_PATCH_PIN_00);
+    TRIAL_CALL(t, pli_body_use_colored_links(body, true));
+    enable_xpbd(t, other);
+    trial_steps(t, 2);
+    cut_first_link(t, body);
+    cut_first_link(t, other);
+    trial_steps(t, 2);
+}
+
+// --------------------------------------------------------------------------------------------------------------- main
+
+static const trial_setup setups[] = {
+    {"plain links", run_plain_links, false},
+    {"velocity links", run_velocity_links, true},
+    {"coloured sheet, rigid contacts", run_colored_sheet, false},
+    {"rigid faces", run_rigid_faces, false},
+    {"soft contacts", run_soft_contacts, false},
+    {"soft contacts of Bullet", run_soft_contacts_of_bullet, false},
+    {"clusters, contacts, joints", run_clusters, false},
+    {"clusters of Bullet", run_clusters_of_bullet, false},
+    {"pose, volume, pressure, air", run_forces, false},
+    {"implicit, Jacobi", run_implicit_jacobi, true},
+    {"implicit, Chebyshev", run_implicit_chebyshev, true},
+    {"implicit, gradients", run_implicit_gradients, true},
+    {"XPBD", run_xpbd, false},
+    {"XPBD, searches last", run_xpbd_searches_last, false},
+    {"self-collision of nodes", run_self_nodes_positions, false},
+    {"self nodes, implicit", run_self_nodes_implicit, false},
+    {"self nodes, XPBD", run_self_nodes_xpbd, false},
+    {"self-collision of faces", run_self_faces_positions, false},
+    {"self faces, implicit", run_self_faces_implicit, false},
+    {"self faces, XPBD", run_self_faces_xpbd, false},
+    {"self-collision by grids", run_self_grids, false},
+    {"cuts", run_cuts, false},
+    {"cuts of clusters", run_cuts_of_clusters, false},
+    {"cuts, XPBD", run_cuts_under_xpbd, false},
+    {"cuts, implicit", run_cuts_under_implicit, true},
+    {"tethers, anchors", run_tethers_and_anchors, false},
+    {"bodies come and go", run_many_bodies, false},
+    {"large grid", run_large_grid, false},
+};
+
+static long stride = 1;
+
+static void nothing_fails_in_silence(void** state) {
+    (void)state;
+    trial_counts sum = {0};
+    for (size_t i = 0; i < sizeof setups / sizeof *setups; ++i) {
+        for (int room = 0; room < 2; ++room) {
+            const trial_counts counts = trial_run_all(&setups[i], room != 0, stride);
+            print_message("%-32s%s %5ld places, %4ld runs with a step that reported it\n", setups[i].name,
+                          room != 0 ? " with room" : "          ", counts.places, counts.steps);
+            sum.places += counts.places;
+            sum.steps += counts.steps;
+        }
+    }
+    print_message("%ld places, %ld\n", sum.places, sum.steps);
+}
+
+int main(int argument_count, char** arguments) {
+    (void)argument_count, (void)arguments;
+    const char* wanted = getenv("PLIANT_STRIDE");
+    if (wanted != NULL) { stride = atol(wanted); }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_fails_in_silence)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
