@@ -5,11 +5,14 @@
 
 #include "../scenes/scene_builder.h"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+class btCollisionShape;
 
 // What the functions behind a scene's controls act on.
 struct scene_run {
@@ -40,6 +43,8 @@ struct Shape {
     std::vector<Shape> children;
     std::vector<pli_transform> child_poses;
     bool is_solid;
+    // Of tests: makes a shape that scenes do not have, in place of all that.
+    std::function<std::unique_ptr<btCollisionShape>()> make_own;
 };
 
 struct RigidRecord {

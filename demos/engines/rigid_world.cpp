@@ -190,7 +190,7 @@ static bool equal(const pli_transform& a, const pli_transform& b) {
 
 // Triangle meshes are large and rarely there twice: they count as different.
 static bool equal(const Shape& a, const Shape& b) {
-    if (a.kind != b.kind || a.kind == SCENE_SHAPE_TRIANGLE_MESH || !equal(a.half_extents, b.half_extents) ||
+    if (a.make_own || b.make_own || a.kind != b.kind || a.kind == SCENE_SHAPE_TRIANGLE_MESH || !equal(a.half_extents, b.half_extents) ||
         !equal(a.radius, b.radius) || !equal(a.half_height, b.half_height) || a.axis != b.axis ||
         !equal(a.margin, b.margin) || a.children.size() != b.children.size()) {
         return false;
@@ -239,6 +239,7 @@ std::unique_ptr<btCollisionShape> RigidWorld::make_triangle_mesh(const Shape& re
 }
 
 std::unique_ptr<btCollisionShape> RigidWorld::make_shape(const Shape& record) {
+    if (record.make_own) { return record.make_own(); }
     switch (record.kind) {
     case SCENE_SHAPE_BOX:
         return std::make_unique<btBoxShape>(to_bullet(record.half_extents));
