@@ -22,7 +22,9 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
         owns_context_ = status == PLI_OK;
     }
     if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
-    if (status == PLI_OK) { status = pli_world_create(context, &def.world, &world); }
+    pli_world_def world_def = def.world;
+    if (def.mode == CollisionMode::reference) { world_def.bullet_bounds = true; }
+    if (status == PLI_OK) { status = pli_world_create(context, &world_def, &world); }
     if (status != PLI_OK) {
         bullet_world_ = nullptr;
         return;

@@ -363,7 +363,7 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
 static void clusters_finish(pli_body* body, void* state, const plii_step* step) {
     plii_clusters* clusters = state;
     for (int i = 0; i < clusters->count; ++i) {
-        if (clusters->items[i].settings.node_damping > 0.0f) {
+        if (clusters->items[i].settings.node_damping > 0.0f && !clusters->items[i].has_no_inverse) {
             cluster_damp_nodes(body, clusters, &clusters->items[i]);
         }
     }

@@ -117,9 +117,10 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     inertia.rows[2].x = inertia.rows[0].z;
     inertia.rows[2].y = inertia.rows[1].z;
     const pli_mat3 inverse = plii_mat3_inverse(inertia);
-    const bool is_regular = clusters->def.as_bullet && plii_mat3_is_finite(inverse);
+    const bool is_finite = plii_mat3_is_finite(inverse);
+    cluster->has_no_inverse = clusters->def.as_bullet && !is_finite;
     cluster->inverse_inertia_local =
-        is_regular ? inverse : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
+        clusters->def.as_bullet && is_finite ? inverse : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
     const pli_mat3* turns = &cluster->inverse_inertia_local;
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }

@@ -6,6 +6,7 @@
 #include "body_impl.h"
 #include "pliant/pose.h"
 #include "polar.h"
+#include "world_impl.h"
 
 #include <string.h>
 
@@ -70,6 +71,10 @@ static void pose_match(pli_body* body, const pose_state* pose) {
 static void pose_run(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     pose_state* pose = state;
+    if (body->world->def.bullet_bounds) {
+        plii_body_update_bounds(body);
+        body->has_early_bounds = true;
+    }
     pose->centre = pose_centre(body, pose);
     pose->rotation = plii_polar_factor(pose_covariance(body, pose), pose->rotation);
     if (pose->matching > 0.0f) { pose_match(body, pose); }

@@ -116,7 +116,11 @@ PLII_SIMD_INLINE void solver_fly(int begin, int end, void* data) {
 
 void plii_solver_update_predicted_bounds(pli_body* body) {
     const pli_bounds before = body->bounds;
-    if (!plii_solver_update_bounds(body) || body->sweeping_features == 0) { return; }
+    const bool is_early = body->has_early_bounds;
+    body->has_early_bounds = false;
+    if (!plii_solver_update_bounds(body)) { return; }
+    if (is_early) { body->bounds = before; }
+    if (body->sweeping_features == 0) { return; }
     body->bounds.min = plii_vec3_min(body->bounds.min, before.min);
     body->bounds.max = plii_vec3_max(body->bounds.max, before.max);
 }

@@ -156,6 +156,8 @@ void BulletEngine::add_soft(const SoftRecord& record) {
     body->m_cfg.piterations = options_.solver.iterations.value_or(body->m_cfg.piterations);
     // Bullet leaves normals at zero until the end of the first step; Pliant has them from the start.
     body->updateNormals();
+    // It made its bounds with the default margin, and what is near when a body is added decides the order of pairs.
+    body->updateBounds();
     body->addVelocity(to_bullet(record.velocity));
     for (const FirstForce& force : record.first_forces) {
         body->addForce(to_bullet(force.force), force.node);

@@ -28,6 +28,8 @@ public:
         m_noted->insert(name);
         return true;
     }
+    // For the report.
+    void note(const std::string& fact) const { m_noted->insert(m_prefix + "(" + fact + ")"); }
     double share(const std::string& name) const { return static_cast<double>(bits(name) >> 11) / 9007199254740992.0; }
     float uniform(const std::string& name, float low, float high) const {
         return low + (high - low) * static_cast<float>(share(name));

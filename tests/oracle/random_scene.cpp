@@ -214,7 +214,7 @@ void add_links(pli_context* context, const Dice& dice, pli_mesh* mesh) {
 
 MeshPointer make_mesh(pli_context* context, const Dice& dice) {
     const std::string kind = random_kind(dice);
-    dice.has(kind, 1.0); // for the report
+    dice.note(kind);
     MeshPointer mesh = make_plain_mesh(context, dice, kind);
     for (int i = 1; i < 4; ++i) {
         const Dice part = dice.part("component", i);
@@ -272,14 +272,13 @@ void set_solver(const Dice& dice, scene_soft_def& def) {
 }
 
 void set_forces(const Dice& dice, const pli_mesh_view& mesh, scene_soft_def& def) {
+    if (mesh.face_count == 0) { return; }
     if (dice.has("aero", 0.2)) {
-        const int models = mesh.face_count > 0 ? 6 : 3;
-        def.aero.model = static_cast<pli_aero_model>(dice.integer("aero model", 0, models));
+        def.aero.model = static_cast<pli_aero_model>(dice.integer("aero model", 0, 6));
         def.aero.lift = dice.uniform("lift", 0, 0.1f);
         def.aero.drag = dice.uniform("drag", 0, 0.1f);
         if (dice.has("wind", 0.5)) { def.aero.wind = dice.vector("wind", 15.0f); }
     }
-    if (mesh.face_count == 0) { return; }
     if (dice.has("pressure", 0.15)) {
         def.pressure = dice.has("negative pressure", 0.2) ? dice.uniform("pressure", -20.0f, 0)
                                                           : std::exp(dice.uniform("pressure", -2.0f, 6.0f));
@@ -356,6 +355,7 @@ void add_soft(Case& made, const Dice& dice) {
         record.first_forces.push_back({dice.integer("pushed", 0, mesh.node_count - 1), dice.vector("force", 50.0f)});
     }
     if (dice.has("moved nodes", 0.15)) {
+        extras.sets_state = dice.has("set state", 0.5);
         extras.move_step = dice.has("moved later", 0.5) ? dice.integer("move step", 1, 5) : 0;
         for (int i = 0; i < dice.integer("moves", 1, 5); ++i) {
             const std::string name = "move" + std::to_string(i);
@@ -379,7 +379,7 @@ void add_rigid(Case& made, const Dice& dice) {
     const bool is_dynamic = dice.has("dynamic", 0.5);
     const auto kind = static_cast<random_shapes::Kind>(
         dice.integer("kind", 0, (is_dynamic ? random_shapes::movable_count : random_shapes::kind_count) - 1));
-    dice.has(random_shapes::kind_name(kind), 1.0); // for the report
+    dice.note(random_shapes::kind_name(kind));
     // Its own dice: the case that they note in is gone when shapes are made.
     record.shape.make_own = [dice, kind] { return random_shapes::make(dice, kind); };
     record.mass = is_dynamic ? std::exp(dice.uniform("mass", -2.0f, 4.0f)) : 0.0f;
@@ -430,7 +430,9 @@ void add_joints(Case& made, const Dice& dice) {
             joint.ends.softness = {own.uniform("erp", 0, 1), own.uniform("cfm", 0, 1), own.uniform("split", 0, 1)};
         }
         joint.position = own.vector("position", 2.0f);
-        joint.axis = pli_vec3_make(own.uniform("axis x", 0.2f, 1), own.uniform("axis y", -1, 1), 0.1f);
+        // btSoftBody takes the length of an axis for what it is.
+        const pli_vec3 axis = pli_vec3_make(own.uniform("axis x", 0.2f, 1), own.uniform("axis y", -1, 1), 0.1f);
+        joint.axis = pli_vec3_scale(axis, 1.0f / pli_vec3_length(axis));
         made.description.joints.push_back(joint);
     }
 }

@@ -20,6 +20,7 @@ struct Extras {
     int cluster_iterations = 4;
     std::vector<MovedNode> moved_nodes;
     int move_step = 0; // before this step
+    bool sets_state = false;
 };
 
 struct Case {

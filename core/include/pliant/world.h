@@ -19,6 +19,8 @@ typedef struct pli_world_def {
     /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
     /// False: lists grow when they are full.
     bool makes_room;
+    /// For comparisons with btSoftBody, default false: bounds of predicted bodies are those from before pose matching.
+    bool bullet_bounds;
     void* user_data;
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
