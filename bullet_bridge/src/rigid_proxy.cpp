@@ -3,7 +3,9 @@
 #include "convert.h"
 #include "triangle_slabs.h"
 
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
 
 #include <cstring>
@@ -14,6 +16,24 @@ namespace {
 
 bool same_bits(pli_vec3 a, pli_vec3 b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
+}
+
+// Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in the
+// frame of the compound.
+bool comes_to_child(const ShapePart& child, const btTransform& compound, const pli_bounds& body_bounds) {
+    const btVector3 corners[2] = {to_bullet(body_bounds.min), to_bullet(body_bounds.max)};
+    btVector3 low, high;
+    child.convex->getAabb(compound * child.pose, low, high);
+    if (!TestAabbAgainstAabb2(low, high, corners[0], corners[1])) { return false; }
+    const btTransform to_compound = compound.inverse();
+    btVector3 body_low = to_compound * corners[0], body_high = body_low;
+    for (int i = 1; i < 8; ++i) {
+        const btVector3 corner(corners[i & 1].x(), corners[i >> 1 & 1].y(), corners[i >> 2].z());
+        body_low.setMin(to_compound * corner);
+        body_high.setMax(to_compound * corner);
+    }
+    child.convex->getAabb(child.pose, low, high);
+    return TestAabbAgainstAabb2(low, high, body_low, body_high);
 }
 
 } // namespace
@@ -99,6 +119,7 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     convex_shapes_.clear();
     convex_poses_.clear();
     has_slabs_ = false;
+    has_children_ = options.mode == CollisionMode::reference && object_->getCollisionShape()->isCompound();
     for (const ShapePart& part : parts_) {
         has_slabs_ = has_slabs_ || !part.shape;
         shapes_.push_back(part.shape.get());
@@ -106,8 +127,8 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
         convex_shapes_.push_back(part.convex);
         convex_poses_.push_back(part.pose);
     }
-    // With slabs the shapes depend on the pair and are set for each.
-    if (has_slabs_) { return shape_status_; }
+    // The shapes depend on the pair and are set for each.
+    if (has_slabs_ || has_children_) { return shape_status_; }
     status = pli_rigid_set_shapes(rigid_, static_cast<int>(shapes_.size()), shapes_.data(), poses_.data());
     return status != PLI_OK ? status : shape_status_;
 }
@@ -116,13 +137,15 @@ pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pl
     pli_status status = holds_captured_ ? PLI_OK : pli_rigid_set_state(rigid_, &captured_);
     if (status != PLI_OK) { return status; }
     holds_captured_ = true;
-    if (has_slabs_) {
+    if (has_slabs_ || has_children_) {
         shapes_.clear();
         poses_.clear();
         convex_shapes_.clear();
         convex_poses_.clear();
         const pli_bounds bounds = pli_body_get_bounds(body);
         for (std::size_t i = 0; i < parts_.size(); ++i) {
+            const bool is_child = has_children_ && parts_[i].convex != nullptr;
+            if (is_child && !comes_to_child(parts_[i], captured_pose_, bounds)) { continue; }
             if (parts_[i].shape) {
                 shapes_.push_back(parts_[i].shape.get());
                 convex_shapes_.push_back(parts_[i].convex);

@@ -77,6 +77,7 @@ private:
     std::optional<pli_sampled_mesh_def> sampled_mesh_;
     std::vector<ShapePart> parts_;
     bool has_slabs_ = false;
+    bool has_children_ = false; ///< of a compound, of which Bullet comes to some only; reference mode
     std::uint64_t fingerprint_ = 0;
     pli_status shape_status_ = PLI_OK;
     std::vector<pli_shape*> shapes_;                  ///< scratch

@@ -16,6 +16,7 @@
 #include "contact_order.h"
 #include "fat_box.h"
 #include "near_boxes.h"
+#include "node_boxes.h"
 #include "pliant/contact.h"
 #include "world_impl.h"
 
@@ -731,6 +732,11 @@ pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int 
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }
 
+const pli_bounds* plii_soft_contacts_node_boxes(const pli_body* body) {
+    const soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
+    return state != NULL && state->has_boxes ? state->node_boxes : NULL;
+}
+
 static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
                                             const char* function) {
     if (boxes == NULL && count > 0) {
@@ -747,12 +753,15 @@ static pli_status soft_contacts_check_boxes(pli_context* context, const pli_boun
 pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes, const pli_bounds* face_boxes) {
     PLII_TRY(plii_check_body_change(body, __func__));
     soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
-    if (state == NULL || state->node_boxes == NULL) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts with bullet_boxes are not enabled");
+    const bool has_faces = state != NULL && state->node_boxes != NULL;
+    if (!has_faces && !plii_feature_is_enabled(body, &plii_node_boxes_class)) {
+        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "contacts with bullet_boxes are not enabled");
     }
-    const int face_count = body->topology->face_count;
+    const int face_count = has_faces ? body->topology->face_count : 0;
     PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
     PLII_TRY(soft_contacts_check_boxes(body->context, face_boxes, face_count, "face", __func__));
+    (void)plii_node_boxes_set(body, node_boxes);
+    if (!has_faces) { return PLI_OK; }
     for (int i = 0; i < body->node_count; ++i) {
         state->node_boxes[i] = node_boxes[i];
     }

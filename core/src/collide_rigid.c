@@ -7,6 +7,7 @@
 #include "body_impl.h"
 #include "contact_order.h"
 #include "hold.h"
+#include "node_boxes.h"
 #include "pliant/contact.h"
 #include "shape_impl.h"
 #include "world_impl.h"
@@ -53,7 +54,8 @@ typedef struct rigid_contacts_meeting {
     rigid_contacts_state* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still; /* see rigid_contact */
+    bool is_still;           /* see rigid_contact */
+    const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_meeting;
 
 /* The impulse matrix for a rigid body that nothing moves. */
@@ -134,7 +136,29 @@ static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, co
     return PLI_OK;
 }
 
+/* As Bullet chooses the nodes. */
+static pli_status rigid_contacts_collide_boxes(const rigid_contacts_meeting* meeting) {
+    const pli_body* body = meeting->body;
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
+    const pli_bounds local = plii_shape_source_bounds(meeting->rigid->shapes[meeting->shape]);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
+    pli_bounds search;
+    plii_lanes_to_vec3(&search.min, bounds.low);
+    plii_lanes_to_vec3(&search.max, bounds.high);
+    search = plii_bounds_grow(search, body->collision_margin);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!plii_bounds_overlap(meeting->boxes[i], search)) { continue; }
+        if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        pli_vec3 point;
+        plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
+        PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, 1, &i, &point));
+    }
+    return PLI_OK;
+}
+
 static pli_status rigid_contacts_collide_shape(const rigid_contacts_meeting* meeting) {
+    if (meeting->boxes != NULL) { return rigid_contacts_collide_boxes(meeting); }
     const pli_body* body = meeting->body;
     const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
     const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
@@ -171,6 +195,11 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
     rigid_contacts_meeting meeting = {.body = body, .state = state, .rigid = rigid};
+    if (state->def.bullet_boxes) {
+        /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
+        const pli_bounds* shared = plii_soft_contacts_node_boxes(body);
+        meeting.boxes = shared != NULL ? shared : plii_node_boxes(body);
+    }
     meeting.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
                        plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     for (int i = 0; i < rigid->shape_count; ++i) {
@@ -428,6 +457,11 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     } else {
         plii_feature_disable(body, &rigid_contacts_last_class);
     }
+    if (def->bullet_boxes) {
+        PLII_TRY(plii_feature_enable(body, &plii_node_boxes_class, NULL));
+    } else {
+        plii_feature_disable(body, &plii_node_boxes_class);
+    }
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
     ((rigid_contacts_state*)state)->def = *def;
@@ -438,6 +472,7 @@ void pli_body_disable_rigid_contacts(pli_body* body) {
     if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
     plii_feature_disable(body, &rigid_contacts_last_class);
     plii_feature_disable(body, &rigid_contacts_class);
+    plii_feature_disable(body, &plii_node_boxes_class);
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

@@ -213,6 +213,12 @@ static pli_bounds lattice_bounds(const void* user) {
     return plii_bounds_grow(lattice->source->def.bounds(lattice->source->def.user), lattice->voxel_size);
 }
 
+pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
+    const bool is_lattice = shape->def.bounds == lattice_bounds;
+    const pli_shape_def* def = is_lattice ? &((const lattice_data*)shape->def.user)->source->def : &shape->def;
+    return def->bounds(def->user);
+}
+
 static void lattice_destroy(void* user) {
     lattice_data* lattice = user;
     lattice_cache* cache = lattice->cache;

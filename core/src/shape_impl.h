@@ -44,6 +44,9 @@ float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norm
 /* `p * p` sums below this count as zero: shorter vectors have too few bits for a direction. m^2 */
 #define PLII_SHAPE_TINY_SQUARED 1e-30f
 
+/* Of the shape that a lattice samples, as Bullet has them; else its own. */
+pli_bounds plii_shape_source_bounds(const pli_shape* shape);
+
 /* Some unit vector at a right angle to `v`, which is not zero. */
 pli_vec3 plii_shape_perpendicular(pli_vec3 v);
 

@@ -156,8 +156,14 @@ void BulletEngine::add_soft(const SoftRecord& record) {
     body->m_cfg.piterations = options_.solver.iterations.value_or(body->m_cfg.piterations);
     // Bullet leaves normals at zero until the end of the first step; Pliant has them from the start.
     body->updateNormals();
-    // It made its bounds with the default margin, and what is near when a body is added decides the order of pairs.
+    // It made its bounds with the default margin, and what is near when a body is added decides the order of pairs. The
+    // same holds for the boxes of its nodes, which stay until nodes leave them.
     body->updateBounds();
+    const btScalar margin = record.def.collision_margin;
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+        btDbvtVolume box = btDbvtVolume::FromCR(body->m_nodes[i].m_x, margin);
+        body->m_ndbvt.update(body->m_nodes[i].m_leaf, box);
+    }
     body->addVelocity(to_bullet(record.velocity));
     for (const FirstForce& force : record.first_forces) {
         body->addForce(to_bullet(force.force), force.node);

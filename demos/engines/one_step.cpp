@@ -32,15 +32,15 @@ pli_bounds leaf_bounds(const btDbvtNode* leaf) {
     return {from_bullet(leaf->volume.Mins()), from_bullet(leaf->volume.Maxs())};
 }
 
-// The boxes that a btSoftBody searches contacts with, as they are before the step. Its first step makes the trees anew,
-// with boxes around the bare nodes and faces.
-void copy_boxes(const btSoftBody& from, bool is_first, pli_body* to) {
+// The boxes that a btSoftBody searches contacts with, as they are before the step. With soft contacts its first step
+// makes the trees anew, with boxes around the bare nodes and faces; without, there is none of faces.
+void copy_boxes(const btSoftBody& from, bool is_first, bool has_faces, pli_body* to) {
     std::vector<pli_bounds> nodes, faces;
     for (int i = 0; i < from.m_nodes.size(); ++i) {
         const pli_vec3 p = from_bullet(from.m_nodes[i].m_x);
-        nodes.push_back(is_first ? pli_bounds{p, p} : leaf_bounds(from.m_nodes[i].m_leaf));
+        nodes.push_back(is_first && has_faces ? pli_bounds{p, p} : leaf_bounds(from.m_nodes[i].m_leaf));
     }
-    for (int i = 0; i < from.m_faces.size(); ++i) {
+    for (int i = 0; has_faces && i < from.m_faces.size(); ++i) {
         if (is_first) {
             faces.push_back(empty_bounds());
             for (const btSoftBody::Node* node : from.m_faces[i].m_n) {
@@ -105,8 +105,9 @@ private:
             throw Error("cannot take over the state of btSoftBody: " +
                         std::string(pli_last_error(pliant_.bridge().context())));
         }
-        if (description_.softs[static_cast<size_t>(index)].def.has_soft_contacts) {
-            copy_boxes(reference_.body(index), is_first_, body);
+        const scene_soft_def& def = description_.softs[static_cast<size_t>(index)].def;
+        if (def.has_soft_contacts || def.has_rigid_contacts) {
+            copy_boxes(reference_.body(index), is_first_, def.has_soft_contacts, body);
         }
     }
 
