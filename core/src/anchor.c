@@ -5,6 +5,7 @@
 
 #include "anchor_impl.h"
 #include "body_impl.h"
+#include "handle.h"
 #include "hold.h"
 #include "id_pool.h"
 #include "world_impl.h"
@@ -238,9 +239,7 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_anchor_def_default");
     }
     PLII_TRY(plii_check_node(body, def->node, function));
-    if (def->rigid == NULL || def->rigid->magic != PLII_RIGID_MAGIC) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def->rigid is null or not a rigid body");
-    }
+    PLII_TRY(plii_check_handle(def->rigid, PLII_HANDLE_RIGID, context, "def->rigid", function));
     if (def->rigid->world != body->world) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->rigid is in another world than the body");
     }

@@ -1,5 +1,6 @@
 /* A body's life and state: cooking a mesh, access to nodes, measures. Features live in their own files. */
 
+#include "handle.h"
 #include "mesh_impl.h"
 #include "node_planes.h"
 #include "world_impl.h"
@@ -9,8 +10,7 @@
 // --------------------------------------------------------------------------------------------------- checks
 
 pli_status plii_check_body(const pli_body* body, const char* function) {
-    (void)function;
-    return body != NULL && body->magic == PLII_BODY_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+    return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
 }
 
 pli_status plii_check_body_change(const pli_body* body, const char* function) {
@@ -97,7 +97,7 @@ static void body_release_arrays(pli_body* body) {
     plii_release(context, body->materials, (size_t)body->material_count * sizeof *body->materials);
     plii_release(context, body->ignored_rigids, (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids);
     if (body->topology != NULL) { plii_topology_release(context, body->topology); }
-    plii_release(context, body, sizeof *body);
+    plii_handle_release(context, body, PLII_HANDLE_BODY, sizeof *body);
 }
 
 static pli_status body_allocate_arrays(pli_body* body, pli_mesh* mesh) {
@@ -145,8 +145,11 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
-    if (mesh == NULL || body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "mesh or body is null"); }
-    if (mesh->magic != PLII_MESH_MAGIC) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "this is not a mesh"); }
+    if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the body is null"); }
+    PLII_TRY(plii_check_handle(mesh, PLII_HANDLE_MESH, context, NULL, __func__));
+    if (mesh->context != context) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the mesh was made in another context than the world");
+    }
     const pli_body_def used = def != NULL ? *def : pli_body_def_default();
     if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_body_def_default()");
@@ -159,9 +162,8 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
                          mesh->material_count, PLII_MAX_MATERIALS);
     }
 
-    pli_body* made = plii_allocate(context, sizeof *made);
+    pli_body* made = plii_handle_create(context, PLII_HANDLE_BODY, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the body"); }
-    made->magic = PLII_BODY_MAGIC;
     made->world = world;
     made->context = context;
     made->user_data = used.user_data;
@@ -187,10 +189,9 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
 }
 
 void pli_body_destroy(pli_body* body) {
-    if (plii_check_body_idle(body, __func__) != PLI_OK) { return; }
+    if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
-    body->magic = 0;
     body_release_arrays(body);
 }
 
@@ -407,13 +408,19 @@ static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid)
     return PLI_NULL_INDEX;
 }
 
+bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
+    return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
+}
+
 bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
-    return plii_check_body(body, __func__) == PLI_OK && body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
+    if (plii_check_body(body, __func__) != PLI_OK) { return false; }
+    if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }
+    return plii_body_ignores_rigid(body, rigid);
 }
 
 pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (rigid == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "rigid is null"); }
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__));
     const int index = body_find_ignored_rigid(body, rigid);
     if (ignore && index == PLI_NULL_INDEX) {
         if (!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity,

@@ -87,8 +87,6 @@ struct pli_body {
     int ignored_rigid_count, ignored_rigid_capacity;
 };
 
-#define PLII_BODY_MAGIC 0x70626f64u
-
 /* Services. */
 extern const plii_feature_class plii_forces_class;       /* body->forces */
 extern const plii_feature_class plii_normals_class;      /* body->normals; refreshed after each step */
@@ -138,6 +136,8 @@ pli_status plii_solver_check_change(const pli_body* body, const plii_solver_clas
 bool plii_solver_update_bounds(pli_body* body);
 /* At the end of a prediction: the same, of the whole way where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
+
+bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 pli_status plii_check_body(const pli_body* body, const char* function);

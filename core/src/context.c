@@ -1,6 +1,6 @@
 /* Hooks, memory accounting and error messages. */
 
-#include "context.h"
+#include "handle.h"
 
 #include <stdarg.h>
 #include <stdint.h>
@@ -103,25 +103,37 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     if (made->thread_count > PLII_TEAM_MOST) { made->thread_count = PLII_TEAM_MOST; }
     made->team_patience = PLII_TEAM_PATIENCE;
     made->simd = used.simd;
+    if (!plii_handle_add_context(made)) {
+        used.allocator.release(made, sizeof *made, used.allocator.user);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
     *context = made;
     return PLI_OK;
 }
 
 pli_status pli_context_destroy(pli_context* context) {
     if (context == NULL) { return PLI_OK; }
-    PLII_TRY(plii_check_change(context, __func__));
+    PLII_TRY(plii_check_context_change(context, __func__));
+    plii_handle_retire(context);
     context->allocator.release(context, sizeof *context, context->allocator.user);
     return PLI_OK;
 }
 
+/* Of calls that no context could keep the message of. */
+#if PLIANT_CHECKED
+static _Thread_local char context_lost_error[sizeof((pli_context*)NULL)->last_error];
+#else
+static const char context_lost_error[1] = "";
+#endif
+
 const char* pli_last_error(const pli_context* context) {
-    return context != NULL ? context->last_error : "";
+    return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : context_lost_error;
 }
 size_t pli_context_allocated_bytes(const pli_context* context) {
-    return context != NULL ? context->allocated_bytes : 0;
+    return plii_check_context(context, __func__) == PLI_OK ? context->allocated_bytes : 0;
 }
 uint64_t pli_context_allocation_count(const pli_context* context) {
-    return context != NULL ? context->allocation_count : 0;
+    return plii_check_context(context, __func__) == PLI_OK ? context->allocation_count : 0;
 }
 
 /* A call that fails inside of the log function is not logged, and its message does not stay. */
@@ -135,7 +147,7 @@ static void context_log(pli_context* context, pli_log_level level, const char* m
 }
 
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...) {
-    if (context == NULL) { return status; }
+    if (context == NULL && !PLIANT_CHECKED) { return status; }
     char message[sizeof context->last_error];
     const int prefix = snprintf(message, sizeof message, "%s: ", function);
     if (prefix >= 0 && (size_t)prefix < sizeof message) {
@@ -144,6 +156,12 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
         vsnprintf(message + prefix, sizeof message - (size_t)prefix, format, arguments);
         va_end(arguments);
     }
+#if PLIANT_CHECKED
+    if (context == NULL) {
+        memcpy(context_lost_error, message, strlen(message) + 1);
+        return status;
+    }
+#endif
     memcpy(context->last_error, message, strlen(message) + 1);
     context_log(context, PLI_LOG_ERROR, message);
     memcpy(context->last_error, message, strlen(message) + 1);
@@ -160,8 +178,12 @@ void plii_log(pli_context* context, pli_log_level level, const char* format, ...
     context_log(context, level, message);
 }
 
+pli_status plii_check_context(const pli_context* context, const char* function) {
+    return plii_check_handle(context, PLII_HANDLE_CONTEXT, NULL, NULL, function);
+}
+
 pli_status plii_check_context_change(pli_context* context, const char* function) {
-    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_context(context, function));
     return plii_check_change(context, function);
 }
 

@@ -25,6 +25,7 @@ typedef struct plii_shortage {
 } plii_shortage;
 
 struct pli_context {
+    uint32_t magic;
     pli_allocator allocator;
     pli_log_fn* log;
     void* log_user;
@@ -44,7 +45,8 @@ struct pli_context {
     int release_depth; /* the walk_depth at which shapes may be retained and released */
 };
 
-/* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. */
+/* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. Without a context nothing is kept, in a
+   checked build for pli_last_error(NULL). */
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
 void plii_log(pli_context* context, pli_log_level level, const char* format, ...) PLI_PRINTF_LIKE(3, 4);
@@ -67,7 +69,9 @@ static inline void plii_walk_begin(pli_context* context) {
 static inline void plii_walk_end(pli_context* context) {
     context->walk_depth -= 1;
 }
-/* PLI_OK, or the error of a null handle; for calls that change something. */
+/* PLI_OK, or the error of a null or wrong handle. */
+pli_status plii_check_context(const pli_context* context, const char* function);
+/* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
 /* Queries of shapes that this thread is in. They are no walks, as several threads may ask shapes of one context. */
 extern _Thread_local int plii_shape_queries;

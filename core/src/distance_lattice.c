@@ -5,6 +5,7 @@
    normals, bit for bit. At LATTICE_MAX_CELLS cells all are dropped and sampling starts again, which changes time, not
    results. */
 
+#include "handle.h"
 #include "shape_impl.h"
 
 #include <string.h>
@@ -230,7 +231,7 @@ static void lattice_destroy(void* user) {
 
 pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    PLII_TRY(plii_check_shape(context, source, __func__));
+    PLII_TRY(plii_check_handle(source, PLII_HANDLE_SHAPE, context, NULL, __func__));
     if (!plii_is_finite(voxel_size)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "voxel_size is not finite"); }
     if (!(voxel_size > 0.0f && plii_is_finite(1.0f / voxel_size))) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "voxel_size is %g", (double)voxel_size);

@@ -1,6 +1,7 @@
 /* The list of joints of a body and its place in a step. Bullet: m_joints, prepareClusters, solveClusters,
    cleanupClusters. */
 
+#include "handle.h"
 #include "id_pool.h"
 #include "joint_impl.h"
 #include "world_impl.h"
@@ -164,6 +165,7 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other end has both a body and a rigid body");
     }
     if (other->body != NULL) {
+        PLII_TRY(plii_check_handle(other->body, PLII_HANDLE_BODY, context, "the other body", function));
         PLII_TRY(plii_check_cluster(other->body, other->cluster, function));
         if (other->body == body && other->cluster == joint->cluster) {
             return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "both ends are cluster %d", joint->cluster);
@@ -172,7 +174,8 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
             return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other body is in another world");
         }
     }
-    if (other->rigid != NULL && (other->rigid->magic != PLII_RIGID_MAGIC || other->rigid->world != body->world)) {
+    if (other->rigid != NULL) { PLII_TRY(plii_check_handle(other->rigid, PLII_HANDLE_RIGID, context, NULL, function)); }
+    if (other->rigid != NULL && other->rigid->world != body->world) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the rigid body is not in the body's world");
     }
     if (!plii_vec3_is_finite(world_value)) {

@@ -2,15 +2,15 @@
 
 #include "mesh_impl.h"
 
+#include "handle.h"
+
 #include <limits.h>
 #include <string.h>
 
 // ---------------------------------------------------------------------------------------------------- checks
 
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
-    (void)function;
-    if (mesh == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
-    return mesh->magic == PLII_MESH_MAGIC ? PLI_OK : PLI_ERROR_STALE_ID;
+    return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
 }
 
 pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
@@ -161,9 +161,8 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh) {
 pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
     PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
-    pli_mesh* made = plii_allocate(context, sizeof *made);
+    pli_mesh* made = plii_handle_create(context, PLII_HANDLE_MESH, sizeof *made);
     if (made != NULL) {
-        made->magic = PLII_MESH_MAGIC;
         made->context = context;
         if (PLII_RESERVE(context, &made->materials, &made->material_capacity, 1)) {
             made->materials[0].linear_stiffness = 1.0f;
@@ -201,7 +200,7 @@ pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
 }
 
 void pli_mesh_destroy(pli_mesh* mesh) {
-    if (plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
+    if (mesh == NULL || plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
     pli_context* context = mesh->context;
     plii_mesh_forget_topology(mesh);
 #define MESH_RELEASE(field, capacity) plii_release(context, mesh->field, (size_t)mesh->capacity * sizeof *mesh->field)
@@ -212,8 +211,7 @@ void pli_mesh_destroy(pli_mesh* mesh) {
     MESH_RELEASE(tetras, tetra_capacity);
     MESH_RELEASE(materials, material_capacity);
 #undef MESH_RELEASE
-    mesh->magic = 0;
-    plii_release(context, mesh, sizeof *mesh);
+    plii_handle_release(context, mesh, PLII_HANDLE_MESH, sizeof *mesh);
 }
 
 pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {

@@ -25,8 +25,6 @@ struct pli_mesh {
     plii_topology* topology;
 };
 
-#define PLII_MESH_MAGIC 0x706d6573u
-
 /* The shared topology with one more reference; NULL when out of memory. */
 plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh);
 void plii_topology_release(pli_context* context, plii_topology* topology);

@@ -2,14 +2,15 @@
 
 #include "lanes.h"
 
+#include "handle.h"
 #include "shape_impl.h"
 #include "world_impl.h"
 
+#include <stdio.h>
 #include <string.h>
 
 pli_status plii_check_rigid(const pli_rigid* rigid, const char* function) {
-    (void)function;
-    return rigid != NULL && rigid->magic == PLII_RIGID_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+    return plii_check_handle(rigid, PLII_HANDLE_RIGID, NULL, NULL, function);
 }
 
 static pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
@@ -85,8 +86,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them", count);
     }
     for (int i = 0; i < count; ++i) {
-        if (shapes[i] == NULL || shapes[i]->magic != PLII_SHAPE_MAGIC) {
-            return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape %d is not a shape", i);
+        if (!plii_handle_is_alive(shapes[i], PLII_HANDLE_SHAPE)) {
+            char name[32];
+            snprintf(name, sizeof name, "shape %d", i);
+            return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
         if (poses != NULL && !plii_transform_is_finite(poses[i])) {
             return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
@@ -125,7 +128,7 @@ static void rigid_release(pli_rigid* rigid) {
     }
     plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
     plii_release(context, rigid->shape_poses, (size_t)rigid->shape_pose_capacity * sizeof *rigid->shape_poses);
-    plii_release(context, rigid, sizeof *rigid);
+    plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
 }
 
 static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
@@ -155,9 +158,8 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
     if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
     PLII_TRY(rigid_check_def(context, def, __func__));
 
-    pli_rigid* made = plii_allocate(context, sizeof *made);
+    pli_rigid* made = plii_handle_create(context, PLII_HANDLE_RIGID, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the rigid body"); }
-    made->magic = PLII_RIGID_MAGIC;
     made->world = world;
     made->context = context;
     made->user_data = def->user_data;
@@ -177,10 +179,10 @@ pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigi
 }
 
 void pli_rigid_destroy(pli_rigid* rigid) {
-    if (plii_check_rigid(rigid, __func__) != PLI_OK) { return; }
+    if (rigid == NULL || plii_check_rigid(rigid, __func__) != PLI_OK) { return; }
     if (plii_check_world_idle(rigid->world, __func__) != PLI_OK) { return; }
     plii_world_remove_rigid(rigid->world, rigid);
-    rigid->magic = 0;
+    plii_handle_retire(rigid);
     rigid_release(rigid);
 }
 

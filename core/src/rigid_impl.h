@@ -25,8 +25,6 @@ struct pli_rigid {
     pli_transform* shape_poses;
 };
 
-#define PLII_RIGID_MAGIC 0x70726764u
-
 /* PLI_OK, or the error of a null or wrong handle. */
 pli_status plii_check_rigid(const pli_rigid* rigid, const char* function);
 /* World pose of shape `index`. */

@@ -3,6 +3,8 @@
 
 #include "shape_impl.h"
 
+#include "handle.h"
+
 pli_shape_def pli_shape_def_default(void) {
     pli_shape_def def = {0};
     def.cookie = PLII_DEF_COOKIE;
@@ -16,19 +18,10 @@ pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, cons
     return PLI_OK;
 }
 
-pli_status plii_check_shape(pli_context* context, const pli_shape* shape, const char* function) {
-    if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "a shape is null"); }
-    if (shape->magic != PLII_SHAPE_MAGIC) {
-        return plii_fail(context, PLI_ERROR_STALE_ID, function, "the shape does not exist any more");
-    }
-    return PLI_OK;
-}
-
 static pli_status shape_allocate(pli_context* context, const pli_shape_def* def, const char* function,
                                  pli_shape** shape) {
-    pli_shape* made = plii_allocate(context, sizeof *made);
+    pli_shape* made = plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made);
     if (made == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
-    made->magic = PLII_SHAPE_MAGIC;
     made->reference_count = 1;
     made->context = context;
     made->def = *def;
@@ -67,7 +60,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
-    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) { return PLI_ERROR_NULL_ARGUMENT; }
+    PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
     if (shape->context->walk_depth == shape->context->release_depth && plii_shape_queries == 0) { return PLI_OK; }
     return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
@@ -82,7 +75,7 @@ void pli_shape_retain(pli_shape* shape) {
 
 static void shape_destroy(pli_shape* shape) {
     pli_context* context = shape->context;
-    shape->magic = 0;
+    plii_handle_retire(shape);
     if (shape->def.destroy != NULL) {
         const int release_depth = context->release_depth;
         plii_walk_begin(context);
@@ -92,7 +85,7 @@ static void shape_destroy(pli_shape* shape) {
         plii_walk_end(context);
     }
     if (shape->data_size > 0) { plii_release(context, shape->def.user, shape->data_size); }
-    plii_release(context, shape, sizeof *shape);
+    plii_handle_release(context, shape, PLII_HANDLE_SHAPE, sizeof *shape);
 }
 
 void plii_shape_release(pli_shape* shape) {
@@ -100,7 +93,7 @@ void plii_shape_release(pli_shape* shape) {
 }
 
 void pli_shape_release(pli_shape* shape) {
-    if (shape_check_count(shape, __func__) == PLI_OK) { plii_shape_release(shape); }
+    if (shape != NULL && shape_check_count(shape, __func__) == PLI_OK) { plii_shape_release(shape); }
 }
 
 float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
@@ -114,7 +107,7 @@ float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norm
 }
 
 float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
-    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) {
+    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
         if (normal != NULL) { *normal = pli_vec3_make(1, 0, 0); }
         return INFINITY;
     }
@@ -125,7 +118,7 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
 }
 
 pli_bounds pli_shape_bounds(const pli_shape* shape) {
-    if (shape == NULL || shape->magic != PLII_SHAPE_MAGIC) {
+    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
         pli_bounds none = {{0, 0, 0}, {0, 0, 0}};
         return none;
     }

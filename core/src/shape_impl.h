@@ -24,15 +24,11 @@ struct pli_shape {
     size_t data_size; /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
-#define PLII_SHAPE_MAGIC 0x70736870u
-
 /* A shape that owns a copy of `data`; def->user is ignored. Messages name `function`. */
 pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
                                     const char* function, pli_shape** shape);
 /* The arguments that all creating functions share. */
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
-/* PLI_OK, or the error of a null or wrong handle. */
-pli_status plii_check_shape(pli_context* context, const pli_shape* shape, const char* function);
 
 /* For the library's own references, at any time. */
 void plii_shape_retain(pli_shape* shape);

@@ -2,13 +2,13 @@
 
 #include "world_impl.h"
 
+#include "handle.h"
 #include "shape_impl.h"
 
 #include <string.h>
 
 pli_status plii_check_world(const pli_world* world, const char* function) {
-    (void)function;
-    return world != NULL && world->magic == PLII_WORLD_MAGIC ? PLI_OK : PLI_ERROR_NULL_ARGUMENT;
+    return plii_check_handle(world, PLII_HANDLE_WORLD, NULL, NULL, function);
 }
 
 pli_status plii_check_world_change(const pli_world* world, const char* function) {
@@ -52,9 +52,8 @@ pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "max_force_displacement %g is not positive",
                          (double)used.max_force_displacement);
     }
-    pli_world* made = plii_allocate(context, sizeof *made);
+    pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the world"); }
-    made->magic = PLII_WORLD_MAGIC;
     made->context = context;
     made->def = used;
     *world = made;
@@ -62,7 +61,7 @@ pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_
 }
 
 void pli_world_destroy(pli_world* world) {
-    if (plii_check_world_change(world, __func__) != PLI_OK) { return; }
+    if (world == NULL || plii_check_world_change(world, __func__) != PLI_OK) { return; }
     pli_context* context = world->context;
     world->is_stepping = false;
     while (world->body_count > 0) {
@@ -75,8 +74,7 @@ void pli_world_destroy(pli_world* world) {
     plii_release(context, world->sweep, (size_t)world->sweep_capacity * sizeof *world->sweep);
     plii_release(context, world->rigids, (size_t)world->rigid_capacity * sizeof *world->rigids);
     plii_release(context, world->events, (size_t)world->event_capacity * sizeof *world->events);
-    world->magic = 0;
-    plii_release(context, world, sizeof *world);
+    plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
 }
 
 pli_context* pli_world_get_context(const pli_world* world) {
@@ -327,7 +325,7 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
 
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    if (body->is_frozen || rigid->is_absent || pli_body_ignores_rigid(body, rigid)) { return; }
+    if (body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return; }
     world_begin_body(world, body);
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
@@ -341,8 +339,8 @@ static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rig
 
 pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_body(body, __func__));
-    PLII_TRY(plii_check_rigid(rigid, __func__));
+    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
     PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
     const uint64_t before = world_begin_call(world);
     world_collide_rigid(world, body, rigid);
@@ -370,8 +368,8 @@ static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* b
 
 pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_body(body_a, __func__));
-    PLII_TRY(plii_check_body(body_b, __func__));
+    PLII_TRY(plii_check_handle(body_a, PLII_HANDLE_BODY, world->context, "the first body", __func__));
+    PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
     PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
     if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
     const uint64_t before = world_begin_call(world);

@@ -29,8 +29,6 @@ struct pli_world {
     void* profile_user;
 };
 
-#define PLII_WORLD_MAGIC 0x70776c64u
-
 /* Bodies and rigid proxies keep their place in the list as `world_index`; removal closes the gap, order is kept. */
 pli_status plii_world_add_body(pli_world* world, pli_body* body);
 void plii_world_remove_body(pli_world* world, pli_body* body);
