@@ -40,6 +40,7 @@ struct pli_context {
     plii_pass pass;
     plii_shortage shortage;
     char last_error[512];
+    int world_count, mesh_count, shape_count, triangles_count; /* that are alive */
     bool is_logging;
     int walk_depth;    /* see plii_walk_begin */
     int release_depth; /* the walk_depth at which shapes may be retained and released */

@@ -220,6 +220,13 @@ bool plii_handle_add_context(pli_context* context) {
     return handles_add(context, PLII_HANDLE_CONTEXT, context);
 }
 
+/* Bodies and rigid bodies go with their world. */
+static void handle_count(pli_context* context, plii_handle_kind kind, int change) {
+    if (kind == PLII_HANDLE_WORLD) { context->world_count += change; }
+    if (kind == PLII_HANDLE_MESH) { context->mesh_count += change; }
+    if (kind == PLII_HANDLE_SHAPE) { context->shape_count += change; }
+}
+
 void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t size) {
     void* handle = handle_allocate(context, size);
     if (handle == NULL) { return NULL; }
@@ -228,6 +235,7 @@ void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t siz
         return NULL;
     }
     handle_set_magic(handle, plii_handle_magic(kind));
+    handle_count(context, kind, 1);
     return handle;
 }
 
@@ -237,8 +245,7 @@ void plii_handle_retire(void* handle) {
 }
 
 void plii_handle_release(pli_context* context, void* handle, plii_handle_kind kind, size_t size) {
-    (void)kind;
-    if (handle == NULL) { return; }
     plii_handle_retire(handle);
+    handle_count(context, kind, -1);
     plii_release(context, handle, size);
 }

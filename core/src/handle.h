@@ -22,11 +22,11 @@ static inline uint32_t plii_handle_magic(plii_handle_kind kind) {
     return 0x706c6800u + (uint32_t)kind;
 }
 
-/* A zeroed block with its magic number, which counts as a child of the context; NULL when out of memory. */
+/* A zeroed block with its magic number, which is counted as alive in the context; NULL when out of memory. */
 void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t size);
 /* No call takes the handle any more; its block stays. */
 void plii_handle_retire(void* handle);
-/* Retires the handle, and gives its block back. NULL is allowed. */
+/* Retires the handle, and gives its block back. */
 void plii_handle_release(pli_context* context, void* handle, plii_handle_kind kind, size_t size);
 
 /* Of a context, whose block is not its own. False when out of memory. */

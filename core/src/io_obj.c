@@ -113,16 +113,23 @@ static pli_status obj_read_lines(obj_reader* reader) {
     return PLI_OK;
 }
 
-/* Blocks of exactly the size that pli_triangles_destroy gives back. */
+static void obj_release(const pli_triangles* triangles) {
+    plii_release(triangles->context, triangles->points, (size_t)triangles->point_count * sizeof *triangles->points);
+    plii_release(triangles->context, triangles->indices,
+                 (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
+}
+
+/* Blocks of exactly the size that obj_release gives back. */
 static pli_status obj_write(const obj_reader* reader, pli_triangles* triangles) {
     pli_triangles made = {
         .context = reader->text.context, .point_count = reader->point_count, .triangle_count = reader->index_count / 3};
     made.points = plii_duplicate(made.context, reader->points, (size_t)reader->point_count * sizeof *reader->points);
     made.indices = plii_duplicate(made.context, reader->indices, (size_t)reader->index_count * sizeof *reader->indices);
     if (made.points == NULL || made.indices == NULL) {
-        pli_triangles_destroy(&made);
+        obj_release(&made);
         return obj_out_of_memory(reader);
     }
+    made.context->triangles_count += 1;
     *triangles = made;
     return PLI_OK;
 }
@@ -151,10 +158,10 @@ pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_tr
 }
 
 void pli_triangles_destroy(pli_triangles* triangles) {
-    if (triangles == NULL || plii_check_context_change(triangles->context, __func__) != PLI_OK) { return; }
-    plii_release(triangles->context, triangles->points, (size_t)triangles->point_count * sizeof *triangles->points);
-    plii_release(triangles->context, triangles->indices,
-                 (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
+    if (triangles == NULL || triangles->context == NULL) { return; }
+    if (plii_check_context_change(triangles->context, __func__) != PLI_OK) { return; }
+    triangles->context->triangles_count -= 1;
+    obj_release(triangles);
     memset(triangles, 0, sizeof *triangles);
 }
 

@@ -4,6 +4,7 @@
 
 #include <pliant/pliant.h>
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -109,6 +110,66 @@ static void test_context_keeps_and_logs_the_last_error(void** unused) {
     pli_context_destroy(context);
 }
 
+static void check_stays(pli_context* context, const char* message) {
+    assert_int_equal(pli_context_destroy(context), PLI_ERROR_WRONG_STATE);
+    assert_string_equal(pli_last_error(context), message);
+}
+
+static void test_context_stays_while_something_of_it_lives(void** unused) {
+    (void)unused;
+    counting c;
+    pli_context* context = counting_context(&c);
+    pli_world* worlds[2];
+    pli_mesh* mesh = NULL;
+    pli_shape* shapes[3];
+    for (int i = 0; i < 2; ++i) {
+        assert_int_equal(pli_world_create(context, NULL, &worlds[i]), PLI_OK);
+    }
+    assert_int_equal(pli_mesh_create(context, &mesh), PLI_OK);
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(pli_shape_create_sphere(context, 1, &shapes[i]), PLI_OK);
+    }
+    const int live = c.live;
+    check_stays(context, "pli_context_destroy: 2 worlds, 1 mesh and 3 shapes are still alive");
+    assert_int_equal(c.live, live);
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shape_count = 1;
+    def.shapes = &shapes[0];
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(worlds[1], &def, &rigid), PLI_OK);
+    for (int i = 0; i < 3; ++i) {
+        pli_shape_release(shapes[i]);
+    }
+    check_stays(context, "pli_context_destroy: 2 worlds, 1 mesh and 1 shape are still alive"); /* the rigid body's */
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(worlds[1]);
+    check_stays(context, "pli_context_destroy: 1 world is still alive");
+    pli_world_destroy(worlds[0]);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+    assert_int_equal(c.live, 0);
+    assert_int_equal(pli_context_destroy(NULL), PLI_OK);
+}
+
+static void test_context_stays_while_triangles_are_held(void** unused) {
+    (void)unused;
+    const char* path = "test_context.obj";
+    FILE* file = fopen(path, "w");
+    assert_non_null(file);
+    fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", file);
+    fclose(file);
+    counting c;
+    pli_context* context = counting_context(&c);
+    pli_triangles triangles;
+    assert_int_equal(pli_triangles_read_obj(context, path, &triangles), PLI_OK);
+    remove(path);
+    check_stays(context, "pli_context_destroy: 1 set of triangles is still alive");
+    pli_triangles_destroy(&triangles);
+    pli_triangles_destroy(&triangles);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+    assert_int_equal(c.live, 0);
+}
+
 static void test_context_needs_both_memory_hooks(void** unused) {
     (void)unused;
     pli_context_def def = pli_context_def_default();
@@ -134,6 +195,8 @@ int main(void) {
         cmocka_unit_test(test_context_returns_every_byte),
         cmocka_unit_test(test_context_steady_step_allocates_nothing),
         cmocka_unit_test(test_context_keeps_and_logs_the_last_error),
+        cmocka_unit_test(test_context_stays_while_something_of_it_lives),
+        cmocka_unit_test(test_context_stays_while_triangles_are_held),
         cmocka_unit_test(test_context_needs_both_memory_hooks),
         cmocka_unit_test(test_context_names_every_status),
     };

@@ -25,7 +25,9 @@ struct BridgeDef {
     CollisionMode mode = CollisionMode::exact;
     /// Depth in m behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
-    pli_context* context = nullptr; ///< null: the bridge makes and owns one
+    /// Null: the bridge makes one and destroys it. Meshes and shapes made in it must go before the bridge: while some
+    /// are alive the context stays, and is left to the caller.
+    pli_context* context = nullptr;
     /// The core's picture of a collision object is made before the first step that finds it in the Bullet world, for
     /// all that the collision filters let soft bodies meet, so that no later step allocates for it. False: at the first
     /// overlap of bounds, for worlds with many objects of which few are met.

@@ -7,6 +7,12 @@
 /// function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that only read
 /// may be made; what would change, make or destroy anything in the context of the caller is refused with
 /// PLI_ERROR_WRONG_STATE, and nothing is changed.
+///
+/// A handle (context, world, body, rigid body, mesh, shape) that is null gives PLI_ERROR_NULL_ARGUMENT, one of another
+/// kind PLI_ERROR_STALE_ID, and calls without a status give zero, NULL or whatever is neutral. To use a handle after
+/// its end is undefined behaviour, but in a checked build (CMake option PLIANT_CHECKED): there it gives
+/// PLI_ERROR_STALE_ID and a message, without a look at memory that is gone. The address of a handle may be taken by
+/// another one later.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -46,7 +52,7 @@ extern "C" {
     X(PLI_ERROR_NOT_FINITE, 4, "a value is NaN or infinite")                                                           \
     X(PLI_ERROR_INDEX_OUT_OF_RANGE, 5, "an index is out of range")                                                     \
     X(PLI_ERROR_INVALID_MESH, 6, "the mesh cannot be used for this")                                                   \
-    X(PLI_ERROR_STALE_ID, 7, "the id names something that no longer exists")                                           \
+    X(PLI_ERROR_STALE_ID, 7, "the id or handle names something that does not exist")                                   \
     X(PLI_ERROR_WRONG_STATE, 8, "the call is not allowed now")                                                         \
     X(PLI_ERROR_OUT_OF_MEMORY, 9, "out of memory")                                                                     \
     X(PLI_ERROR_FILE_OPEN, 10, "the file cannot be opened")                                                            \
@@ -95,7 +101,7 @@ typedef enum pli_simd {
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
-/// destroyed before it. One context is used by one thread at a time; different contexts never touch.
+/// destroyed before it.  One context is used by one thread at a time; different contexts never touch.
 typedef struct pli_context pli_context;
 
 typedef struct pli_context_def {
@@ -119,11 +125,14 @@ PLI_API pli_context_def pli_context_def_default(void);
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// NULL is allowed.
-/// @return PLI_ERROR_WRONG_STATE inside of a callback
+/// @return PLI_ERROR_WRONG_STATE, and the context stays, while worlds, meshes, shapes or triangles of it are alive (the
+/// message says how many) and inside of a callback; PLI_ERROR_STALE_ID in a checked build when it is gone
 PLI_API pli_status pli_context_destroy(pli_context* context);
 
 /// What the last failed call in this context did wrong and where, in one line ("pli_mesh_append_link: node 17 is out
-/// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call.
+/// of range, the mesh has 9 nodes"). Empty when nothing has failed. Valid until the next failing call. NULL, or a
+/// context that is gone, in a checked build: of the last call of this thread that failed without a context to keep the
+/// message, since its handle was null or unknown or its context is gone; in other builds empty.
 PLI_API const char* pli_last_error(const pli_context* context);
 
 /// Bytes that the context holds through its allocator at the moment, and allocations made so far.
