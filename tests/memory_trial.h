@@ -12,7 +12,13 @@
 
 #include <pliant/pliant.h>
 
-enum { TRIAL_MOST_STEPS = 64, TRIAL_MOST_RIGIDS = 8, TRIAL_STEPS_WITHOUT = 2 };
+enum { TRIAL_MOST_PLACES = 2048, TRIAL_MOST_STEPS = 64, TRIAL_MOST_RIGIDS = 8, TRIAL_STEPS_WITHOUT = 2 };
+
+/* Of a run with enough memory. */
+typedef struct trial_record {
+    uint64_t hashes[TRIAL_MOST_STEPS];  /* of the whole world after each step */
+    bool is_in_step[TRIAL_MOST_PLACES]; /* of the allocations */
+} trial_record;
 
 typedef struct trial {
     const char* name;
@@ -23,7 +29,7 @@ typedef struct trial {
     pli_rigid* rigids[TRIAL_MOST_RIGIDS];
     int rigid_count;
     int step;
-    uint64_t* hashes;    /* [TRIAL_MOST_STEPS] of the whole world, with enough memory */
+    trial_record* record;
     bool is_reference;   /* takes them */
     bool has_deviated;   /* a step has said that something was missing */
     bool moves_previous; /* previous positions are not those before the step */
@@ -34,9 +40,8 @@ typedef struct trial {
 } trial;
 
 typedef struct trial_counts {
-    long places;         /* allocations */
-    long calls, steps;   /* that reported one */
-    long without_effect; /* not reported, same bits */
+    long places, in_steps; /* allocations with enough memory */
+    long runs, reported;   /* in which one failed; by a step */
 } trial_counts;
 
 #define TRIAL_FAIL(t, format, ...)                                                                                     \
@@ -45,10 +50,12 @@ typedef struct trial_counts {
 
 // ------------------------------------------------------------------------------------------------------------- state
 
+/* Of whole words. */
 static inline uint64_t trial_mix(uint64_t hash, const void* data, size_t size) {
-    const unsigned char* bytes = (const unsigned char*)data;
-    for (size_t i = 0; i < size; ++i) {
-        hash = (hash ^ bytes[i]) * 0x100000001b3u;
+    for (size_t i = 0; i < size; i += sizeof(uint32_t)) {
+        uint32_t word = 0;
+        memcpy(&word, (const char*)data + i, sizeof word);
+        hash = (hash ^ word) * 0x100000001b3u;
     }
     return hash;
 }
@@ -186,16 +193,21 @@ static inline void trial_steps(trial* t, int count) {
     for (int i = 0; i < count; ++i) {
         trial_keep_positions(t);
         t->failed_before = t->allocator.failed;
+        const long first = t->allocator.calls + 1;
         trial_check_step(t, pli_world_step(t->world, dt));
         for (int k = 0; k < t->rigid_count; ++k) {
             assert_int_equal(pli_rigid_integrate(t->rigids[k], pli_vec3_make(0, -10, 0), dt), PLI_OK);
+        }
+        for (long k = first; t->is_reference && k <= t->allocator.calls; ++k) {
+            assert_in_range(k, 1, TRIAL_MOST_PLACES - 1);
+            t->record->is_in_step[k] = true;
         }
         if (t->allocator.failed > 0 && ++t->steps_without >= TRIAL_STEPS_WITHOUT) { trial_memory_is_back(t); }
         assert_in_range(t->step, 0, TRIAL_MOST_STEPS - 1);
         const uint64_t hash = trial_hash(t);
         if (t->is_reference) {
-            t->hashes[t->step] = hash;
-        } else if (!t->has_deviated && hash != t->hashes[t->step]) {
+            t->record->hashes[t->step] = hash;
+        } else if (!t->has_deviated && hash != t->record->hashes[t->step]) {
             TRIAL_FAIL(t, "step %d came out otherwise, and nobody said why", t->step);
         }
         ++t->step;
@@ -211,10 +223,11 @@ typedef struct trial_setup {
 } trial_setup;
 
 /* Fails the allocation `place`, 0: none. */
-static inline trial trial_run(const trial_setup* setup, bool makes_room, long place, bool for_good, uint64_t* hashes) {
+static inline trial trial_run(const trial_setup* setup, bool makes_room, long place, bool for_good,
+                              trial_record* record) {
     trial t = {.name = setup->name,
                .place = place,
-               .hashes = hashes,
+               .record = record,
                .is_reference = place == 0,
                .moves_previous = setup->moves_previous};
     t.context = failing_context(&t.allocator);
@@ -235,16 +248,24 @@ static inline trial trial_run(const trial_setup* setup, bool makes_room, long pl
     return t;
 }
 
-/* Each `stride`-th allocation, once and for good. */
-static inline trial_counts trial_run_all(const trial_setup* setup, bool makes_room, long stride) {
-    uint64_t hashes[TRIAL_MOST_STEPS] = {0};
+/* Each so many-th place, those in steps and those in other calls; `phase`: which ones. */
+typedef struct trial_strides {
+    long in_steps, in_calls, phase;
+} trial_strides;
+
+static inline trial_counts trial_run_all(const trial_setup* setup, bool makes_room, trial_strides strides) {
+    trial_record record = {0};
     trial_counts counts = {0};
-    counts.places = trial_run(setup, makes_room, 0, false, hashes).allocator.calls;
-    for (long place = 1; place <= counts.places; place += stride) {
+    counts.places = trial_run(setup, makes_room, 0, false, &record).allocator.calls;
+    for (long place = 1; place <= counts.places; ++place) {
+        const bool is_in_step = record.is_in_step[place];
+        counts.in_steps += is_in_step;
+        if ((place + strides.phase) % (is_in_step ? strides.in_steps : strides.in_calls) != 0) { continue; }
         for (int for_good = 0; for_good < 2; ++for_good) {
-            const trial t = trial_run(setup, makes_room, place, for_good != 0, hashes);
-            if (t.allocator.failed == 0) { fail_msg("%s: allocation %ld was not made", setup->name, place); }
-            counts.steps += t.has_deviated;
+            const trial t = trial_run(setup, makes_room, place, for_good != 0, &record);
+            if (t.allocator.failed == 0) { TRIAL_FAIL(&t, "%s", "was not made"); }
+            counts.runs += 1;
+            counts.reported += t.has_deviated;
         }
     }
     return counts;
