@@ -8,6 +8,7 @@
 #include "handle.h"
 #include "hold.h"
 #include "id_pool.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <string.h>
@@ -254,7 +255,10 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "influence is %g, at least 0 is allowed",
                          (double)def->influence);
     }
-    return PLI_OK;
+    if (def->local_pivot != NULL) {
+        PLII_TRY(plii_check_vec3_within(context, *def->local_pivot, PLI_MAX_COORDINATE, "local_pivot", function));
+    }
+    return plii_check_within(context, def->influence, PLI_MAX_FACTOR, "influence", function);
 }
 
 /* Rounded as btTransform::inverse() times the point. */

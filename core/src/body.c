@@ -3,6 +3,7 @@
 #include "handle.h"
 #include "mesh_impl.h"
 #include "node_planes.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <string.h>
@@ -32,10 +33,13 @@ pli_status plii_check_node(const pli_body* body, int node, const char* function)
     return PLI_OK;
 }
 
-static pli_status body_check_vec3(const pli_body* body, pli_vec3 value, const char* what, const char* function) {
-    if (plii_vec3_is_finite(value)) { return PLI_OK; }
-    return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s (%g, %g, %g) is not finite", what,
-                     (double)value.x, (double)value.y, (double)value.z);
+static pli_status body_check_vec3(const pli_body* body, pli_vec3 value, float limit, const char* what,
+                                  const char* function) {
+    if (!plii_vec3_is_finite(value)) {
+        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s (%g, %g, %g) is not finite", what,
+                         (double)value.x, (double)value.y, (double)value.z);
+    }
+    return plii_check_vec3_within(body->context, value, limit, what, function);
 }
 
 static pli_status body_check_settings(pli_context* context, const pli_solver_settings* s, const char* function) {
@@ -47,6 +51,7 @@ static pli_status body_check_settings(pli_context* context, const pli_solver_set
     if (!plii_is_finite(s->drift_correction)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "drift_correction is not finite");
     }
+    PLII_TRY(plii_check_within(context, s->drift_correction, PLI_MAX_FACTOR, "drift_correction", function));
     if (!(s->velocity_damping >= 0.0f && s->velocity_damping <= 1.0f)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "velocity_damping %g is not in [0, 1]",
                          (double)s->velocity_damping);
@@ -55,13 +60,15 @@ static pli_status body_check_settings(pli_context* context, const pli_solver_set
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "time_scale %g is not positive and finite",
                          (double)s->time_scale);
     }
-    return PLI_OK;
+    return plii_check_between(context, s->time_scale, PLI_MIN_TIME_SCALE, PLI_MAX_TIME_SCALE, "time_scale", function);
 }
 
 static pli_status body_check_margin(pli_context* context, float margin, const char* function) {
-    if (margin >= 0.0f && plii_is_finite(margin)) { return PLI_OK; }
-    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "collision margin %g is negative or not finite",
-                     (double)margin);
+    if (!(margin >= 0.0f) || !plii_is_finite(margin)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "collision margin %g is negative or not finite",
+                         (double)margin);
+    }
+    return plii_check_within(context, margin, PLI_MAX_COORDINATE, "the collision margin", function);
 }
 
 // ----------------------------------------------------------------------------------------------------- life
@@ -235,7 +242,9 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 
 void plii_body_refresh(pli_body* body) {
     plii_walk_begin(body->context);
-    if (plii_solver_update_bounds(body)) { plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step); }
+    if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
+        plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
+    }
     plii_walk_end(body->context);
 }
 
@@ -282,6 +291,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "rest length %g of link %d is negative or not finite",
                          (double)rest_length, link);
     }
+    PLII_TRY(plii_check_within(body->context, rest_length, PLI_MAX_COORDINATE, "the rest length", __func__));
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     return PLI_OK;
@@ -293,6 +303,14 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
     for (int i = 0; i < body->node_count; ++i) {
         if (!plii_vec3_is_finite(positions[i]) || (velocities != NULL && !plii_vec3_is_finite(velocities[i]))) {
             return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the state of node %d is not finite", i);
+        }
+        if (!plii_is_place(positions[i]) ||
+            (velocities != NULL && !plii_vec3_is_within(velocities[i], PLI_MAX_SPEED))) {
+            const pli_vec3 x = positions[i], v = velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0);
+            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                             "node %d is at (%g, %g, %g) with (%g, %g, %g) m/s, the limits are %g m and %g m/s", i,
+                             (double)x.x, (double)x.y, (double)x.z, (double)v.x, (double)v.y, (double)v.z,
+                             (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
@@ -307,7 +325,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, position, "position", __func__));
+    PLII_TRY(body_check_vec3(body, position, PLI_MAX_COORDINATE, "position", __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_body_update_bounds(body);
     return PLI_OK;
@@ -316,7 +334,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, velocity, "velocity", __func__));
+    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return PLI_OK;
 }
@@ -328,11 +346,8 @@ pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is negative or not finite",
                          (double)mass, node);
     }
-    const float inverse_mass = mass > 0.0f ? 1.0f / mass : 0.0f;
-    if (!plii_is_finite(inverse_mass)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is too small", (double)mass, node);
-    }
-    body->positions[node].w = inverse_mass;
+    PLII_TRY(plii_check_mass(body->context, mass, __func__));
+    body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;
     return PLI_OK;
 }
@@ -344,9 +359,15 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     }
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 moved = pli_transform_point(transform, plii_xyz(body->positions[i]));
+        const pli_vec3 before = pli_transform_point(transform, plii_xyz(body->previous[i]));
         const pli_vec3 turned = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
-        if (!plii_vec3_is_finite(moved) || !plii_vec3_is_finite(turned)) {
-            return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform takes node %d out of range", i);
+        if (!plii_is_place(moved) || !plii_is_place(before) || !plii_vec3_is_within(turned, PLI_MAX_SPEED)) {
+            const bool is_finite = plii_vec3_is_finite(moved) && plii_vec3_is_finite(turned);
+            return PLII_FAIL(body->context, is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE,
+                             "the transform takes node %d out of range: to (%g, %g, %g) with (%g, %g, %g) m/s, the "
+                             "limits are %g m and %g m/s",
+                             i, (double)moved.x, (double)moved.y, (double)moved.z, (double)turned.x, (double)turned.y,
+                             (double)turned.z, (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
@@ -358,6 +379,16 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
     return PLI_OK;
 }
 
+/* Of a node, with what was added before. */
+static pli_status body_check_force(const pli_body* body, int node, pli_vec3 force, const char* function) {
+    if (body->forces == NULL || !(body->positions[node].w > 0.0f)) { return PLI_OK; }
+    const pli_vec3 sum = pli_vec3_add(body->forces[node], force);
+    if (plii_vec3_is_within(sum, PLI_MAX_FORCE)) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function,
+                     "the forces on node %d would be (%g, %g, %g), the limit is %g", node, (double)sum.x, (double)sum.y,
+                     (double)sum.z, (double)PLI_MAX_FORCE);
+}
+
 static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
     if (body->positions[node].w > 0.0f) { body->forces[node] = pli_vec3_add(body->forces[node], force); }
 }
@@ -365,7 +396,8 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, force, "force", __func__));
+    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
     return PLI_OK;
@@ -373,7 +405,10 @@ pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
 
 pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(body_check_vec3(body, force, "force", __func__));
+    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        PLII_TRY(body_check_force(body, i, force, __func__));
+    }
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     for (int i = 0; i < body->node_count; ++i) {
         body_add_force_to(body, i, force);
@@ -383,7 +418,15 @@ pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
 
 pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(body_check_vec3(body, velocity, "velocity", __func__));
+    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
+        if (body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED)) {
+            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                             "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x,
+                             (double)sum.y, (double)sum.z, (double)PLI_MAX_SPEED);
+        }
+    }
     for (int i = 0; i < body->node_count; ++i) {
         if (body->positions[i].w > 0.0f) {
             plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), velocity));

@@ -106,10 +106,12 @@ int plii_solver_first_busy_node(const pli_body* body);
 /* All of POSITION but links. */
 void plii_solver_run_between_sweeps(pli_body* body);
 
-/* True when all nodes are finite. */
+/* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);
-/* The first one, or PLI_NULL_INDEX. */
-int plii_body_find_non_finite_node(const pli_body* body);
+/* True when no node is faster than nodes may be. */
+bool plii_body_is_slow(const pli_body* body);
+/* The first node that is too far out, too fast or not finite, or PLI_NULL_INDEX. */
+int plii_body_find_lost_node(const pli_body* body);
 static inline float plii_link_stiffness(const pli_body* body, int link) {
     const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
     return body->materials[material].linear_stiffness;
@@ -131,9 +133,11 @@ extern const plii_solver_class plii_position_solver;
 /* PLI_OK when an idle body may take up or leave `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
-/* Bounds of the nodes. False when one is NaN or infinite: the body is put back to the start of the step and frozen
-   then, with an event. */
+/* Bounds of the nodes. False when one is NaN or beyond the largest coordinate: the body is put back to the start of the
+   step and frozen then, with an event. */
 bool plii_solver_update_bounds(pli_body* body);
+/* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
+bool plii_solver_check_velocities(pli_body* body);
 /* At the end of a prediction: the same, of the whole way where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
 

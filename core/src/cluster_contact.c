@@ -2,6 +2,7 @@
    of the correction and of the sliding velocity; other contacts are solved as rows. */
 
 #include "cluster_contacts_impl.h"
+#include "range.h"
 
 /* Share of the margin that contacts may be too deep without being corrected, so that bodies keep their contacts when
    they rest. */
@@ -9,8 +10,9 @@
 
 /* Distances may come from the user. */
 static bool cluster_contact_is_usable(const pli_cluster_contact* info) {
-    return plii_is_finite(info->distance) && plii_vec3_is_finite(info->witness) &&
-           plii_vec3_is_finite(info->other_witness) && plii_vec3_is_finite(info->normal) &&
+    const float far = 4.0f * PLI_MAX_COORDINATE;
+    return plii_is_within(info->distance, far) && plii_vec3_is_within(info->witness, far) &&
+           plii_vec3_is_within(info->other_witness, far) && plii_vec3_is_within(info->normal, far) &&
            pli_vec3_length_squared(info->normal) > FLT_MIN;
 }
 

@@ -3,6 +3,7 @@
 
 #include "cluster_contacts_impl.h"
 #include "contact_order.h"
+#include "range.h"
 #include "world_impl.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
@@ -216,6 +217,7 @@ static pli_status cluster_contacts_check_def(pli_context* context, const pli_clu
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, negative or not finite",
                          (double)def->friction);
     }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
     const struct {
         const char* name;
         float value;

@@ -1,6 +1,7 @@
 /* Clusters of a body: adding and removing them, their settings, and what a user sees of them. */
 
 #include "cluster_impl.h"
+#include "range.h"
 #include "world_impl.h"
 
 plii_clusters* plii_body_clusters(const pli_body* body) {
@@ -173,6 +174,7 @@ pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "max_self_impulse is %g, it must not be negative",
                          (double)settings->max_self_impulse);
     }
+    PLII_TRY(plii_check_within(body->context, settings->max_self_impulse, PLI_MAX_FORCE, "max_self_impulse", __func__));
     plii_body_clusters(body)->items[cluster].settings = *settings;
     return PLI_OK;
 }

@@ -18,6 +18,7 @@
 #include "near_boxes.h"
 #include "node_boxes.h"
 #include "pliant/contact.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <float.h>
@@ -675,7 +676,8 @@ static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_c
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "hardness %g is not in [0, 1]",
                          (double)def->hardness);
     }
-    return PLI_OK;
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    return plii_check_within(context, def->recovery_speed, PLI_MAX_SPEED, "recovery_speed", function);
 }
 
 static pli_status soft_contacts_allocate_boxes(pli_body* body, soft_contacts_state* state) {

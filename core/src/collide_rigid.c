@@ -9,11 +9,15 @@
 #include "hold.h"
 #include "node_boxes.h"
 #include "pliant/contact.h"
+#include "range.h"
 #include "shape_impl.h"
 #include "world_impl.h"
 
 /* Nodes whose distances are asked in one call. */
 #define RIGID_CONTACTS_BATCH 64
+
+/* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
+#define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
 
 typedef struct rigid_contact {
     pli_rigid* rigid;
@@ -127,7 +131,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, co
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
     for (int i = 0; i < count; ++i) {
         const float distance = distances[i] - margin;
-        if (!(distance < reach) || !plii_is_finite(distance)) { continue; }
+        if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
         const plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
@@ -446,7 +450,7 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "static_hardness is %g, not in [0, 1]",
                          (double)def->static_hardness);
     }
-    return PLI_OK;
+    return plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function);
 }
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {

@@ -5,6 +5,7 @@
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
+#include "range.h"
 #include "rigid_faces_impl.h"
 #include "shape_impl.h"
 #include "world_impl.h"
@@ -484,6 +485,7 @@ static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_fa
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
                          (double)def->friction);
     }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
     PLII_TRY(rigid_faces_check_hardness(context, def->dynamic_hardness, "dynamic_hardness", function));
     return rigid_faces_check_hardness(context, def->static_hardness, "static_hardness", function);
 }

@@ -9,6 +9,7 @@
 
 #include "box_tree.h"
 #include "closest_point.h"
+#include "range.h"
 #include "self_collision_impl.h"
 
 #define SELF_FACES_MAX_PASSES 16
@@ -636,9 +637,9 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_faces_def_default()");
     }
-    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, 1e9f, true, "thickness", __func__));
+    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", __func__));
     PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", __func__));
-    PLII_TRY(plii_self_check_value(body, def->max_travel, 0.0f, 1e9f, false, "max_travel", __func__));
+    PLII_TRY(plii_self_check_value(body, def->max_travel, 0.0f, PLI_MAX_COORDINATE, false, "max_travel", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }

@@ -4,6 +4,7 @@
 
 #include "link_graph.h"
 #include "node_hash.h"
+#include "range.h"
 #include "self_collision_impl.h"
 
 typedef struct self_grids_state {
@@ -149,7 +150,7 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_grids_def_default()");
     }
-    PLII_TRY(plii_self_check_value(body, def->distance, 0.0f, 1e9f, true, "distance", __func__));
+    PLII_TRY(plii_self_check_value(body, def->distance, 0.0f, PLI_MAX_COORDINATE, true, "distance", __func__));
     PLII_TRY(plii_self_check_value(body, def->separation, 0.0f, 1.0f, true, "separation", __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_grids_class, &data));

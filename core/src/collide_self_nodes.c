@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 
+#include "range.h"
 #include "self_node_pairs.h"
 
 typedef struct self_nodes_state {
@@ -368,9 +369,10 @@ static pli_status self_nodes_check(const pli_body* body, const pli_self_collisio
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(body->context, PLI_ERROR_INVALID_DEF, function, "start from pli_self_collision_def_default()");
     }
-    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, 1e9f, true, "thickness", function));
+    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", function));
     PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", function));
-    return plii_self_check_value(body, def->speed_limit_ratio, 0.0f, 1e9f, false, "speed_limit_ratio", function);
+    return plii_self_check_value(body, def->speed_limit_ratio, 0.0f, PLI_MAX_FACTOR, false, "speed_limit_ratio",
+                                 function);
 }
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {

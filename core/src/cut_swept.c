@@ -9,6 +9,7 @@
 
 #include "cut_separate.h"
 #include "pliant/cut.h"
+#include "range.h"
 
 #include <string.h>
 
@@ -633,6 +634,8 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
         !plii_vec3_is_finite(to_end)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "an end of a ray is not finite");
     }
+    const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
+    PLII_TRY(plii_check_places(body->context, 4, ends, "end", __func__));
     const bool was_enabled = plii_feature_state(body, &trace_class) != NULL;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &trace_class, &state));

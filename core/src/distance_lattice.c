@@ -6,6 +6,7 @@
    results. */
 
 #include "handle.h"
+#include "range.h"
 #include "shape_impl.h"
 
 #include <string.h>
@@ -236,6 +237,7 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
     if (!(voxel_size > 0.0f && plii_is_finite(1.0f / voxel_size))) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "voxel_size is %g", (double)voxel_size);
     }
+    PLII_TRY(plii_check_within(context, voxel_size, PLI_MAX_COORDINATE, "voxel_size", __func__));
     lattice_cache* cache = plii_allocate(context, sizeof *cache);
     if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
     const lattice_data lattice = {context, source, voxel_size, cache};

@@ -6,6 +6,7 @@
 
 #include "body_impl.h"
 #include "pliant/forces.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <string.h>
@@ -265,7 +266,9 @@ static pli_status aero_check(pli_context* context, const pli_aero_def* def, cons
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "wind is (%g, %g, %g)", (double)def->wind.x,
                          (double)def->wind.y, (double)def->wind.z);
     }
-    return PLI_OK;
+    PLII_TRY(plii_check_within(context, def->lift, PLI_MAX_FACTOR, "lift", function));
+    PLII_TRY(plii_check_within(context, def->drag, PLI_MAX_FACTOR, "drag", function));
+    return plii_check_vec3_within(context, def->wind, PLI_MAX_SPEED, "wind", function);
 }
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
@@ -292,6 +295,7 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "wind is (%g, %g, %g)", (double)wind.x, (double)wind.y,
                          (double)wind.z);
     }
+    PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
     aero_state* aero = plii_feature_state(body, &aero_vertex_class);
     if (aero == NULL) { aero = plii_feature_state(body, &aero_face_class); }
     if (aero == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "aerodynamics are not enabled"); }

@@ -4,6 +4,7 @@
 #include "pliant/forces.h"
 
 #include "body_impl.h"
+#include "range.h"
 
 typedef struct pressure_state {
     float coefficient;
@@ -33,6 +34,7 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     if (!plii_is_finite(coefficient)) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
     }
+    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "pressure acts on faces, the body has none");
     }

@@ -4,6 +4,7 @@
 #include "pliant/forces.h"
 
 #include "body_impl.h"
+#include "range.h"
 
 typedef struct volume_state {
     float coefficient;
@@ -54,6 +55,7 @@ pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "coefficient is %g, at least 0 is allowed",
                          (double)coefficient);
     }
+    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH,
                          "conservation of volume acts on faces, the body has none");

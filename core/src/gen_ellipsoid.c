@@ -3,6 +3,7 @@
 
 #include "mesh_impl.h"
 #include "pliant/generate.h"
+#include "range.h"
 
 /* Point `i` of `count` on the unit sphere. */
 static pli_vec3 ellipsoid_hammersley(int i, int count) {
@@ -29,6 +30,8 @@ pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the radii are (%g, %g, %g), they must be positive",
                          (double)radii.x, (double)radii.y, (double)radii.z);
     }
+    PLII_TRY(plii_check_vec3_within(context, center, PLI_MAX_COORDINATE, "the center", __func__));
+    PLII_TRY(plii_check_vec3_within(context, radii, PLI_MAX_COORDINATE, "the radii", __func__));
     if (point_count < 4) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "%d points, it must be 4 or more", point_count);
     }

@@ -4,6 +4,7 @@
 #include "handle.h"
 #include "id_pool.h"
 #include "joint_impl.h"
+#include "range.h"
 #include "world_impl.h"
 
 typedef struct joints_state {
@@ -182,6 +183,7 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the point or axis is (%g, %g, %g)",
                          (double)world_value.x, (double)world_value.y, (double)world_value.z);
     }
+    PLII_TRY(plii_check_vec3_within(context, world_value, PLI_MAX_COORDINATE, "the point or axis", function));
     const pli_joint_softness* softness = &joint->softness;
     if (!joint_is_share(softness->error_reduction) || !joint_is_share(softness->velocity_factor) ||
         !joint_is_share(softness->split)) {

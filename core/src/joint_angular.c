@@ -2,6 +2,7 @@
    order of operations. */
 
 #include "joint_impl.h"
+#include "range.h"
 
 /* Errors are corrected as if they were not larger than this, rad. */
 #define ANGULAR_JOINT_MAX_ERROR (3.1415926535897932384626433832795029f / 16.0f)
@@ -46,7 +47,7 @@ static void angular_joint_solve(plii_joint* joint) {
     float wanted = present;
     if (joint->controller.speed != NULL) {
         const float speed = joint->controller.speed(present, joint->controller.user);
-        if (plii_is_finite(speed)) { wanted = speed; }
+        if (plii_is_finite(speed)) { wanted = plii_clamp(speed, -PLI_MAX_ANGULAR_SPEED, PLI_MAX_ANGULAR_SPEED); }
     }
     const pli_vec3 excess = pli_vec3_sub(velocity, pli_vec3_scale(joint->world[0], wanted));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(excess, joint->softness.velocity_factor));

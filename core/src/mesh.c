@@ -1,6 +1,7 @@
 /* The editable recipe of a body: life, append functions and the topology that bodies of one mesh share. */
 
 #include "mesh_impl.h"
+#include "range.h"
 
 #include "handle.h"
 
@@ -31,13 +32,7 @@ pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const ch
 }
 
 pli_status plii_check_points(pli_context* context, int point_count, const pli_vec3* points, const char* function) {
-    for (int i = 0; i < point_count; ++i) {
-        if (!plii_vec3_is_finite(points[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is (%g, %g, %g)", i,
-                             (double)points[i].x, (double)points[i].y, (double)points[i].z);
-        }
-    }
-    return PLI_OK;
+    return plii_check_places(context, point_count, points, "point", function);
 }
 
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
@@ -48,12 +43,8 @@ pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* f
         return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the mass is %g, it must not be negative",
                          (double)mass);
     }
-    const float inverse = mass > 0.0f ? 1.0f / mass : 0.0f;
-    if (!plii_is_finite(inverse)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the mass %g is too small to be inverted",
-                         (double)mass);
-    }
-    *inverse_mass = inverse;
+    PLII_TRY(plii_check_mass(mesh->context, mass, function));
+    *inverse_mass = mass > 0.0f ? 1.0f / mass : 0.0f;
     return PLI_OK;
 }
 
@@ -87,7 +78,7 @@ static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_mat
         return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
                          "the linear stiffness is %g, it must be in (0, 1]", (double)stiffness);
     }
-    return PLI_OK;
+    return plii_check_between(mesh->context, stiffness, PLI_MIN_STIFFNESS, 1.0f, "the linear stiffness", function);
 }
 
 // -------------------------------------------------------------------------------------------------- topology
@@ -301,6 +292,7 @@ pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, i
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position is (%g, %g, %g)", (double)position.x,
                          (double)position.y, (double)position.z);
     }
+    PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
     float inverse_mass = 0.0f;
     PLII_TRY(plii_mesh_invert_mass(mesh, mass, __func__, &inverse_mass));
     if (!mesh_reserve_nodes(mesh, 1)) { return mesh_out_of_memory(mesh, __func__, "nodes", mesh->node_count); }
@@ -380,6 +372,7 @@ pli_status pli_mesh_set_node_position(pli_mesh* mesh, int node, pli_vec3 positio
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position of node %d is (%g, %g, %g)", node,
                          (double)position.x, (double)position.y, (double)position.z);
     }
+    PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
     mesh->positions[node] = position;
     return PLI_OK;
 }

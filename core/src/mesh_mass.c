@@ -2,6 +2,7 @@
    their relatives, so that inverse masses have the same bits; departures are named in mesh.h. */
 
 #include "mesh_impl.h"
+#include "range.h"
 
 #include <string.h>
 
@@ -34,10 +35,10 @@ static pli_status mass_normalize(const pli_mesh* mesh, float* inverse_masses, fl
     const float scale = inverse_total * mass;
     for (int i = 0; i < mesh->node_count; ++i) {
         const float scaled = inverse_masses[i] / scale;
-        if (!plii_is_finite(scaled) || (inverse_masses[i] > 0.0f && !(scaled > 0.0f))) {
+        if (inverse_masses[i] != 0.0f && !plii_is_inverse_mass(scaled)) {
             return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                             "node %d would get the inverse mass %g for a total of %g", i, (double)scaled,
-                             (double)mass);
+                             "node %d would get the inverse mass %g for a total of %g, masses go from %g to %g", i,
+                             (double)scaled, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
         }
     }
     for (int i = 0; i < mesh->node_count; ++i) {
@@ -131,14 +132,20 @@ static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* ga
                            "none of the nodes that are not pinned belongs to a %s", what);
         goto finish;
     }
+    const float rest = (float)free_count / mass;
+    if (measured_count < free_count && !plii_is_inverse_mass(rest)) {
+        status = plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                           "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to "
+                           "%g",
+                           what, (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
+        goto finish;
+    }
     float shared = mass;
     if (measured_count < free_count) { shared = mass * ((float)measured_count / (float)free_count); }
     status = mass_normalize(mesh, weights, shared, function);
     if (status != PLI_OK) { goto finish; }
     for (int i = 0; i < mesh->node_count; ++i) {
-        if (mesh->inverse_masses[i] > 0.0f) {
-            mesh->inverse_masses[i] = weights[i] > 0.0f ? weights[i] : (float)free_count / mass;
-        }
+        if (mesh->inverse_masses[i] > 0.0f) { mesh->inverse_masses[i] = weights[i] > 0.0f ? weights[i] : rest; }
     }
 finish:
     plii_release(mesh->context, weights, size);

@@ -1,20 +1,26 @@
 /* Motion, volume and bounds of a mesh, in the operation order of btSoftBody's transform, scale and getVolume. */
 
 #include "mesh_impl.h"
+#include "range.h"
 
-static pli_status transform_fail(const pli_mesh* mesh, int node, const char* function) {
-    return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float", node);
+/* PLI_OK, or the error of a node that would be too far out. */
+static pli_status transform_check(const pli_mesh* mesh, int node, pli_vec3 moved, const char* function) {
+    if (plii_is_place(moved)) { return PLI_OK; }
+    if (!plii_vec3_is_finite(moved)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float", node);
+    }
+    return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                     "node %d would be at (%g, %g, %g), coordinates go to %g", node, (double)moved.x, (double)moved.y,
+                     (double)moved.z, (double)PLI_MAX_COORDINATE);
 }
 
-/* Moves all nodes or, if one would become infinite, none. */
+/* Moves all nodes or, if one would be too far out, none. */
 static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const char* function) {
     if (!plii_transform_is_finite(transform)) {
         return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the transform is not finite");
     }
     for (int i = 0; i < mesh->node_count; ++i) {
-        if (!plii_vec3_is_finite(pli_transform_point(transform, mesh->positions[i]))) {
-            return transform_fail(mesh, i, function);
-        }
+        PLII_TRY(transform_check(mesh, i, pli_transform_point(transform, mesh->positions[i]), function));
     }
     for (int i = 0; i < mesh->node_count; ++i) {
         mesh->positions[i] = pli_transform_point(transform, mesh->positions[i]);
@@ -46,9 +52,7 @@ pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
                          (double)factors.y, (double)factors.z);
     }
     for (int i = 0; i < mesh->node_count; ++i) {
-        if (!plii_vec3_is_finite(pli_vec3_mul(mesh->positions[i], factors))) {
-            return transform_fail(mesh, i, __func__);
-        }
+        PLII_TRY(transform_check(mesh, i, pli_vec3_mul(mesh->positions[i], factors), __func__));
     }
     for (int i = 0; i < mesh->node_count; ++i) {
         mesh->positions[i] = pli_vec3_mul(mesh->positions[i], factors);

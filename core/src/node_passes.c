@@ -3,6 +3,7 @@
 #include "lanes.h"
 
 #include "body_impl.h"
+#include "range.h"
 
 #include <string.h>
 
@@ -14,19 +15,19 @@ typedef struct node_extent {
 } node_extent;
 
 typedef struct node_extents_task {
-    const pli_vec4* positions;
+    const pli_vec4* records;
     int count, block;
     node_extent* extents; /* [blocks] */
 } node_extents_task;
 
 /* Two chains, since each comparison waits for the one before. */
-PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* positions, int begin, int end) {
+PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* records, int begin, int end) {
     plii_float4 low[2], high[2];
     plii_mask4 finite[2];
-    low[0] = low[1] = high[0] = high[1] = plii_float4_from(&positions[begin]);
+    low[0] = low[1] = high[0] = high[1] = plii_float4_from(&records[begin]);
     finite[0] = finite[1] = plii_lanes_finite(low[0]);
     for (int i = begin + 1; i + 1 < end; i += 2) {
-        const plii_float4 a = plii_float4_from(&positions[i]), b = plii_float4_from(&positions[i + 1]);
+        const plii_float4 a = plii_float4_from(&records[i]), b = plii_float4_from(&records[i + 1]);
         low[0] = plii_lanes_min(a, low[0]);
         high[0] = plii_lanes_max(a, high[0]);
         low[1] = plii_lanes_min(b, low[1]);
@@ -34,7 +35,7 @@ PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* positions, int begin
         finite[0] = plii_lanes_both(finite[0], plii_lanes_finite(a));
         finite[1] = plii_lanes_both(finite[1], plii_lanes_finite(b));
     }
-    const plii_float4 last = plii_float4_from(&positions[end - 1]);
+    const plii_float4 last = plii_float4_from(&records[end - 1]);
     return (node_extent){plii_lanes_min(last, plii_lanes_min(low[1], low[0])),
                          plii_lanes_max(last, plii_lanes_max(high[1], high[0])),
                          plii_lanes_both(plii_lanes_finite(last), plii_lanes_both(finite[0], finite[1]))};
@@ -44,17 +45,17 @@ static void node_extents_range(int begin, int end, void* data) {
     const node_extents_task* task = data;
     for (int b = begin; b < end; ++b) {
         const int first = b * task->block, rest = task->count - first;
-        task->extents[b] = node_extent_of(task->positions, first, first + (rest < task->block ? rest : task->block));
+        task->extents[b] = node_extent_of(task->records, first, first + (rest < task->block ? rest : task->block));
     }
 }
 
 /* Blocks depend on the number of nodes alone, so that the bits do not depend on threads. */
-static node_extent node_extent_in_blocks(const pli_body* body) {
+static node_extent node_extent_in_blocks(const pli_body* body, const pli_vec4* records) {
     const int count = body->node_count, least = (count + NODE_PASSES_MAX_BLOCKS - 1) / NODE_PASSES_MAX_BLOCKS;
     const int block = least > NODE_PASSES_BLOCK ? least : NODE_PASSES_BLOCK, block_count = (count + block - 1) / block;
     node_extent extents[NODE_PASSES_MAX_BLOCKS];
     memset(extents, 0, sizeof extents);
-    node_extents_task task = {body->positions, count, block, extents};
+    node_extents_task task = {records, count, block, extents};
     plii_parallel_for(body->context, node_extents_range, &task, block_count, 1);
     node_extent all = extents[0];
     for (int b = 1; b < block_count; ++b) {
@@ -65,20 +66,38 @@ static node_extent node_extent_in_blocks(const pli_body* body) {
     return all;
 }
 
+/* Of all nodes; x, y and z of every record are numbers no larger than the limit. */
+static bool node_extent_is_within(const node_extent* extent, float limit) {
+    const plii_mask4 is_within = plii_lanes_both(plii_lanes_at_most(plii_float4_all(-limit), extent->low),
+                                                 plii_lanes_at_most(extent->high, plii_float4_all(limit)));
+    return (plii_lanes_bits(plii_lanes_both(extent->finite, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+}
+
+static node_extent node_extent_all(const pli_body* body, const pli_vec4* records) {
+    return body->node_count > NODE_PASSES_BLOCK ? node_extent_in_blocks(body, records)
+                                                : node_extent_of(records, 0, body->node_count);
+}
+
 bool plii_body_update_bounds(pli_body* body) {
-    const node_extent extent = body->node_count > NODE_PASSES_BLOCK
-                                   ? node_extent_in_blocks(body)
-                                   : node_extent_of(body->positions, 0, body->node_count);
+    const node_extent extent = node_extent_all(body, body->positions);
     pli_bounds bounds;
     plii_lanes_to_vec3(&bounds.min, extent.low);
     plii_lanes_to_vec3(&bounds.max, extent.high);
     body->bounds = plii_bounds_grow(bounds, body->collision_margin);
-    return (plii_lanes_bits(extent.finite) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+    return node_extent_is_within(&extent, PLI_MAX_COORDINATE);
 }
 
-int plii_body_find_non_finite_node(const pli_body* body) {
+bool plii_body_is_slow(const pli_body* body) {
+    const node_extent extent = node_extent_all(body, body->velocities);
+    return node_extent_is_within(&extent, PLI_MAX_SPEED);
+}
+
+int plii_body_find_lost_node(const pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
-        if (!plii_vec3_is_finite(plii_xyz(body->positions[i]))) { return i; }
+        if (!plii_is_place(plii_xyz(body->positions[i])) ||
+            !plii_vec3_is_within(plii_xyz(body->velocities[i]), PLI_MAX_SPEED)) {
+            return i;
+        }
     }
     return PLI_NULL_INDEX;
 }

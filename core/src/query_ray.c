@@ -4,6 +4,7 @@
 #include "pliant/query.h"
 
 #include "body_impl.h"
+#include "range.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
 
@@ -209,6 +210,9 @@ static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const 
     if (!plii_vec3_is_finite(def->from) || !plii_vec3_is_finite(def->to)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "an end of the ray is not finite");
     }
+    const pli_vec3 ends[2] = {def->from, def->to};
+    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "radius", function));
+    PLII_TRY(plii_check_places(context, 2, ends, "end", function));
     const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
     if (!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction))) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",

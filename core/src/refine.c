@@ -8,6 +8,7 @@
 
 #include "pliant/cut.h"
 
+#include "range.h"
 #include "topology_edit.h"
 
 typedef struct refine_work {
@@ -32,13 +33,13 @@ pli_refine_def pli_refine_def_default(void) {
 
 // ------------------------------------------------------------------------------------------------ the surface
 
-/* The first value that is not finite is kept as the error. */
+/* The first value that is out of range is kept as the error. */
 static float refine_evaluate(refine_work* work, pli_vec3 point) {
     const float value = work->def.surface(point, work->def.user);
-    if (!plii_is_finite(value) && work->status == PLI_OK) {
-        work->status =
-            plii_fail(work->edit.context, PLI_ERROR_NOT_FINITE, work->function, "the surface is %g at (%g, %g, %g)",
-                      (double)value, (double)point.x, (double)point.y, (double)point.z);
+    if (!plii_is_within(value, PLI_MAX_SURFACE_VALUE) && work->status == PLI_OK) {
+        work->status = plii_fail(
+            work->edit.context, plii_is_finite(value) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE, work->function,
+            "the surface is %g at (%g, %g, %g)", (double)value, (double)point.x, (double)point.y, (double)point.z);
     }
     return value;
 }

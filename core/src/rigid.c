@@ -3,6 +3,7 @@
 #include "lanes.h"
 
 #include "handle.h"
+#include "range.h"
 #include "shape_impl.h"
 #include "world_impl.h"
 
@@ -29,22 +30,66 @@ pli_rigid_def pli_rigid_def_default(void) {
     };
 }
 
-/* Also what a body of its kind does not use. */
-static bool rigid_state_is_finite(const pli_rigid_state* state) {
+/* Of the numbers of a rotation. */
+#define RIGID_MAX_ROTATION 2.0f
+
+/* All but inverse masses that are too small; also what a body of its kind does not use. */
+static bool rigid_state_is_within(const pli_rigid_state* state) {
+#define RIGID_THREE(limit) limit, limit, limit
+    static const float limits[] = {RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(PLI_MAX_COORDINATE),
+                                   RIGID_THREE(PLI_MAX_SPEED),
+                                   RIGID_THREE(PLI_MAX_ANGULAR_SPEED),
+                                   1.001f / PLI_MIN_MASS, /* inverse mass */
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA)};
+#undef RIGID_THREE
     enum { COUNT = sizeof *state / sizeof(float) };
-    _Static_assert(sizeof *state == COUNT * sizeof(float) && COUNT % PLII_LANES == 0, "a state consists of floats");
+    _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
     const float* values = (const float*)state;
-    plii_float4 zeros = plii_float4_all(0.0f);
+    plii_mask4 is_within = plii_lanes_at_most(plii_float4_all(0.0f), plii_float4_all(0.0f));
     for (int i = 0; i < COUNT; i += PLII_LANES) {
-        const plii_float4 four = plii_float4_load(&values[i]);
-        zeros = plii_float4_add(zeros, plii_float4_sub(four, four));
+        const plii_float4 four = plii_float4_load(&values[i]), size = plii_lanes_max(four, plii_float4_negate(four));
+        is_within = plii_lanes_both(is_within, plii_lanes_at_most(size, plii_float4_load(&limits[i])));
     }
-    return plii_lanes_bits(plii_lanes_finite(zeros)) == 15;
+    return plii_lanes_bits(is_within) == 15;
+}
+
+static pli_status rigid_check_pose(pli_context* context, pli_transform pose, const char* function) {
+    const pli_mat3* turn = &pose.rotation;
+    for (int i = 0; i < 3; ++i) {
+        PLII_TRY(plii_check_vec3_within(context, turn->rows[i], RIGID_MAX_ROTATION, "a row of the rotation", function));
+    }
+    return plii_check_vec3_within(context, pose.origin, PLI_MAX_COORDINATE, "the origin", function);
+}
+
+static pli_status rigid_check_limits(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                     const char* function) {
+    PLII_TRY(rigid_check_pose(context, state->pose, function));
+    if (kind == PLI_RIGID_STATIC) { return PLI_OK; }
+    PLII_TRY(plii_check_vec3_within(context, state->linear_velocity, PLI_MAX_SPEED, "the linear velocity", function));
+    PLII_TRY(plii_check_vec3_within(context, state->angular_velocity, PLI_MAX_ANGULAR_SPEED, "the angular velocity",
+                                    function));
+    if (kind == PLI_RIGID_KINEMATIC) { return PLI_OK; }
+    if (!plii_is_inverse_mass(state->inverse_mass)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the inverse mass is %g, masses go from %g to %g",
+                         (double)state->inverse_mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
+    }
+    for (int i = 0; i < 3; ++i) {
+        PLII_TRY(plii_check_vec3_within(context, state->inverse_inertia_world.rows[i], PLI_MAX_INVERSE_INERTIA,
+                                        "a row of the inverse inertia", function));
+    }
+    return PLI_OK;
 }
 
 static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
                                     const char* function) {
-    if (rigid_state_is_finite(state) && (kind != PLI_RIGID_DYNAMIC || state->inverse_mass > 0.0f)) { return PLI_OK; }
+    if (rigid_state_is_within(state) && (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass))) {
+        return PLI_OK;
+    }
     if (!plii_transform_is_finite(state->pose)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
     }
@@ -52,7 +97,7 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
         (!plii_vec3_is_finite(state->linear_velocity) || !plii_vec3_is_finite(state->angular_velocity))) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "a velocity is not finite");
     }
-    if (kind != PLI_RIGID_DYNAMIC) { return PLI_OK; }
+    if (kind != PLI_RIGID_DYNAMIC) { return rigid_check_limits(context, kind, state, function); }
     if (!(state->inverse_mass > 0.0f) || !plii_is_finite(state->inverse_mass)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
                          "inverse mass %g of a dynamic body is not positive and finite", (double)state->inverse_mass);
@@ -60,7 +105,7 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
     if (!plii_mat3_is_finite(state->inverse_inertia_world)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the inverse inertia is not finite");
     }
-    return PLI_OK;
+    return rigid_check_limits(context, kind, state, function);
 }
 
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
@@ -94,6 +139,7 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
         if (poses != NULL && !plii_transform_is_finite(poses[i])) {
             return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
         }
+        if (poses != NULL) { PLII_TRY(rigid_check_pose(context, poses[i], function)); }
     }
     return PLI_OK;
 }
@@ -102,7 +148,8 @@ static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli
     if (!plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
     }
-    return PLI_OK;
+    PLII_TRY(plii_check_vec3_within(context, linear, PLI_MAX_FACTOR, "linear_factor", function));
+    return plii_check_vec3_within(context, angular, PLI_MAX_FACTOR, "angular_factor", function);
 }
 
 static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
@@ -117,6 +164,7 @@ static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative or not finite",
                          (double)def->friction);
     }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
     PLII_TRY(rigid_check_factors(context, def->linear_factor, def->angular_factor, function));
     return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
 }
@@ -208,6 +256,7 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "friction %g is negative or not finite",
                          (double)friction);
     }
+    PLII_TRY(plii_check_within(rigid->context, friction, PLI_MAX_FACTOR, "friction", __func__));
     rigid->friction = friction;
     return PLI_OK;
 }
@@ -262,6 +311,11 @@ bool pli_rigid_was_touched(const pli_rigid* rigid) {
 }
 bool pli_rigid_was_held_back(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_held_back;
+}
+
+bool plii_rigid_is_slow(const pli_rigid* rigid) {
+    return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
+           plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
@@ -320,14 +374,18 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "gravity is not finite or dt = %g is not positive",
                          (double)dt);
     }
+    PLII_TRY(plii_check_vec3_within(rigid->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
     if (rigid->kind == PLI_RIGID_STATIC) { return PLI_OK; }
-    pli_rigid_state* state = &rigid->state;
+    pli_rigid_state state = rigid->state;
     if (rigid->kind == PLI_RIGID_DYNAMIC) {
-        state->linear_velocity = pli_vec3_add(state->linear_velocity, pli_vec3_scale(gravity, dt));
+        state.linear_velocity = pli_vec3_add(state.linear_velocity, pli_vec3_scale(gravity, dt));
     }
-    state->pose = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
-    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state->angular_velocity, dt));
-    state->inverse_inertia_world =
-        pli_mat3_mul(pli_mat3_mul(turn, state->inverse_inertia_world), pli_mat3_transpose(turn));
+    state.pose = plii_rigid_advance(state.pose, state.linear_velocity, state.angular_velocity, dt);
+    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state.angular_velocity, dt));
+    state.inverse_inertia_world =
+        pli_mat3_mul(pli_mat3_mul(turn, state.inverse_inertia_world), pli_mat3_transpose(turn));
+    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
+    rigid->state = state;
     return PLI_OK;
 }

@@ -20,6 +20,7 @@ struct pli_rigid {
     bool was_touched, was_held_back;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
+    pli_vec3 start_linear_velocity, start_angular_velocity; /* when the solve in progress began */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -35,6 +36,9 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
 /* Of the body here and there. */
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
+
+/* False for velocities that are NaN or beyond the limits. */
+bool plii_rigid_is_slow(const pli_rigid* rigid);
 
 /* Velocity at an offset from the centre of mass. */
 static inline pli_vec3 plii_rigid_velocity_at(const pli_rigid* rigid, pli_vec3 offset) {

@@ -1,6 +1,7 @@
 /* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
    own. */
 
+#include "range.h"
 #include "shape_impl.h"
 
 #include "handle.h"
@@ -55,6 +56,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "def->radius is %g, negative or not finite",
                          (double)def->radius);
     }
+    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "def->radius", __func__));
     return shape_allocate(context, def, __func__, shape);
 }
 

@@ -2,6 +2,7 @@
 
 #include "lanes.h"
 
+#include "range.h"
 #include "shape_impl.h"
 
 typedef struct box_data {
@@ -75,6 +76,7 @@ pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "half_extents is (%g, %g, %g), all must be above 0",
                          (double)half_extents.x, (double)half_extents.y, (double)half_extents.z);
     }
+    PLII_TRY(plii_check_vec3_within(context, half_extents, PLI_MAX_COORDINATE, "half_extents", __func__));
     const box_data box = {half_extents};
     pli_shape_def def = pli_shape_def_default();
     def.distances = box_distances;

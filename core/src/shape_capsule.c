@@ -1,5 +1,6 @@
 /* Capsule: all points within a radius of a segment through the origin. */
 
+#include "range.h"
 #include "shape_impl.h"
 
 typedef struct capsule_data {
@@ -49,8 +50,9 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
         return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "half_segment or radius is not finite");
     }
     if (!(radius > 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
+    PLII_TRY(plii_check_vec3_within(context, half_segment, PLI_MAX_COORDINATE, "half_segment", __func__));
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
     const float squared = pli_vec3_length_squared(half_segment);
-    if (!plii_is_finite(squared)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "half_segment is too long"); }
     capsule_data capsule = {half_segment, 0.0f, radius, {1, 0, 0}};
     if (squared >= PLII_SHAPE_TINY_SQUARED) {
         capsule.inverse_squared = 1.0f / squared;

@@ -3,6 +3,7 @@
 #include "box_tree.h"
 #include "closest_point.h"
 #include "convex_hull.h"
+#include "range.h"
 #include "shape_impl.h"
 
 /* Doubled area below this share of the longest edge squared: the normal is too rough for the plane through the
@@ -235,6 +236,8 @@ pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, c
             return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "point %d is not finite", i);
         }
     }
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", __func__));
     plii_convex_hull source = {0};
     PLII_TRY(plii_convex_hull_create(context, point_count, points, 0.0f, __func__, &source));
     const pli_status status = hull_create(context, &source, point_count, points, radius, __func__, shape);

@@ -1,5 +1,6 @@
 /* Flat-ended cylinder around a segment through the origin, with sharp rims. */
 
+#include "range.h"
 #include "shape_impl.h"
 
 typedef struct cylinder_data {
@@ -74,6 +75,8 @@ pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, f
     if (!(half_height * half_height >= PLII_SHAPE_TINY_SQUARED) || !plii_is_finite(half_height)) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the length of half_axis is %g", (double)half_height);
     }
+    PLII_TRY(plii_check_vec3_within(context, half_axis, PLI_MAX_COORDINATE, "half_axis", __func__));
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
     const pli_vec3 axis =
         pli_vec3_make(half_axis.x / half_height, half_axis.y / half_height, half_axis.z / half_height);
     const cylinder_data cylinder = {axis, half_height, radius, plii_shape_perpendicular(axis)};

@@ -1,5 +1,6 @@
 /* Half space dot(normal, p) <= offset. */
 
+#include "range.h"
 #include "shape_impl.h"
 
 typedef struct plane_data {
@@ -40,6 +41,7 @@ pli_status pli_shape_create_plane(pli_context* context, pli_vec3 normal, float o
     if (!(length * length > PLII_SHAPE_TINY_SQUARED) || !plii_is_finite(length)) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the length of normal is %g", (double)length);
     }
+    PLII_TRY(plii_check_within(context, offset, PLI_MAX_COORDINATE, "offset", __func__));
     const plane_data plane = {pli_vec3_make(normal.x / length, normal.y / length, normal.z / length), offset};
     pli_shape_def def = pli_shape_def_default();
     def.distances = plane_distances;

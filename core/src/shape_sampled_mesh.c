@@ -2,6 +2,7 @@
    gradient of the interpolant. How the samples come about: mesh_sampling.c. */
 
 #include "mesh_sampling.h"
+#include "range.h"
 #include "shape_impl.h"
 
 /* Cells of padding when the user names none, and the least. */
@@ -123,6 +124,9 @@ static pli_status sampled_mesh_check(pli_context* context, int point_count, cons
             return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
         }
     }
+    PLII_TRY(plii_check_within(context, def->cell_size, PLI_MAX_COORDINATE, "def->cell_size", function));
+    PLII_TRY(plii_check_within(context, def->padding, PLI_MAX_COORDINATE, "def->padding", function));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
         if (triangles[i] < 0 || triangles[i] >= point_count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,

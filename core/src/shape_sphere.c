@@ -1,5 +1,6 @@
 /* Sphere around the origin. */
 
+#include "range.h"
 #include "shape_impl.h"
 
 typedef struct sphere_data {
@@ -38,6 +39,7 @@ pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     if (!plii_is_finite(radius)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "radius is not finite"); }
     if (!(radius > 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
     const sphere_data sphere = {radius};
     pli_shape_def def = pli_shape_def_default();
     def.distances = sphere_distances;

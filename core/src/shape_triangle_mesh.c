@@ -7,6 +7,7 @@
 
 #include "box_tree.h"
 #include "closest_point.h"
+#include "range.h"
 #include "shape_impl.h"
 
 #include <stdlib.h>
@@ -443,6 +444,8 @@ static pli_status surface_check(pli_context* context, int point_count, const pli
             return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
         }
     }
+    PLII_TRY(plii_check_within(context, thickness, PLI_MAX_COORDINATE, "thickness", function));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
         if (triangles[i] < 0 || triangles[i] >= point_count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,

@@ -5,6 +5,7 @@
    velocities of the nodes that they move follow. */
 
 #include "implicit_system.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <string.h>
@@ -438,6 +439,8 @@ static pli_status implicit_check(pli_context* context, const pli_implicit_def* d
                          "stiffness is %g and damping is %g, at least 0 is allowed", (double)def->stiffness,
                          (double)def->damping);
     }
+    PLII_TRY(plii_check_within(context, def->stiffness, PLI_MAX_COEFFICIENT, "stiffness", function));
+    PLII_TRY(plii_check_within(context, def->damping, PLI_MAX_COEFFICIENT, "damping", function));
     if (def->sweeps < 1) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
                          "%d sweeps are not stable, take 1, 3, 5 or another odd number", def->sweeps);

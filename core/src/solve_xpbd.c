@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 
+#include "range.h"
 #include "world_impl.h"
 #include "xpbd_impl.h"
 
@@ -389,7 +390,8 @@ pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, co
     return PLI_OK;
 }
 
-pli_status plii_xpbd_check_value(const pli_body* body, float value, const char* name, const char* function) {
+pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
+                                 const char* function) {
     if (!plii_is_finite(value)) {
         return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
     }
@@ -397,7 +399,7 @@ pli_status plii_xpbd_check_value(const pli_body* body, float value, const char* 
         return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, at least 0 is allowed", name,
                          (double)value);
     }
-    return PLI_OK;
+    return plii_check_within(body->context, value, limit, name, function);
 }
 
 // --------------------------------------------------------------------------------------------------------- settings

@@ -3,22 +3,41 @@
 
 #include "lanes.h"
 
+#include "range.h"
 #include "world_impl.h"
 
 #include <string.h>
 
-// ------------------------------------------------------------------------------------------------ finiteness
+// -------------------------------------------------------------------------------------------------- bounds
 
-bool plii_solver_update_bounds(pli_body* body) {
-    if (plii_body_update_bounds(body)) { return true; }
-    const int node = plii_body_find_non_finite_node(body);
+static void solver_put_back(pli_body* body) {
+    const int node = plii_body_find_lost_node(body);
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
         body->velocities[i] = (pli_vec4){0};
     }
     body->is_frozen = true;
     plii_body_update_bounds(body);
-    plii_world_add_event(body->world, (pli_event){PLI_EVENT_BODY_FROZEN, body, node});
+    plii_world_add_event(body->world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = node});
+}
+
+bool plii_solver_update_bounds(pli_body* body) {
+    if (plii_body_update_bounds(body)) { return true; }
+    solver_put_back(body);
+    return false;
+}
+
+/* The position-based solver takes velocities from the motions of a step, which do not lead out of the world. */
+static bool solver_bounds_velocities(const pli_body* body) {
+    if (body->solver_class != &plii_position_solver) { return false; }
+    if (!plii_stage_is_empty(&body->pipeline, PLII_STAGE_FINISH)) { return false; }
+    const float drift = body->solver.drift_iterations > 0 ? fabsf(body->solver.drift_correction) : 0.0f;
+    return 2.0f * PLI_MAX_COORDINATE * body->step.inverse_dt * (1.0f + drift) <= PLI_MAX_SPEED;
+}
+
+bool plii_solver_check_velocities(pli_body* body) {
+    if (solver_bounds_velocities(body) || plii_body_is_slow(body)) { return true; }
+    solver_put_back(body);
     return false;
 }
 

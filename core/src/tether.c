@@ -5,6 +5,7 @@
 #include "pliant/tether.h"
 #include "body_impl.h"
 #include "hold.h"
+#include "range.h"
 #include "world_impl.h"
 #include "xpbd_rigid.h"
 
@@ -293,6 +294,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     if (def->slack < 0.0f) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "slack %g is negative", (double)def->slack);
     }
+    PLII_TRY(plii_check_within(body->context, def->slack, PLI_MAX_FACTOR, "slack", __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &tether_class, &data));
     tether_state* state = data;

@@ -3,6 +3,7 @@
 #include "world_impl.h"
 
 #include "handle.h"
+#include "range.h"
 #include "shape_impl.h"
 
 #include <string.h>
@@ -52,6 +53,10 @@ pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "max_force_displacement %g is not positive",
                          (double)used.max_force_displacement);
     }
+    PLII_TRY(plii_check_vec3_within(context, used.gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    PLII_TRY(plii_check_within(context, used.air_density, PLI_MAX_COEFFICIENT, "air_density", __func__));
+    PLII_TRY(plii_check_within(context, used.max_force_displacement, PLI_MAX_COORDINATE, "max_force_displacement",
+                               __func__));
     pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the world"); }
     made->context = context;
@@ -89,6 +94,7 @@ pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     if (!plii_vec3_is_finite(gravity)) {
         return PLII_FAIL(world->context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
     }
+    PLII_TRY(plii_check_vec3_within(world->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
     world->def.gravity = gravity;
     return PLI_OK;
 }
@@ -102,13 +108,17 @@ pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void
 
 // ---------------------------------------------------------------------------------------------------- lists
 
-enum { WORLD_EVENTS_PER_BODY = 2 }; /* from one prediction to the next: frozen, and anchors lost */
+/* The most from one prediction to the next: a body freezes once and is told once of anchors that it lost, a rigid body
+   gets its velocities back once. */
+static bool world_reserve_events(pli_world* world, int body_count, int rigid_count) {
+    return PLII_RESERVE(world->context, &world->events, &world->event_capacity, 2 * body_count + rigid_count);
+}
 
 pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     const int count = world->body_count + 1;
     if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
         !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
-        !PLII_RESERVE(world->context, &world->events, &world->event_capacity, WORLD_EVENTS_PER_BODY * count)) {
+        !world_reserve_events(world, count, world->rigid_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     world->wants_room = true;
@@ -145,6 +155,17 @@ static void world_forget_body(pli_world* world, const pli_body* gone) {
     }
 }
 
+/* Those that name a body or a rigid body that is going. */
+static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
+    int kept = 0;
+    for (int i = 0; i < world->event_count; ++i) {
+        const pli_event* event = &world->events[i];
+        const bool is_named = (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid);
+        if (!is_named) { world->events[kept++] = *event; }
+    }
+    world->event_count = kept;
+}
+
 void plii_world_remove_body(pli_world* world, pli_body* body) {
     world_forget_body(world, body);
     for (int i = body->world_index; i + 1 < world->body_count; ++i) {
@@ -156,15 +177,12 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
         if (world->sweep[i] != body) { world->sweep[kept++] = world->sweep[i]; }
     }
     world->body_count -= 1;
-    kept = 0;
-    for (int i = 0; i < world->event_count; ++i) {
-        if (world->events[i].body != body) { world->events[kept++] = world->events[i]; }
-    }
-    world->event_count = kept;
+    world_drop_events(world, body, NULL);
 }
 
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
-    if (!PLII_RESERVE(world->context, &world->rigids, &world->rigid_capacity, world->rigid_count + 1)) {
+    if (!PLII_RESERVE(world->context, &world->rigids, &world->rigid_capacity, world->rigid_count + 1) ||
+        !world_reserve_events(world, world->body_count, world->rigid_count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     world->wants_room = true;
@@ -180,10 +198,11 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
         world->rigids[i]->world_index = i;
     }
     world->rigid_count -= 1;
+    world_drop_events(world, NULL, rigid);
 }
 
 void plii_world_add_event(pli_world* world, pli_event event) {
-    /* Room for the most that a body gives was made when it was added. */
+    /* Room for the most that there can be was made when bodies were added. */
     if (world->event_count < world->event_capacity) { world->events[world->event_count++] = event; }
 }
 
@@ -192,7 +211,7 @@ void plii_world_add_anchors_lost(pli_body* body) {
     for (int i = 0; i < world->event_count; ++i) {
         if (world->events[i].kind == PLI_EVENT_ANCHORS_LOST && world->events[i].body == body) { return; }
     }
-    plii_world_add_event(world, (pli_event){PLI_EVENT_ANCHORS_LOST, body, PLI_NULL_INDEX});
+    plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_ANCHORS_LOST, .body = body, .node = PLI_NULL_INDEX});
 }
 
 int pli_world_body_count(const pli_world* world) {
@@ -285,6 +304,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
         return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
                          (double)dt);
     }
+    PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
     if (world->wants_room && world->def.makes_room) { world_make_room(world); }
     const uint64_t before = world_begin_call(world);
@@ -402,8 +422,37 @@ static void world_solve_joints(pli_world* world) {
     world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
 }
 
+static void world_keep_rigid_velocities(pli_world* world) {
+    for (int i = 0; i < world->rigid_count; ++i) {
+        pli_rigid* rigid = world->rigids[i];
+        rigid->start_linear_velocity = rigid->state.linear_velocity;
+        rigid->start_angular_velocity = rigid->state.angular_velocity;
+    }
+}
+
+/* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
+   put back while it was solved, since its impulses are among theirs. */
+static void world_restore_rigids(pli_world* world, int events_before) {
+    const bool has_frozen = world->event_count > events_before;
+    for (int i = 0; i < world->rigid_count; ++i) {
+        pli_rigid* rigid = world->rigids[i];
+        pli_rigid_state* state = &rigid->state;
+        if (plii_rigid_is_slow(rigid) && !(has_frozen && rigid->was_touched)) { continue; }
+        const bool has_changed =
+            memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
+            memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
+        if (!has_changed) { continue; }
+        state->linear_velocity = rigid->start_linear_velocity;
+        state->angular_velocity = rigid->start_angular_velocity;
+        plii_world_add_event(world,
+                             (pli_event){.kind = PLI_EVENT_RIGID_RESTORED, .rigid = rigid, .node = PLI_NULL_INDEX});
+    }
+}
+
 static pli_status world_solve(pli_world* world, const char* function) {
     const uint64_t before = world_begin_call(world);
+    const int events_before = world->event_count;
+    world_keep_rigid_velocities(world);
     plii_world_profile(world, "joints", NULL, true);
     world_solve_joints(world);
     plii_world_profile(world, "joints", NULL, false);
@@ -424,6 +473,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
         plii_body_refresh(body);
     }
     plii_world_profile(world, "refresh", NULL, false);
+    world_restore_rigids(world, events_before);
     world->is_stepping = false;
     (void)world_end_call(world, before, NULL);
     return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;

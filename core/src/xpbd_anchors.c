@@ -1,6 +1,7 @@
 /* XPBD: anchors, C = node - point of the rigid body as one constraint of three rows. */
 
 #include "anchor_impl.h"
+#include "range.h"
 #include "xpbd_rigid.h"
 
 typedef struct xpbd_anchor {
@@ -115,7 +116,7 @@ static const plii_xpbd_kind xpbd_anchors_kind = {
 
 pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_anchors_kind, __func__, &state));
     ((xpbd_anchors_state*)state)->compliance = compliance;

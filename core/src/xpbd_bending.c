@@ -2,6 +2,7 @@
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
 #include "constraint_order.h"
+#include "range.h"
 #include "xpbd_impl.h"
 
 typedef struct xpbd_hinge {
@@ -277,8 +278,8 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_bending_def_default()");
     }
-    PLII_TRY(plii_xpbd_check_value(body, def->compliance, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->damping, "damping", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->damping, PLI_MAX_COEFFICIENT, "damping", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "bending is between faces, the body has none");
     }

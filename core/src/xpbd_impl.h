@@ -92,7 +92,8 @@ enum {
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function, void** state);
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function);
 /* PLI_OK, or the error of a value that is negative or not finite. */
-pli_status plii_xpbd_check_value(const pli_body* body, float value, const char* name, const char* function);
+pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
+                                 const char* function);
 
 static inline pli_vec3 plii_xpbd_position(const pli_body* body, const plii_xpbd_substep* substep, int node) {
     return pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(substep->displacements[node]));

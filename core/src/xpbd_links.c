@@ -2,6 +2,7 @@
 
 #include "lanes.h"
 #include "link_shares.h"
+#include "range.h"
 #include "xpbd_links_kernel.h"
 
 enum {
@@ -267,9 +268,9 @@ pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* 
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_links_def_default()");
     }
-    PLII_TRY(plii_xpbd_check_value(body, def->compliance, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->bending_compliance, "bending_compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->damping, "damping", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->bending_compliance, PLI_MAX_COEFFICIENT, "bending_compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->damping, PLI_MAX_COEFFICIENT, "damping", __func__));
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_links_kind, __func__, &state));
     ((xpbd_links_state*)state)->def = *def;

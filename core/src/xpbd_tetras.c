@@ -4,6 +4,7 @@
 #include "lanes.h"
 
 #include "constraint_order.h"
+#include "range.h"
 #include "xpbd_impl.h"
 
 enum { XPBD_TETRAS_GRAIN = 64 }; /* groups; some microseconds */
@@ -226,7 +227,7 @@ static const plii_xpbd_kind xpbd_tetras_kind = {
 
 pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
     if (body->topology->tetra_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no tetrahedra");
     }

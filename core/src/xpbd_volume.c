@@ -3,6 +3,7 @@
 
 #include "lanes.h"
 
+#include "range.h"
 #include "xpbd_impl.h"
 
 #include <string.h>
@@ -148,8 +149,8 @@ static const plii_xpbd_kind xpbd_volume_kind = {
 
 pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_value(body, compliance, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, pressure_ratio, "pressure_ratio", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, pressure_ratio, PLI_MAX_FACTOR, "pressure_ratio", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }

@@ -129,7 +129,8 @@ static void test_bad_appends_change_nothing(void** state) {
                   "inf");
     check_refused(mesh, pli_mesh_append_node(mesh, origin, -1, &index), PLI_ERROR_INVALID_VALUE, "the mass is -1");
     check_refused(mesh, pli_mesh_append_node(mesh, origin, NAN, &index), PLI_ERROR_NOT_FINITE, "the mass is nan");
-    check_refused(mesh, pli_mesh_append_node(mesh, origin, 1e-45f, &index), PLI_ERROR_INVALID_VALUE, "too small");
+    check_refused(mesh, pli_mesh_append_node(mesh, origin, 1e-45f, &index), PLI_ERROR_INVALID_VALUE,
+                  "pli_mesh_append_node: the mass is 1.4013e-45, the limits are 1e-09 and 1e+12");
     check_refused(mesh, pli_mesh_append_link(mesh, 0, 5, 0, &index), PLI_ERROR_INDEX_OUT_OF_RANGE,
                   "pli_mesh_append_link: node 5 is out of range, the mesh has 5 nodes");
     check_refused(mesh, pli_mesh_append_link(mesh, -1, 0, 0, &index), PLI_ERROR_INDEX_OUT_OF_RANGE, "node -1");

@@ -184,7 +184,7 @@ static void test_degenerate_rays_are_refused(void** state) {
     def.to = pli_vec3_make(1e-30f, 0, 0);
     check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "long");
     def.to = pli_vec3_make(1e30f, 0, 0);
-    check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "long");
+    check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "end 1 is (1e+30, 0, 0)");
     def.to = pli_vec3_make(NAN, 0, 0);
     check_refused(f, body, &def, PLI_ERROR_NOT_FINITE, "not finite");
     def.to = pli_vec3_make(1, 0, 0);

@@ -206,7 +206,7 @@ static void test_sampled_bunny(void** state) {
 /* The same in a unit far from 1. */
 static void test_sampled_sphere_of_any_size(void** state) {
     (void)state;
-    const float scales[2] = {1e-12f, 1e9f};
+    const float scales[2] = {1e-12f, 1e5f};
     for (int k = 0; k < 2; ++k) {
         surface s = {0};
         surface_add_sphere(&s, 12, scales[k], pli_vec3_make(0, 0, 0), 1);
@@ -454,8 +454,10 @@ static void test_sampled_mesh_refuses_bad_input(void** state) {
     def.cell_size = 1e-9f;
     check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "too small");
     def = good;
-    def.padding = 1e30f;
+    def.padding = 1e6f;
     check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "samples, more than 16777216");
+    def.padding = 1e30f;
+    check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "padding is 1e+30, the limit is 1e+06");
     def.padding = INFINITY;
     check_refused(&s, &def, PLI_ERROR_NOT_FINITE, "padding");
 

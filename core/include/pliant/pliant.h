@@ -14,6 +14,7 @@
 #include "implicit.h"
 #include "io.h"
 #include "joint.h"
+#include "limits.h"
 #include "math.h"
 #include "mesh.h"
 #include "pose.h"

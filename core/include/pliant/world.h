@@ -37,8 +37,8 @@ PLI_API void* pli_world_get_user_data(const pli_world* world);
 ///
 /// Out of memory a step goes on, without what there is no memory for: contacts, pairs of self-collision, anchors under
 /// the XPBD and the implicit solver. PLI_ERROR_OUT_OF_MEMORY means that this happened; pli_last_error names a feature
-/// and the index of a body (pli_world_get_body). Every body that is not frozen has been stepped to its end then, and the
-/// next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
+/// and the index of a body (pli_world_get_body). Every body that is not frozen has been stepped to its end then, and
+/// the next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
 /// allocate nothing, and so cannot run out of it.
 /// @param dt s, > 0
 /// @return any other error, as of pli_world_predict: nothing was done
@@ -69,17 +69,24 @@ PLI_API pli_body* pli_world_get_body(const pli_world* world, int index);
 // ---------------------------------------------------------------------------------------------------- events
 
 typedef enum pli_event_kind {
-    /// A node left the finite numbers; the body was put back to the start of the step and frozen.
+    /// A node came to be NaN, beyond PLI_MAX_COORDINATE or faster than PLI_MAX_SPEED; the body was put back to the
+    /// start
+    /// of the step and frozen.
     PLI_EVENT_BODY_FROZEN = 1,
     /// Anchors or joints of the body have gone with the rigid body that they held to: pli_rigid_destroy, and what the
     /// bridge to Bullet does when an object is no longer there. One for a body, however many have gone.
-    PLI_EVENT_ANCHORS_LOST = 2
+    PLI_EVENT_ANCHORS_LOST = 2,
+    /// A rigid body has the velocities that it had before pli_world_solve: those that the solve gave it were NaN, or
+    /// beyond PLI_MAX_SPEED or PLI_MAX_ANGULAR_SPEED, or a body was put back and frozen in the solve while something
+    /// touched the rigid body.
+    PLI_EVENT_RIGID_RESTORED = 3
 } pli_event_kind;
 
 typedef struct pli_event {
     pli_event_kind kind;
-    pli_body* body;
-    int node; ///< PLI_NULL_INDEX when no single node is meant
+    pli_body* body;   ///< or NULL
+    int node;         ///< PLI_NULL_INDEX when no single node is meant
+    pli_rigid* rigid; ///< or NULL
 } pli_event;
 
 /// Events of the last step and of calls since then, which the next pli_world_predict clears; valid until it, and until
