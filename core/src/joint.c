@@ -167,12 +167,12 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
     }
     if (other->body != NULL) {
         PLII_TRY(plii_check_handle(other->body, PLII_HANDLE_BODY, context, "the other body", function));
+        if (other->body->world != body->world) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other body is in another world");
+        }
         PLII_TRY(plii_check_cluster(other->body, other->cluster, function));
         if (other->body == body && other->cluster == joint->cluster) {
             return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "both ends are cluster %d", joint->cluster);
-        }
-        if (other->body->world != body->world) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other body is in another world");
         }
     }
     if (other->rigid != NULL) { PLII_TRY(plii_check_handle(other->rigid, PLII_HANDLE_RIGID, context, NULL, function)); }
