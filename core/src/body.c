@@ -120,7 +120,7 @@ static pli_status body_allocate_arrays(pli_body* body, pli_mesh* mesh) {
     body->links = plii_allocate(context, (size_t)body->link_count * sizeof *body->links);
     body->link_tags = plii_allocate(context, tag_bytes);
     body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
-    body->topology = plii_mesh_acquire_topology(mesh);
+    body->topology = plii_mesh_acquire_topology(mesh, context);
     const bool complete = body->positions != NULL && body->previous != NULL && body->velocities != NULL &&
                           (body->links != NULL || body->link_count == 0) &&
                           (body->link_tags != NULL || tag_bytes == 0) && body->materials != NULL &&
@@ -154,9 +154,6 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     pli_context* context = world->context;
     if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the body is null"); }
     PLII_TRY(plii_check_handle(mesh, PLII_HANDLE_MESH, context, NULL, __func__));
-    if (mesh->context != context) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the mesh was made in another context than the world");
-    }
     const pli_body_def used = def != NULL ? *def : pli_body_def_default();
     if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_body_def_default()");

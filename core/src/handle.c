@@ -22,7 +22,8 @@ static const char* const handle_names[] = {
 typedef struct handle_record {
     const void* handle;       /* NULL: free place */
     const pli_context* owner; /* of a context, itself */
-    uint64_t number, owner_number;
+    uint64_t number;          /* of its making; when it is gone, of that */
+    uint64_t owner_number;
     plii_handle_kind kind;
     bool is_alive;
 } handle_record;
@@ -113,6 +114,7 @@ static void handles_retire(const void* handle) {
     handle_record* record = handles_find(handle);
     if (record != NULL && record->is_alive) {
         record->is_alive = false;
+        record->number = ++handles.last_number;
         handles.gone_count += 1;
     }
     handles_unlock();
@@ -164,22 +166,32 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
 #define HANDLE_AVOIDS_OLD_PLACES 1
 #endif
 
-/* At a place where nothing was, as far as is remembered and a few tries find one. */
+/* Since when what was at a place is gone; 0: nothing is known. */
+static uint64_t handles_gone_since(const void* place) {
+    handle_record record;
+    return handles_copy(place, &record) ? record.number : 0;
+}
+
+/* Where nothing was, as far as is remembered and a few tries find it, else where it is gone for longest. */
 static void* handle_allocate(pli_context* context, size_t size) {
     enum { MOST_TRIES = 16 };
     void* tries[MOST_TRIES];
-    int count = 0;
-    void* block = plii_allocate(context, size);
-    handle_record record;
-    while (HANDLE_AVOIDS_OLD_PLACES && block != NULL && count < MOST_TRIES && handles_copy(block, &record)) {
-        tries[count++] = block;
-        block = plii_allocate(context, size);
+    int count = 0, oldest = 0;
+    uint64_t oldest_since = UINT64_MAX;
+    do {
+        tries[count] = plii_allocate(context, size);
+        if (tries[count] == NULL) { break; }
+        const uint64_t since = HANDLE_AVOIDS_OLD_PLACES ? handles_gone_since(tries[count]) : 0;
+        if (since < oldest_since) {
+            oldest_since = since;
+            oldest = count;
+        }
+        count += 1;
+    } while (oldest_since > 0 && count < MOST_TRIES);
+    for (int i = 0; i < count; ++i) {
+        if (i != oldest) { plii_release(context, tries[i], size); }
     }
-    if (block == NULL && count > 0) { block = tries[--count]; }
-    while (count > 0) {
-        plii_release(context, tries[--count], size);
-    }
-    return block;
+    return count > 0 ? tries[oldest] : NULL;
 }
 
 #else

@@ -115,20 +115,20 @@ static bool topology_needs_materials(const pli_mesh* mesh) {
     return false;
 }
 
-static plii_topology* topology_create(const pli_mesh* mesh) {
-    plii_topology* topology = plii_allocate(mesh->context, sizeof *topology);
+static plii_topology* topology_create(const pli_mesh* mesh, pli_context* context) {
+    plii_topology* topology = plii_allocate(context, sizeof *topology);
     if (topology == NULL) { return NULL; }
     topology->reference_count = 1;
     topology->face_count = mesh->face_count;
     topology->tetra_count = mesh->tetra_count;
-    topology->faces = plii_allocate(mesh->context, topology_faces_size(topology));
-    topology->tetras = plii_allocate(mesh->context, topology_tetras_size(topology));
+    topology->faces = plii_allocate(context, topology_faces_size(topology));
+    topology->tetras = plii_allocate(context, topology_tetras_size(topology));
     const bool needs_materials = topology_needs_materials(mesh);
-    if (needs_materials) { topology->face_materials = plii_allocate(mesh->context, topology_materials_size(topology)); }
+    if (needs_materials) { topology->face_materials = plii_allocate(context, topology_materials_size(topology)); }
     if ((topology->face_count > 0 && topology->faces == NULL) ||
         (topology->tetra_count > 0 && topology->tetras == NULL) ||
         (needs_materials && topology->face_materials == NULL)) {
-        plii_topology_release(mesh->context, topology);
+        plii_topology_release(context, topology);
         return NULL;
     }
     for (int i = 0; i < mesh->face_count; ++i) {
@@ -141,8 +141,9 @@ static plii_topology* topology_create(const pli_mesh* mesh) {
     return topology;
 }
 
-plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh) {
-    if (mesh->topology == NULL) { mesh->topology = topology_create(mesh); }
+plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) {
+    if (context != mesh->context) { return topology_create(mesh, context); }
+    if (mesh->topology == NULL) { mesh->topology = topology_create(mesh, context); }
     if (mesh->topology != NULL) { ++mesh->topology->reference_count; }
     return mesh->topology;
 }

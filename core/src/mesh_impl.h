@@ -25,8 +25,9 @@ struct pli_mesh {
     plii_topology* topology;
 };
 
-/* The shared topology with one more reference; NULL when out of memory. */
-plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh);
+/* The shared topology with one more reference; in another context than the mesh's, a copy of its own. NULL when out of
+   memory. */
+plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context);
 void plii_topology_release(pli_context* context, plii_topology* topology);
 /* To be called after every change of faces or tetras. */
 void plii_mesh_forget_topology(pli_mesh* mesh);
