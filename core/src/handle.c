@@ -159,13 +159,6 @@ pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_con
     return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
 }
 
-/* AddressSanitizer keeps freed blocks from use by itself, and wants them freed. */
-#if defined(__SANITIZE_ADDRESS__)
-#define HANDLE_AVOIDS_OLD_PLACES 0
-#else
-#define HANDLE_AVOIDS_OLD_PLACES 1
-#endif
-
 /* Since when what was at a place is gone; 0: nothing is known. */
 static uint64_t handles_gone_since(const void* place) {
     handle_record record;
@@ -181,7 +174,7 @@ static void* handle_allocate(pli_context* context, size_t size) {
     do {
         tries[count] = plii_allocate(context, size);
         if (tries[count] == NULL) { break; }
-        const uint64_t since = HANDLE_AVOIDS_OLD_PLACES ? handles_gone_since(tries[count]) : 0;
+        const uint64_t since = handles_gone_since(tries[count]);
         if (since < oldest_since) {
             oldest_since = since;
             oldest = count;

@@ -6,6 +6,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <threads.h>
 
 enum { SIDE = 3 };
 static const pli_vec3 rest[SIDE * SIDE] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 0, 1}, {1, 0, 1},
@@ -301,6 +302,44 @@ static void test_many_handles_come_and_go(void** state) {
     assert_int_equal(pli_context_destroy(context), PLI_OK);
 }
 
+/* A context for each thread; the register is for all. Gives the number of failures. */
+static int use_handles_in_a_thread(void* unused) {
+    (void)unused;
+    int failures = 0;
+    for (int i = 0; i < 50; ++i) {
+        pli_context* context = NULL;
+        pli_world* world = NULL;
+        pli_mesh* mesh = NULL;
+        pli_body* body = NULL;
+        failures += pli_context_create(NULL, &context) != PLI_OK;
+        failures += pli_world_create(context, NULL, &world) != PLI_OK;
+        failures += pli_mesh_create_rope(context, rest[0], rest[1], 2, 0, &mesh) != PLI_OK;
+        failures += pli_body_create(world, mesh, NULL, &body) != PLI_OK;
+        failures += pli_world_step(world, 0.01f) != PLI_OK;
+        failures += pli_body_bytes(body) == 0;
+        pli_body_destroy(body);
+        pli_mesh_destroy(mesh);
+        pli_world_destroy(world);
+        failures += pli_context_destroy(context) != PLI_OK;
+        failures += pli_mesh_scale(NULL, rest[1]) != PLI_ERROR_NULL_ARGUMENT;
+        failures += strcmp(pli_last_error(NULL), "pli_mesh_scale: the mesh is null") != 0;
+    }
+    return failures;
+}
+
+static void test_threads_share_the_register(void** state) {
+    (void)state;
+    thrd_t threads[3];
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(thrd_create(&threads[i], use_handles_in_a_thread, NULL), thrd_success);
+    }
+    for (int i = 0; i < 3; ++i) {
+        int failures = -1;
+        assert_int_equal(thrd_join(threads[i], &failures), thrd_success);
+        assert_int_equal(failures, 0);
+    }
+}
+
 #endif
 
 /* What bodies share with their mesh they do not share between contexts, which end one by one. */
@@ -329,6 +368,7 @@ int main(void) {
         cmocka_unit_test(test_messages_about_lost_contexts_can_be_read),
         cmocka_unit_test(test_new_bodies_are_not_taken_for_old_ones),
         cmocka_unit_test(test_many_handles_come_and_go),
+        cmocka_unit_test(test_threads_share_the_register),
 #endif
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
