@@ -18,8 +18,8 @@ bool same_bits(pli_vec3 a, pli_vec3 b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-// Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in the
-// frame of the compound.
+// Whether Bullet's algorithm for compounds comes to a child: its box touches the soft body's both in the world and in
+// the frame of the compound.
 bool comes_to_child(const ShapePart& child, const btTransform& compound, const pli_bounds& body_bounds) {
     const btVector3 corners[2] = {to_bullet(body_bounds.min), to_bullet(body_bounds.max)};
     btVector3 low, high;
@@ -127,10 +127,14 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
         convex_shapes_.push_back(part.convex);
         convex_poses_.push_back(part.pose);
     }
+    if (shape_status_ == PLI_ERROR_OUT_OF_MEMORY) { refresh(); } // the next step tries again
     // The shapes depend on the pair and are set for each.
     if (has_slabs_ || has_children_) { return shape_status_; }
     status = pli_rigid_set_shapes(rigid_, static_cast<int>(shapes_.size()), shapes_.data(), poses_.data());
-    return status != PLI_OK ? status : shape_status_;
+    if (status == PLI_OK) { return shape_status_; }
+    (void)pli_rigid_set_shapes(rigid_, 0, nullptr, nullptr); // those before are of another shape
+    refresh();
+    return status;
 }
 
 pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs) {

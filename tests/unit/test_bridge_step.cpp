@@ -1,5 +1,6 @@
 // When the bridge steps, what it steps, and how it lives beside the Bullet world.
 #include "check.h"
+#include "failing_allocator.h"
 #include "test_bridge_world.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
@@ -10,6 +11,7 @@
 #include <pliant_bullet/task_scheduler.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 
 using namespace bridge_test;
@@ -279,6 +281,57 @@ static void test_the_bridge_may_use_a_context_of_the_game(void**) {
     pli_context_destroy(context);
 }
 
+// What the core says goes into the status of the step; what is missing of a shape comes when there is memory again.
+static void test_steps_without_memory_say_so_and_later_ones_make_up(void**) {
+    constexpr int steps = 45;
+    for (const auto mode : {pliant::CollisionMode::exact, pliant::CollisionMode::reference}) {
+        std::vector<std::uint64_t> hashes;
+        long places = 0;
+        int reported = 0;
+        float height = 0;
+        for (long run = 0; run <= 2 * places; ++run) { // the first with enough memory
+            failing_allocator allocator;
+            pli_context* context = failing_context(&allocator);
+            {
+                StockWorld stock;
+                pliant::BridgeDef def;
+                def.context = context;
+                def.mode = mode;
+                pliant::Bridge bridge(*stock.world, def);
+                pli_body* sheet = build_scene(stock, bridge);
+                allocator.calls = 0;
+                allocator.fail_at = (run + 1) / 2;
+                allocator.fails_for_good = run % 2 == 0; // until it is told
+                bool has_deviated = false;
+                for (std::size_t step = 0; step < steps; ++step) {
+                    const long before = allocator.failed;
+                    stock.step(1);
+                    if (bridge.step_status() != PLI_OK) {
+                        assert_int_equal(bridge.step_status(), PLI_ERROR_OUT_OF_MEMORY);
+                        assert_non_null(std::strstr(pli_last_error(context), "no memory"));
+                        assert_true(allocator.failed != before);
+                        has_deviated = true;
+                        allocator.fail_at = 0;
+                    }
+                    const std::uint64_t hash = pli_body_state_hash(sheet);
+                    if (run == 0) { hashes.push_back(hash); }
+                    if (!has_deviated) { assert_int_equal(hash, hashes[step]); }
+                }
+                if (run == 0) {
+                    places = allocator.calls;
+                    height = center(sheet).y;
+                }
+                reported += has_deviated ? 1 : 0;
+                check_near(center(sheet).y, height, 0.1);
+            }
+            pli_context_destroy(context);
+            assert_int_equal(allocator.alive, 0);
+        }
+        print_message("           %d allocations, %d reported\n", static_cast<int>(places), reported);
+        assert_true(reported >= 5);
+    }
+}
+
 namespace {
 
 // Hands ranges out backwards in small parts, and counts them.
@@ -416,6 +469,7 @@ int main() {
         cmocka_unit_test(test_errors_are_reported_and_leave_nothing_behind),
         cmocka_unit_test(test_a_bridge_with_a_bad_definition_answers_every_call),
         cmocka_unit_test(test_the_bridge_may_use_a_context_of_the_game),
+        cmocka_unit_test(test_steps_without_memory_say_so_and_later_ones_make_up),
         cmocka_unit_test(test_a_task_scheduler_of_bullet_gives_threads),
         cmocka_unit_test(test_a_steady_step_allocates_nothing_in_the_core),
         cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
