@@ -644,8 +644,6 @@ static void run_large_grid(trial* t) {
     trial_steps(t, 2);
 }
 
-// --------------------------------------------------------------------------------------------------------------- main
-
 static const trial_setup setups[] = {
     {"plain links", run_plain_links, false},
     {"velocity links", run_velocity_links, true},
@@ -713,7 +711,192 @@ static void nothing_fails_in_silence(void** state) {
     print_message("%ld allocations, %ld of them in steps; steps reported %ld failures\n", places, in_steps, reported);
 }
 
+// ------------------------------------------------------------------------------------------------- what a step tells
+
+/* Two sheets that fall on a floor, without room made ahead; the step that is the first with contacts comes next. */
+typedef struct landing {
+    trial t;
+    pli_rigid* floor;
+    pli_body* sheets[2];
+} landing;
+
+static void landing_begin(landing* l, bool with_contacts) {
+    *l = (landing){.t = {.name = "landing"}};
+    l->t.context = failing_context(&l->t.allocator);
+    pli_world_def def = pli_world_def_default();
+    def.makes_room = false;
+    assert_int_equal(pli_world_create(l->t.context, &def, &l->t.world), PLI_OK);
+    l->floor = add_floor(&l->t, 0.9f);
+    for (int i = 0; i < 2; ++i) {
+        l->sheets[i] = add_sheet(&l->t, 4, 0.2f, pli_vec3_make(2.0f * (float)i, 0.9605f, 0), 0);
+        if (with_contacts || i > 0) { enable_rigid_contacts(&l->t, l->sheets[i]); }
+    }
+}
+
+static void landing_end(landing* l) {
+    pli_world_destroy(l->t.world);
+    pli_context_destroy(l->t.context);
+    assert_int_equal(l->t.allocator.alive, 0);
+}
+
+static uint64_t landing_hash(const landing* l, int sheet) {
+    return pli_body_state_hash(l->sheets[sheet]);
+}
+
+static void check_told(const landing* l, pli_status status, const char* message) {
+    assert_int_equal(status, PLI_ERROR_OUT_OF_MEMORY);
+    if (strstr(pli_last_error(l->t.context), message) == NULL) {
+        fail_msg("\"%s\" does not say \"%s\"", pli_last_error(l->t.context), message);
+    }
+}
+
+static const float dt = 1.0f / 60.0f;
+
+static void a_body_without_room_for_contacts_is_stepped_without_them_and_others_with_theirs(void** state) {
+    (void)state;
+    landing landed, free_one, short_one;
+    landing_begin(&landed, true);
+    assert_int_equal(pli_world_step(landed.t.world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_contacts(landed.sheets[0], 0, NULL), 16);
+    landing_begin(&free_one, false);
+    assert_int_equal(pli_world_step(free_one.t.world, dt), PLI_OK);
+    assert_true(landing_hash(&landed, 0) != landing_hash(&free_one, 0));
+
+    landing_begin(&short_one, true);
+    short_one.t.allocator.fail_at = 1;
+    check_told(&short_one, pli_world_step(short_one.t.world, dt), "pli_world_step: no memory, ");
+    check_told(&short_one, PLI_ERROR_OUT_OF_MEMORY, "for rigid_contacts of body 0;");
+    assert_true(landing_hash(&short_one, 0) == landing_hash(&free_one, 0));
+    assert_true(landing_hash(&short_one, 1) == landing_hash(&landed, 1));
+    assert_int_equal(pli_world_step(short_one.t.world, dt), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_contacts(short_one.sheets[0], 0, NULL), 16);
+    landing_end(&landed);
+    landing_end(&free_one);
+    landing_end(&short_one);
+}
+
+static void a_collide_call_tells_of_its_pair_and_the_solve_of_the_step(void** state) {
+    (void)state;
+    landing l;
+    landing_begin(&l, true);
+    assert_int_equal(pli_world_predict(l.t.world, dt), PLI_OK);
+    assert_int_equal(pli_world_collide_rigid(l.t.world, l.sheets[0], l.floor), PLI_OK);
+    l.t.allocator.fail_at = 1;
+    check_told(&l, pli_world_collide_rigid(l.t.world, l.sheets[1], l.floor), "pli_world_collide_rigid: no memory");
+    assert_int_equal(pli_body_get_rigid_contacts(l.sheets[0], 0, NULL), 16);
+    assert_int_equal(pli_body_get_rigid_contacts(l.sheets[1], 0, NULL), 0);
+    /* A host may ask again. */
+    assert_int_equal(pli_world_collide_rigid(l.t.world, l.sheets[1], l.floor), PLI_OK);
+    assert_int_equal(pli_body_get_rigid_contacts(l.sheets[1], 0, NULL), 16);
+    check_told(&l, pli_world_solve(l.t.world), "pli_world_solve: no memory");
+    check_told(&l, PLI_ERROR_OUT_OF_MEMORY, "for rigid_contacts of body 1;");
+    assert_false(pli_world_is_stepping(l.t.world));
+    assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
+    landing_end(&l);
+}
+
+static void the_solve_tells_what_the_prediction_had_no_memory_for(void** state) {
+    (void)state;
+    landing l;
+    landing_begin(&l, false);
+    enable_clusters(&l.t, l.sheets[0], false, 2);
+    enable_cluster_contacts(&l.t, l.sheets[0], false);
+    l.t.allocator.fail_at = 1;
+    assert_int_equal(pli_world_predict(l.t.world, dt), PLI_OK);
+    assert_int_equal(l.t.allocator.failed, 1);
+    assert_true(pli_world_is_stepping(l.t.world));
+    check_told(&l, pli_world_solve(l.t.world), "for cluster contacts of body 0;");
+    assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
+    landing_end(&l);
+}
+
+static void room_that_there_was_no_memory_for_is_made_later(void** state) {
+    (void)state;
+    landing l;
+    landing_begin(&l, true);
+    pli_world_destroy(l.t.world);
+    assert_int_equal(pli_world_create(l.t.context, NULL, &l.t.world), PLI_OK);
+    add_floor(&l.t, 0.0f);
+    pli_body* sheet = add_sheet(&l.t, 4, 0.2f, pli_vec3_make(0, 1, 0), 0);
+    enable_rigid_contacts(&l.t, sheet);
+    l.t.allocator.fail_at = 1;
+    assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
+    assert_int_equal(l.t.allocator.failed, 1);
+    assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
+    const long calls = l.t.allocator.calls;
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
+    }
+    assert_true(pli_body_get_rigid_contacts(sheet, 0, NULL) > 0);
+    assert_int_equal(l.t.allocator.calls, calls);
+    landing_end(&l);
+}
+
+// ------------------------------------------------------------------------------------------------------------ colours
+
+static void in_one_piece(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    (void)grain;
+    (void)user;
+    range(0, count, task);
+}
+
+/* For threads colours come region by region, and with materials that makes the most groups. */
+static uint64_t cut_a_cloth_of_many_kinds_of_links(long failing_calls, long* calls) {
+    trial t = {.name = "cloth"};
+    pli_context_def def = pli_context_def_default();
+    def.allocator = (pli_allocator){failing_allocate, failing_release, &t.allocator};
+    def.parallel_for = in_one_piece;
+    def.thread_count = 2;
+    assert_int_equal(pli_context_create(&def, &t.context), PLI_OK);
+    assert_int_equal(pli_world_create(t.context, NULL, &t.world), PLI_OK);
+    pli_mesh* mesh = make_sheet(&t, 46, 0.02f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);
+    const int node_count = 46 * 46;
+    for (int i = 1; i < 6; ++i) {
+        const pli_material material = {1.0f / (float)i};
+        assert_int_equal(pli_mesh_append_material(mesh, &material, NULL), PLI_OK);
+        for (int k = 0; k + 7 * i < node_count; k += i) {
+            assert_int_equal(pli_mesh_append_link(mesh, k, k + 7 * i, i, NULL), PLI_OK);
+        }
+    }
+    pli_body* body = add_body(&t, mesh, 0.01f, 2);
+    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+    t.allocator.calls = 0;
+    t.allocator.fail_at = *calls - failing_calls + 1;
+    t.allocator.fails_for_good = true;
+    if (failing_calls == 0) { t.allocator.fail_at = 0; }
+    const pli_status status = pli_body_cut_link(body, 100, 101, 0.5f);
+    t.allocator.fail_at = 0;
+    if (failing_calls == 0) { *calls = t.allocator.calls; }
+    assert_int_equal(pli_world_step(t.world, dt), PLI_OK);
+    const uint64_t hash = status == PLI_OK ? pli_body_state_hash(body) : 0;
+    pli_world_destroy(t.world);
+    pli_context_destroy(t.context);
+    assert_int_equal(t.allocator.alive, 0);
+    return hash;
+}
+
+static void colors_after_a_cut_do_not_depend_on_memory(void** state) {
+    (void)state;
+    long calls = 0, failing = 1;
+    const uint64_t hash = cut_a_cloth_of_many_kinds_of_links(0, &calls);
+    assert_true(hash != 0);
+    for (; failing < 5; ++failing) {
+        const uint64_t other = cut_a_cloth_of_many_kinds_of_links(failing, &calls);
+        if (other == 0) { break; }
+        assert_true(other == hash);
+    }
+    /* What holds colours and their slots without a gap may fail. */
+    assert_int_equal(failing, 3);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_fails_in_silence)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_fails_in_silence),
+        cmocka_unit_test(a_body_without_room_for_contacts_is_stepped_without_them_and_others_with_theirs),
+        cmocka_unit_test(a_collide_call_tells_of_its_pair_and_the_solve_of_the_step),
+        cmocka_unit_test(the_solve_tells_what_the_prediction_had_no_memory_for),
+        cmocka_unit_test(room_that_there_was_no_memory_for_is_made_later),
+        cmocka_unit_test(colors_after_a_cut_do_not_depend_on_memory),
+    };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
