@@ -186,8 +186,8 @@ static float self_nodes_common_reach(const plii_self_node_pairs* state, int node
     int bins[SELF_NODES_BINS] = {0};
     const float size = (high - low) / SELF_NODES_BINS;
     for (int i = 0; i < node_count; ++i) {
-        const int bin = (int)((self_nodes_reach(state, i) - low) / size);
-        ++bins[bin < 0 ? 0 : bin < SELF_NODES_BINS ? bin : SELF_NODES_BINS - 1];
+        const float place = (self_nodes_reach(state, i) - low) / size; /* may be NaN */
+        ++bins[place < (float)SELF_NODES_BINS ? (int)place : SELF_NODES_BINS - 1];
     }
     int beyond = 0, bin = SELF_NODES_BINS - 1;
     while (bin > 0 && beyond + bins[bin] <= self_nodes_max_apart(node_count) / 2) {

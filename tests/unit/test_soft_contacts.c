@@ -8,7 +8,9 @@
 #include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/implicit.h"
+#include "pliant/limits.h"
 #include "pliant/world.h"
+#include "pliant/xpbd.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
@@ -459,10 +461,45 @@ static void test_soft_contacts_with_springs_keep_momentum(void** state) {
     }
 }
 
+/* Numbers that took the search over the end of its lists are refused; the largest that are not lead nowhere either.
+   The numbers of faces are not multiples of four. */
+static void test_soft_contacts_at_the_limits(void** state) {
+    const fixture* f = *state;
+    for (int k = 0; k < 6; ++k) {
+        pli_body *low = make_sheet(f, 4 + k % 2), *high = make_sheet(f, 3 + k);
+        assert_int_equal(pli_body_set_node_velocity(low, 3, pli_vec3_make(3e21f, 0, 0)), PLI_ERROR_INVALID_VALUE);
+        assert_int_equal(pli_body_set_collision_margin(low, 1e20f), PLI_ERROR_INVALID_VALUE);
+        assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 1e38f, 0)), PLI_ERROR_INVALID_VALUE);
+        if (k % 3 == 1) {
+            const pli_xpbd_def def = pli_xpbd_def_default();
+            assert_int_equal(pli_body_enable_xpbd(low, &def), PLI_OK);
+        } else if (k % 3 == 2) {
+            const pli_implicit_def def = pli_implicit_def_default();
+            assert_int_equal(pli_body_enable_implicit(high, &def), PLI_OK);
+        }
+        assert_int_equal(pli_body_set_collision_margin(low, k < 3 ? PLI_MAX_COORDINATE : 0.1f), PLI_OK);
+        /* Nearly out of the world in one step. */
+        assert_int_equal(pli_body_set_node_velocity(high, 3, pli_vec3_make(5e7f, -5e7f, 1e7f)), PLI_OK);
+        for (int i = 0; i < 3; ++i) {
+            assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+            for (int b = 0; b < 2; ++b) {
+                const pli_body_view view = pli_body_get_view(b == 0 ? low : high);
+                for (int n = 0; n < view.node_count; ++n) {
+                    assert_true(isfinite(pli_vec3_length(xyz(view.positions[n]))));
+                    assert_true(isfinite(pli_vec3_length(xyz(view.velocities[n]))));
+                }
+            }
+        }
+        pli_body_destroy(low);
+        pli_body_destroy(high);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_at_the_limits, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),

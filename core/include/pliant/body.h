@@ -20,13 +20,14 @@ typedef struct pli_solver_settings {
     int velocity_iterations; ///< >= 0, default 0; see pli_body_use_velocity_links. Bullet name: viterations
     int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
     int drift_iterations;    ///< >= 0, default 0; Bullet name: diterations
-    float drift_correction;  ///< share of the drift solve that enters the velocity, default 1. Bullet name: kVCF
-    float velocity_damping;  ///< [0, 1], share of the velocity lost per step, default 0. Bullet name: kDP
-    float time_scale;        ///< > 0, default 1
+    /// share of the drift solve that enters the velocity, default 1, up to PLI_MAX_FACTOR. Bullet name: kVCF
+    float drift_correction;
+    float velocity_damping; ///< [0, 1], share of the velocity lost per step, default 0. Bullet name: kDP
+    float time_scale;       ///< PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1
 } pli_solver_settings;
 
 typedef struct pli_body_def {
-    float collision_margin; ///< m, >= 0, default 0.25; also grows the bounds
+    float collision_margin; ///< m, 0 to PLI_MAX_COORDINATE, default 0.25; also grows the bounds
     pli_solver_settings solver;
     void* user_data;
     uint32_t cookie; ///< set by the default function
@@ -76,28 +77,30 @@ PLI_API pli_body_view pli_body_get_view(const pli_body* body);
 /// Present bounds of the nodes, grown by the collision margin.
 PLI_API pli_bounds pli_body_get_bounds(const pli_body* body);
 
-/// Rest length of a link, m.
+/// Rest length of a link, m; 0 to PLI_MAX_COORDINATE.
 PLI_API float pli_body_get_rest_length(const pli_body* body, int link);
 PLI_API pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length);
 
 /// Replaces positions and velocities of all nodes, as from a snapshot; what is derived from them is brought up to date.
-/// @param positions  [node_count] m
-/// @param velocities [node_count] m/s; NULL: zero
+/// @param positions  [node_count] m, up to PLI_MAX_COORDINATE
+/// @param velocities [node_count] m/s, up to PLI_MAX_SPEED; NULL: zero
+/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping; the same holds below
 PLI_API pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities);
 
 PLI_API pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position);
 PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity);
-/// @param mass kg, >= 0; 0 pins the node. Rest lengths stay.
+/// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node. Rest lengths stay.
 PLI_API pli_status pli_body_set_node_mass(pli_body* body, int node, float mass);
 PLI_API float pli_body_total_mass(const pli_body* body);
 
-/// Moves the whole body; velocities turn with it, rest lengths stay.
+/// Moves the whole body; velocities turn with it, rest lengths stay. Refused when a node would leave the limits.
 PLI_API pli_status pli_body_transform(pli_body* body, pli_transform transform);
 
-/// Adds to the force on a node (or on all nodes that are not pinned), N; used up by the next step.
+/// Adds to the force on a node (or on all nodes that are not pinned), N; used up by the next step. The sum is at most
+/// PLI_MAX_FORCE.
 PLI_API pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force);
 PLI_API pli_status pli_body_add_force(pli_body* body, pli_vec3 force);
-/// Adds to the velocity of all nodes that are not pinned, m/s.
+/// Adds to the velocity of all nodes that are not pinned, m/s. The sum is at most PLI_MAX_SPEED.
 PLI_API pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity);
 
 /// For steps of changing length, under each solver; default off. What a long step leaves of errors the short one after
@@ -121,7 +124,8 @@ PLI_API pli_status pli_body_use_velocity_links(pli_body* body, bool use);
 /// other link, of ropes 12 B more.
 PLI_API pli_status pli_body_use_colored_links(pli_body* body, bool use);
 
-/// A frozen body takes no part in steps. Bodies freeze when they leave the finite numbers (PLI_EVENT_BODY_FROZEN).
+/// A frozen body takes no part in steps. Bodies freeze when a node leaves the limits of limits.h
+/// (PLI_EVENT_BODY_FROZEN).
 PLI_API bool pli_body_is_frozen(const pli_body* body);
 PLI_API void pli_body_set_frozen(pli_body* body, bool frozen);
 

@@ -14,8 +14,8 @@ extern "C" {
 // ------------------------------------------------------------------------------- nodes against rigid bodies
 
 typedef struct pli_rigid_contacts_def {
-    /// >= 0, default 0.2; multiplied with the rigid body's. Share of the sliding that a contact takes away; as in
-    /// Bullet a product above 1 reverses the sliding. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Share of the sliding that a contact takes
+    /// away; as in Bullet a product above 1 reverses the sliding. Bullet name: kDF
     float friction;
     float dynamic_hardness; ///< [0, 1], default 1: share of the penetration removed per iteration. Bullet name: kCHR
     float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies. Bullet name: kKHR

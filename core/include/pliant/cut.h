@@ -37,8 +37,8 @@ PLI_API pli_refine_def pli_refine_def_default(void);
 /// New nodes where links and faces cross the surface, which is then cut along them. Bending links that cross it go.
 /// Nodes with a value nearer to zero than the accuracy are on the surface, and are cut without a new node.
 /// Bullet name: refine
-/// @return PLI_ERROR_NOT_FINITE when the surface gives NaN or infinity somewhere, PLI_ERROR_INVALID_MESH (tetrahedra),
-///         PLI_ERROR_OUT_OF_MEMORY
+/// @return PLI_ERROR_NOT_FINITE when the surface gives NaN or infinity somewhere, PLI_ERROR_INVALID_VALUE when it gives
+///         more than PLI_MAX_SURFACE_VALUE, PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
 /// Cut one link (and the faces along it) in two at `position` of its length from node a. Bullet name: cutLink

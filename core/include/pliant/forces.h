@@ -23,9 +23,9 @@ typedef enum pli_aero_model {
 
 typedef struct pli_aero_def {
     pli_aero_model model;
-    float lift;    ///< >= 0, default 0. Bullet name: kLF
-    float drag;    ///< >= 0, default 0. Bullet name: kDG
-    pli_vec3 wind; ///< m/s
+    float lift;    ///< 0 to PLI_MAX_FACTOR, default 0. Bullet name: kLF
+    float drag;    ///< 0 to PLI_MAX_FACTOR, default 0. Bullet name: kDG
+    pli_vec3 wind; ///< m/s, up to PLI_MAX_SPEED
     uint32_t cookie;
 } pli_aero_def;
 
@@ -37,13 +37,13 @@ PLI_API void pli_body_disable_aero(pli_body* body);
 
 /// Gas inside a closed surface: each node gets normal * area * coefficient / |volume|. No force while the volume is
 /// zero (Bullet divides by it).
-/// @param coefficient N m; any finite value. Bullet name: kPR
+/// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
 PLI_API void pli_body_disable_pressure(pli_body* body);
 
 /// A force towards the rest volume: each node gets normal * area * (rest volume - volume) * coefficient.
 /// The rest volume is the present one.
-/// @param coefficient N/m^5, >= 0. Bullet name: kVC with setPose(true, false)
+/// @param coefficient N/m^5, 0 to PLI_MAX_COEFFICIENT. Bullet name: kVC with setPose(true, false)
 PLI_API pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient);
 PLI_API void pli_body_disable_volume_conservation(pli_body* body);
 

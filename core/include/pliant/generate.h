@@ -1,7 +1,8 @@
 #ifndef PLIANT_GENERATE_H
 #define PLIANT_GENERATE_H
 
-/// Ready-made meshes. Every function makes a new mesh that the caller destroys; nodes have 1 kg unless pinned.
+/// Ready-made meshes. Every function makes a new mesh that the caller destroys; nodes have 1 kg unless pinned. Points
+/// go to PLI_MAX_COORDINATE (limits.h).
 
 #include "mesh.h"
 

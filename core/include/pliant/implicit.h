@@ -25,7 +25,8 @@ typedef enum pli_implicit_start {
 } pli_implicit_start;
 
 typedef struct pli_implicit_def {
-    float stiffness; ///< N/m, >= 0, default 1000, of links whose material has linear_stiffness 1, else times that
+    float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT, default 1000, of links whose material has linear_stiffness 1,
+                     ///< else times that
     float damping;   ///< N s/m along each link, >= 0, default 0, the same way
     /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes comes out up
     /// to twice too large.

@@ -17,7 +17,8 @@ typedef struct pli_mesh pli_mesh;
 
 /// What a link is made of.
 typedef struct pli_material {
-    float linear_stiffness; ///< (0, 1]: share of a link's length error that one iteration removes. Bullet name: kLST
+    float linear_stiffness; ///< (0, 1], PLI_MIN_STIFFNESS at least: share of a link's length error that one iteration
+                            ///< removes. Bullet name: kLST
 } pli_material;
 
 /// A distance constraint between two nodes. Its rest length is the distance of the nodes when a body is made.
@@ -59,9 +60,10 @@ PLI_API pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh);
 
 // ------------------------------------------------------------------------------------------------- building
 
-/// @param mass  kg, >= 0; 0 pins the node
+/// @param position m, up to PLI_MAX_COORDINATE (limits.h)
+/// @param mass  kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node
 /// @param index receives the index of the node; may be NULL (the same holds for the other append functions)
-/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE (mass < 0), PLI_ERROR_OUT_OF_MEMORY
+/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE (beyond the limits), PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, int* index);
 
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_INVALID_VALUE (both ends the same node), PLI_ERROR_OUT_OF_MEMORY
@@ -95,13 +97,14 @@ PLI_API pli_status pli_mesh_interleave_links(pli_mesh* mesh);
 
 // ---------------------------------------------------------------------------------------------------- masses
 
-/// @param mass kg, >= 0; 0 pins the node. Bullet name: setMass
+/// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node. Bullet name: setMass
 PLI_API pli_status pli_mesh_set_node_mass(pli_mesh* mesh, int node, float mass);
 
 /// Sum of the masses of all nodes that are not pinned, kg.
 PLI_API float pli_mesh_total_mass(const pli_mesh* mesh);
 
 /// Scale the masses of the nodes that are not pinned to `mass` in all, kg, > 0. Bullet name: setTotalMass(m, false)
+/// @return PLI_ERROR_INVALID_VALUE when a node would get a mass beyond the limits; the same holds below
 PLI_API pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass);
 
 /// Give each node a mass in proportion to the area of its faces, `mass` in all, kg, > 0. Pinned nodes stay pinned and
@@ -122,7 +125,8 @@ PLI_API pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float densit
 
 // ------------------------------------------------------------------------------------------------- geometry
 
-/// Apply to all node positions: p becomes transform * p. Fails on a transform that is not finite.
+/// Apply to all node positions: p becomes transform * p. Fails on a transform that is not finite or that would take a
+/// node beyond PLI_MAX_COORDINATE.
 PLI_API pli_status pli_mesh_transform(pli_mesh* mesh, pli_transform transform);
 PLI_API pli_status pli_mesh_translate(pli_mesh* mesh, pli_vec3 offset);
 PLI_API pli_status pli_mesh_rotate(pli_mesh* mesh, pli_quat rotation);

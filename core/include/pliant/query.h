@@ -21,7 +21,7 @@ typedef enum pli_feature_kind {
 } pli_feature_kind;
 
 typedef struct pli_ray_def {
-    pli_vec3 from, to; ///< m
+    pli_vec3 from, to; ///< m, up to PLI_MAX_COORDINATE
     int targets;       ///< PLI_RAY_ bits, default PLI_RAY_FACES | PLI_RAY_TETRAS as btSoftBody::rayTest
     /// m, >= 0, default 0: nodes are spheres and links are capsules of that radius. With 0 they cannot be hit, nor
     /// can those that the ray starts in.

@@ -24,17 +24,17 @@ typedef enum pli_rigid_kind {
 
 /// What the host sets before a step and reads after it.
 typedef struct pli_rigid_state {
-    pli_transform pose;             ///< origin = centre of mass
-    pli_vec3 linear_velocity;       ///< m/s
-    pli_vec3 angular_velocity;      ///< rad/s
-    float inverse_mass;             ///< 1/kg, > 0 for dynamic, ignored otherwise
-    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), ignored unless dynamic
+    pli_transform pose;             ///< origin = centre of mass, m, up to PLI_MAX_COORDINATE
+    pli_vec3 linear_velocity;       ///< m/s, up to PLI_MAX_SPEED
+    pli_vec3 angular_velocity;      ///< rad/s, up to PLI_MAX_ANGULAR_SPEED
+    float inverse_mass;             ///< 1/kg, of PLI_MIN_MASS to PLI_MAX_MASS for dynamic, ignored otherwise
+    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), up to PLI_MAX_INVERSE_INERTIA, ignored unless dynamic
 } pli_rigid_state;
 
 typedef struct pli_rigid_def {
     pli_rigid_kind kind;
     pli_rigid_state state;
-    float friction;                   ///< >= 0, default 0.5; multiplied with the soft body's
+    float friction;                   ///< 0 to PLI_MAX_FACTOR, default 0.5; multiplied with the soft body's
     pli_vec3 linear_factor;           ///< per-axis scale of linear impulses, default 1
     pli_vec3 angular_factor;          ///< per-axis scale of angular impulses, default 1
     int shape_count;                  ///< number of entries in `shapes`
@@ -84,6 +84,7 @@ PLI_API bool pli_rigid_was_held_back(const pli_rigid* rigid);
 
 /// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
 /// with it. For C programs without a rigid-body engine; call after pli_world_step.
+/// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it stays as it was then
 PLI_API pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt);
 
 #ifdef __cplusplus

@@ -2,7 +2,7 @@
 #define PLIANT_SHAPE_H
 
 /// Collision shapes of rigid bodies, in their local frame. Shapes are immutable and shared: each create returns one
-/// reference, each rigid body that uses a shape holds another.
+/// reference, each rigid body that uses a shape holds another. Sizes and points go to PLI_MAX_COORDINATE (limits.h).
 
 #include "base.h"
 #include "math.h"

@@ -11,10 +11,11 @@ extern "C" {
 #endif
 
 typedef struct pli_world_def {
-    pli_vec3 gravity;             ///< m/s^2, default (0, -10, 0)
-    float air_density;            ///< kg/m^3, default 1.2; read by aerodynamics
-    float max_force_displacement; ///< m per step and axis that forces (not gravity) may add, default 1000.
-                                  ///< Bullet name: m_maxDisplacement
+    pli_vec3 gravity;  ///< m/s^2, up to PLI_MAX_ACCELERATION, default (0, -10, 0)
+    float air_density; ///< kg/m^3, up to PLI_MAX_COEFFICIENT, default 1.2; read by aerodynamics
+    /// m per step and axis that forces (not gravity) may add, up to PLI_MAX_COORDINATE, default 1000.
+    /// Bullet name: m_maxDisplacement
+    float max_force_displacement;
     /// Default true: the first step after something was added or changed makes room for the contacts that bodies can be
     /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
     /// False: lists grow when they are full.
@@ -40,7 +41,7 @@ PLI_API void* pli_world_get_user_data(const pli_world* world);
 /// and the index of a body (pli_world_get_body). Every body that is not frozen has been stepped to its end then, and
 /// the next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
 /// allocate nothing, and so cannot run out of it.
-/// @param dt s, > 0
+/// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
 /// @return any other error, as of pli_world_predict: nothing was done
 PLI_API pli_status pli_world_step(pli_world* world, float dt);
 

@@ -28,7 +28,8 @@ PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def)
 PLI_API pli_status pli_body_disable_xpbd(pli_body* body);
 
 // -------------------------------------------------------------------------------------------------- constraints
-// Enable, or change when enabled; PLI_ERROR_WRONG_STATE unless pli_body_enable_xpbd came before. Compliances are >= 0.
+// Enable, or change when enabled; PLI_ERROR_WRONG_STATE unless pli_body_enable_xpbd came before. Compliances and
+// dampings are 0 to PLI_MAX_COEFFICIENT, frictions 0 to PLI_MAX_FACTOR.
 
 /// Lengths of the links.
 typedef struct pli_xpbd_links_def {
