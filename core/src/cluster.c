@@ -132,7 +132,10 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
         plii_cluster* cluster = &clusters->items[i];
         cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
         const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
-        cluster->frame.rotation = plii_polar_factor(covariance, cluster->frame.rotation);
+        const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
+        cluster->has_no_frame = !plii_mat3_is_finite(rotation);
+        cluster->frame.rotation =
+            cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
         cluster_update_from_frame(body, clusters, cluster);
         cluster->has_frame = true;
         if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
@@ -363,8 +366,9 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
 static void clusters_finish(pli_body* body, void* state, const plii_step* step) {
     plii_clusters* clusters = state;
     for (int i = 0; i < clusters->count; ++i) {
-        if (clusters->items[i].settings.node_damping > 0.0f && !clusters->items[i].has_no_inverse) {
-            cluster_damp_nodes(body, clusters, &clusters->items[i]);
+        const plii_cluster* cluster = &clusters->items[i];
+        if (cluster->settings.node_damping > 0.0f && !cluster->has_no_inverse && !cluster->has_no_frame) {
+            cluster_damp_nodes(body, clusters, cluster);
         }
     }
     clusters_apply_drift_impulses(body, clusters, step);

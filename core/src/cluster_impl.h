@@ -18,9 +18,10 @@ typedef struct plii_cluster {
     int first_member, member_count;
     bool contains_pinned_node;
     bool is_point; /* does not turn: all nodes are at one place, but for rounding */
-    /* Only with as_bullet: btSoftBody's inverse of the inertia is not finite (nodes in a line, pinned nodes). What it
-       makes of the cluster's turning is then no number, which keeps it from damping nodes. */
-    bool has_no_inverse;
+    /* Only with as_bullet: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of this
+       step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping nodes.
+     */
+    bool has_no_inverse, has_no_frame;
     float inverse_mass;
     pli_mat3 inverse_inertia_local; /* of the rest shape */
     /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster

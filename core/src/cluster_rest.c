@@ -119,8 +119,9 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     const pli_mat3 inverse = plii_mat3_inverse(inertia);
     const bool is_finite = plii_mat3_is_finite(inverse);
     cluster->has_no_inverse = clusters->def.as_bullet && !is_finite;
-    cluster->inverse_inertia_local =
-        clusters->def.as_bullet && is_finite ? inverse : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
+    cluster->inverse_inertia_local = clusters->def.as_bullet && is_finite
+                                         ? inverse
+                                         : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
     const pli_mat3* turns = &cluster->inverse_inertia_local;
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }

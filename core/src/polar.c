@@ -23,7 +23,7 @@ static float polar_norm_infinity(pli_mat3 m) {
     return plii_max(plii_max(sums[0], sums[1]), sums[2]);
 }
 
-static pli_mat3 polar_iterate(pli_mat3 a) {
+pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a) {
     pli_mat3 u = a;
     pli_mat3 inverse = plii_mat3_inverse(a);
     for (int i = 0; i < POLAR_MAX_ITERATIONS; ++i) {
@@ -59,7 +59,7 @@ static bool polar_is_orthogonal(pli_mat3 u) {
 }
 
 pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback) {
-    const pli_mat3 u = polar_iterate(a);
+    const pli_mat3 u = plii_polar_factor_of_bullet(a);
     if (plii_mat3_is_finite(u)) { return u; }
 
     /* Singular: at unit size the matrix of cofactors is u3 v3^T times the product of the two other singular values.
@@ -74,6 +74,6 @@ pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback) {
         const pli_vec3 cofactors = pli_vec3_cross(unit.rows[(i + 1) % 3], unit.rows[(i + 2) % 3]);
         completed.rows[i] = pli_vec3_add(unit.rows[i], cofactors);
     }
-    const pli_mat3 rotation = polar_iterate(completed);
+    const pli_mat3 rotation = plii_polar_factor_of_bullet(completed);
     return polar_is_orthogonal(rotation) ? rotation : fallback;
 }

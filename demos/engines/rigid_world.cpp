@@ -190,9 +190,9 @@ static bool equal(const pli_transform& a, const pli_transform& b) {
 
 // Triangle meshes are large and rarely there twice: they count as different.
 static bool equal(const Shape& a, const Shape& b) {
-    if (a.make_own || b.make_own || a.kind != b.kind || a.kind == SCENE_SHAPE_TRIANGLE_MESH || !equal(a.half_extents, b.half_extents) ||
-        !equal(a.radius, b.radius) || !equal(a.half_height, b.half_height) || a.axis != b.axis ||
-        !equal(a.margin, b.margin) || a.children.size() != b.children.size()) {
+    if (a.make_own || b.make_own || a.kind != b.kind || a.kind == SCENE_SHAPE_TRIANGLE_MESH ||
+        !equal(a.half_extents, b.half_extents) || !equal(a.radius, b.radius) || !equal(a.half_height, b.half_height) ||
+        a.axis != b.axis || !equal(a.margin, b.margin) || a.children.size() != b.children.size()) {
         return false;
     }
     for (size_t i = 0; i < a.children.size(); ++i) {

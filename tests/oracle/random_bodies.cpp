@@ -14,6 +14,11 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <new>
+
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace {
 
@@ -27,8 +32,24 @@ struct Options {
     std::set<std::string> off;
 };
 
-enum class Verdict { equal, nan_in_bullet, known, differs, refused };
-constexpr const char* verdict_names[] = {"bit-equal", "NaN in Bullet", "of a known class", "differ", "refused"};
+enum class Verdict { equal, nan_in_bullet, crash_in_bullet, known, differs, refused, crash };
+constexpr int verdict_count = 7;
+constexpr const char* verdict_names[verdict_count] = {
+    "bit-equal", "NaN in Bullet", "crash in Bullet", "of a known class", "differ", "refused", "crash"};
+
+// Classes of btSoftBody's own; see "Random bodies" in docs/comparison.md.
+constexpr const char* class_names[] = {"", "pressure by a volume of zero", "larger than 1000 km"};
+constexpr int class_count = 3;
+enum class Known { no, zero_volume, too_large };
+
+// What a process that works off cases tells the one that started it: Bullet may crash.
+struct Progress {
+    int next = 0; // case
+    int step = 0;
+    bool is_in_bullet = false;
+    int verdicts[verdict_count] = {}, after_one[verdict_count] = {};
+    int classes[class_count] = {};
+};
 
 struct Outcome {
     Verdict verdict = Verdict::equal;
@@ -36,7 +57,7 @@ struct Outcome {
     double position = 0, velocity = 0, rigid = 0;
     int lone_contacts = 0;
     std::string message;
-    std::string known; // class of Bullet's own that the case has been in
+    Known known = Known::no; // class that the case has been in
     std::set<std::string> features;
 };
 
@@ -106,13 +127,17 @@ void move_nodes(btSoftBody& body, pli_body* twin, const Extras& extras) {
 
 // --------------------------------------------------------------------------------- classes of Bullet's own
 
-// What btSoftBody is about to do that Pliant does not follow, from its state before a step; empty: nothing. See "Random
-// bodies" in docs/comparison.md.
-std::string known_class(const btSoftBody& body) {
-    const btSoftBody::Config& config = body.m_cfg;
-    const btScalar volume = body.getVolume();
-    if (config.kPR != 0 && volume == 0) { return "pressure by a volume of zero"; }
-    return "";
+// What btSoftBody does that Pliant does not follow. From its state before a step:
+Known known_class(const btSoftBody& body) {
+    return body.m_cfg.kPR != 0 && body.getVolume() == 0 ? Known::zero_volume : Known::no;
+}
+
+// And after it: the world no longer simulates what is larger than 1000 km.
+bool is_taken_out(const demos::BulletEngine& engine) {
+    for (int i = 0; i < engine.soft_count(); ++i) {
+        if (engine.body(i).getActivationState() == DISABLE_SIMULATION) { return true; }
+    }
+    return false;
 }
 
 // ------------------------------------------------------------------------------------------------- one run
@@ -167,36 +192,7 @@ void compare(const demos::BulletEngine& reference, const demos::PliantEngine& pl
     }
 }
 
-// DUMP-BEGIN
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wdouble-promotion"
-void dump(demos::BulletEngine& reference, demos::PliantEngine& pliant) {
-    for (int i = 0; i < reference.soft_count(); ++i) {
-        const btSoftBody& b = reference.body(i);
-        const demos::SoftState expected = reference.soft(i), actual = pliant.soft(i);
-        for (size_t k = 0; k < expected.positions.size(); ++k) {
-            const auto p = expected.positions[k], q = actual.positions[k], v = expected.velocities[k], w = actual.velocities[k];
-            if (std::memcmp(&p, &q, 12) || std::memcmp(&v, &w, 12))
-                std::printf("soft %d node %zu im %g: x %.9g %.9g %.9g | %.9g %.9g %.9g  v %.9g %.9g %.9g | %.9g %.9g %.9g\n", i, k, double(expected.inverse_masses[k]), p.x, p.y, p.z, q.x, q.y, q.z, v.x, v.y, v.z, w.x, w.y, w.z);
-        }
-        for (int k = 0; k < b.m_clusters.size() && k < 4; ++k) {
-            const auto& c = *b.m_clusters[k];
-            pli_cluster_view view;
-            pli_body_get_cluster(pliant.body(i), k, &view);
-            std::printf("cluster %d.%d: n %d imass %g|%g com %.9g %.9g %.9g|%.9g %.9g %.9g lv %.9g %.9g %.9g|%.9g %.9g %.9g av %.9g %.9g %.9g|%.9g %.9g %.9g\n", i, k, c.m_nodes.size(), c.m_imass, view.inverse_mass, c.m_com.x(), c.m_com.y(), c.m_com.z(), view.frame.origin.x, view.frame.origin.y, view.frame.origin.z,
-               c.m_lv.x(), c.m_lv.y(), c.m_lv.z(), view.linear_velocity.x, view.linear_velocity.y, view.linear_velocity.z, c.m_av.x(), c.m_av.y(), c.m_av.z(), view.angular_velocity.x, view.angular_velocity.y, view.angular_velocity.z);
-            for (int r = 0; r < 3; ++r)
-              std::printf("   locii %.9g %.9g %.9g  invwi %.9g %.9g %.9g | %.9g %.9g %.9g  rot %.9g %.9g %.9g | %.9g %.9g %.9g\n", c.m_locii[r].x(), c.m_locii[r].y(), c.m_locii[r].z(), c.m_invwi[r].x(), c.m_invwi[r].y(), c.m_invwi[r].z(),
-                view.inverse_inertia_world.rows[r].x, view.inverse_inertia_world.rows[r].y, view.inverse_inertia_world.rows[r].z,
-                c.m_framexform.getBasis()[r].x(), c.m_framexform.getBasis()[r].y(), c.m_framexform.getBasis()[r].z(),
-                view.frame.rotation.rows[r].x, view.frame.rotation.rows[r].y, view.frame.rotation.rows[r].z);
-        }
-    }
-}
-#pragma GCC diagnostic pop
-// DUMP-END
-
-Outcome run(std::uint64_t key, int steps, const std::set<std::string>& off) {
+Outcome run(std::uint64_t key, int steps, const std::set<std::string>& off, Progress& progress) {
     Outcome outcome;
     try {
         const std::unique_ptr<Case> made = random_scene::make(key, off);
@@ -219,26 +215,32 @@ Outcome run(std::uint64_t key, int steps, const std::set<std::string>& off) {
             } catch (const std::exception& error) { trouble = error.what(); }
         });
         for (int step = 0; step < steps && outcome.verdict == Verdict::equal; ++step) {
-            outcome.step = step + 1;
+            progress.step = outcome.step = step + 1;
             for (size_t i = 0; i < softs; ++i) {
                 const int index = static_cast<int>(i);
                 if (made->extras[i].move_step == step) {
                     move_nodes(reference.body(index), pliant.body(index), made->extras[i]);
                 }
             }
-            for (int i = 0; outcome.known.empty() && i < reference.soft_count(); ++i) {
+            for (int i = 0; outcome.known == Known::no && i < reference.soft_count(); ++i) {
                 outcome.known = known_class(reference.body(i));
             }
+            progress.is_in_bullet = true;
             reference.step();
+            progress.is_in_bullet = false;
             if (!is_finite(reference)) {
                 outcome.verdict = Verdict::nan_in_bullet;
+                break;
+            }
+            if (is_taken_out(reference)) {
+                outcome.verdict = Verdict::known;
+                outcome.known = Known::too_large;
                 break;
             }
             pliant.step();
             if (!trouble.empty()) { throw demos::Error(trouble); }
             compare(reference, pliant, outcome);
-            if (outcome.verdict == Verdict::differs && !outcome.known.empty()) { outcome.verdict = Verdict::known; }
-            if (std::getenv("DUMP")) dump(reference, pliant);
+            if (outcome.verdict == Verdict::differs && outcome.known != Known::no) { outcome.verdict = Verdict::known; }
         }
         pliant.bridge().set_before_solve(nullptr);
     } catch (const demos::Error& error) {
@@ -259,13 +261,13 @@ std::string join(const std::set<std::string>& features) {
 }
 
 // Without each feature that the difference does not need.
-std::set<std::string> shrink(std::uint64_t key, int steps, std::set<std::string> off) {
+std::set<std::string> shrink(std::uint64_t key, int steps, std::set<std::string> off, Progress& progress) {
     for (bool has_changed = true; has_changed;) {
         has_changed = false;
-        for (const std::string& feature : run(key, steps, off).features) {
+        for (const std::string& feature : run(key, steps, off, progress).features) {
             std::set<std::string> without = off;
             if (feature.find('(') != std::string::npos || !without.insert(feature).second) { continue; }
-            if (run(key, steps, without).verdict == Verdict::differs) {
+            if (run(key, steps, without, progress).verdict == Verdict::differs) {
                 off = without;
                 has_changed = true;
             }
@@ -314,6 +316,46 @@ bool parse(int count, char** arguments, Options& options) {
     return options.cases > 0 && options.steps > 0;
 }
 
+void take(Progress& progress, Verdict verdict, int step) {
+    progress.verdicts[static_cast<int>(verdict)] += 1;
+    progress.after_one[static_cast<int>(step > 1 ? Verdict::equal : verdict)] += 1;
+}
+
+void work(const Options& options, Progress& progress) {
+    for (; progress.next < options.cases; ++progress.next) {
+        const std::uint64_t key = options.seed + static_cast<std::uint64_t>(progress.next);
+        const Outcome outcome = run(key, options.steps, options.off, progress);
+        take(progress, outcome.verdict, outcome.step);
+        if (outcome.verdict == Verdict::known) { progress.classes[static_cast<int>(outcome.known)] += 1; }
+        if (options.lists || outcome.verdict == Verdict::differs) { print(key, outcome); }
+        if (options.shrink && outcome.verdict == Verdict::differs) {
+            const std::set<std::string> off = shrink(key, options.steps, options.off, progress);
+            std::printf("  needs:\n  ");
+            print(key, run(key, options.steps, off, progress));
+        }
+        std::fflush(stdout);
+    }
+}
+
+// The process that worked on the next case is gone.
+void take_crash(const Options& options, Progress& progress) {
+    const Verdict verdict = progress.is_in_bullet ? Verdict::crash_in_bullet : Verdict::crash;
+    take(progress, verdict, progress.step);
+    std::printf("seed %llu: %s\n",
+                static_cast<unsigned long long>(options.seed + static_cast<std::uint64_t>(progress.next)),
+                verdict_names[static_cast<int>(verdict)]);
+    std::fflush(stdout);
+    progress.is_in_bullet = false;
+    progress.next += 1;
+}
+
+// Nothing differs, and most cases say something.
+bool is_good(const Options& options, const Progress& progress) {
+    const auto count = [&](Verdict verdict) { return progress.verdicts[static_cast<int>(verdict)]; };
+    return count(Verdict::differs) == 0 && count(Verdict::crash) == 0 && count(Verdict::refused) == 0 &&
+           10 * count(Verdict::equal) >= 8 * options.cases;
+}
+
 } // namespace
 
 int main(int count, char** arguments) {
@@ -323,23 +365,27 @@ int main(int count, char** arguments) {
                      arguments[0]);
         return 2;
     }
-    std::map<Verdict, int> verdicts, after_one;
-    for (int i = 0; i < options.cases; ++i) {
-        const std::uint64_t key = options.seed + static_cast<std::uint64_t>(i);
-        const Outcome outcome = run(key, options.steps, options.off);
-        verdicts[outcome.verdict] += 1;
-        after_one[outcome.step > 1 ? Verdict::equal : outcome.verdict] += 1;
-        if (options.lists || outcome.verdict == Verdict::differs) { print(key, outcome); }
-        if (options.shrink && outcome.verdict == Verdict::differs) {
-            const Outcome small = run(key, options.steps, shrink(key, options.steps, options.off));
-            std::printf("  needs:\n  ");
-            print(key, small);
+    void* memory = mmap(nullptr, sizeof(Progress), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED) { return 2; }
+    Progress& progress = *new (memory) Progress;
+    while (progress.next < options.cases) {
+        const pid_t worker = fork();
+        if (worker < 0) { return 2; }
+        if (worker == 0) {
+            work(options, progress);
+            return 0;
         }
-        std::fflush(stdout);
+        int status = 0;
+        waitpid(worker, &status, 0);
+        if (progress.next < options.cases) { take_crash(options, progress); }
     }
-    for (const auto& [verdict, number] : verdicts) {
-        std::printf("%s: %d of %d (after one step %d)\n", verdict_names[static_cast<int>(verdict)], number,
-                    options.cases, after_one[verdict]);
+    for (int i = 0; i < verdict_count; ++i) {
+        if (progress.verdicts[i] == 0) { continue; }
+        std::printf("%s: %d of %d (after one step %d)\n", verdict_names[i], progress.verdicts[i], options.cases,
+                    progress.after_one[i]);
     }
-    return verdicts[Verdict::differs] == 0 ? 0 : 1;
+    for (int i = 0; i < class_count; ++i) {
+        if (progress.classes[i] > 0) { std::printf("  %s: %d\n", class_names[i], progress.classes[i]); }
+    }
+    return is_good(options, progress) ? 0 : 1;
 }

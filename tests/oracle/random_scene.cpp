@@ -71,8 +71,7 @@ MeshPointer make_triangles(pli_context* context, const Dice& dice) {
                 const float radius = large + small * std::cos(b);
                 points.push_back(pli_vec3_make(radius * std::cos(a), small * std::sin(b), radius * std::sin(a)));
                 const int next = (i + 1) % around, beside = (k + 1) % across;
-                const int corners[4] = {i * across + k, next * across + k, next * across + beside,
-                                        i * across + beside};
+                const int corners[4] = {i * across + k, next * across + k, next * across + beside, i * across + beside};
                 for (const int corner : {0, 1, 2, 0, 2, 3}) {
                     triangles.push_back(corners[corner]);
                 }
@@ -96,9 +95,8 @@ MeshPointer make_tetras(pli_context* context, const Dice& dice) {
     for (int z = 0; z <= size[2]; ++z) {
         for (int y = 0; y <= size[1]; ++y) {
             for (int x = 0; x <= size[0]; ++x) {
-                points.push_back(
-                    pli_vec3_scale(pli_vec3_make(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)),
-                                   edge));
+                points.push_back(pli_vec3_scale(
+                    pli_vec3_make(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)), edge));
             }
         }
     }
@@ -127,9 +125,8 @@ MeshPointer make_tetras(pli_context* context, const Dice& dice) {
 MeshPointer make_plain_mesh(pli_context* context, const Dice& dice, const std::string& kind) {
     pli_mesh* mesh = nullptr;
     if (kind == "rope") {
-        check(context,
-              pli_mesh_create_rope(context, dice.vector("rope from", 1.5f), dice.vector("rope to", 1.5f),
-                                   dice.integer("rope nodes", 0, 20), 0, &mesh));
+        check(context, pli_mesh_create_rope(context, dice.vector("rope from", 1.5f), dice.vector("rope to", 1.5f),
+                                            dice.integer("rope nodes", 0, 20), 0, &mesh));
     } else if (kind == "ellipsoid") {
         const pli_vec3 radii = pli_vec3_make(dice.uniform("rx", 0.4f, 1.5f), dice.uniform("ry", 0.4f, 1.5f),
                                              dice.uniform("rz", 0.4f, 1.5f));

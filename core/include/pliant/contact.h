@@ -23,8 +23,9 @@ typedef struct pli_rigid_contacts_def {
     /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
     /// solver only; the others have no such order.
     bool after_links;
-    /// Keep Bullet's boxes of nodes from step to step, and meet shapes with the nodes whose boxes they touch, so that the
-    /// same contacts are found as by btSoftBody; default false: with all nodes that are near. Position-based solver only.
+    /// Keep Bullet's boxes of nodes from step to step, and meet shapes with the nodes whose boxes they touch, so that
+    /// the same contacts are found as by btSoftBody; default false: with all nodes that are near. Position-based solver
+    /// only.
     bool bullet_boxes;
     uint32_t cookie;
 } pli_rigid_contacts_def;

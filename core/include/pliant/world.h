@@ -20,8 +20,9 @@ typedef struct pli_world_def {
     /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
     /// False: lists grow when they are full.
     bool makes_room;
-    /// For comparisons with btSoftBody, default false: bounds of predicted bodies are those from before pose matching.
-    bool bullet_bounds;
+    /// As btSoftBody does it, for comparisons; default false. Bounds of predicted bodies are those from before pose
+    /// matching, and the force of volume conservation has no limit.
+    bool as_bullet;
     void* user_data;
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
