@@ -437,18 +437,24 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
     return near_nodes_add_contacts(&met, *pair, &found, 0, &terms);
 }
 
+/* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
+static pli_bounds cluster_contacts_near(const pli_body* body, bool as_bullet, const pli_rigid* rigid, int shape_index) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const pli_bounds local = as_bullet ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
+    const float margin = as_bullet ? shape->def.radius + body->collision_margin : body->collision_margin;
+    return plii_bounds_grow(plii_bounds_transform(local, plii_rigid_shape_transform(rigid, shape_index)), margin);
+}
+
 static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
                                               int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
     plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
-    const float margin = body->collision_margin;
-    pli_bounds near = plii_bounds_grow(
-        plii_bounds_transform(shape->def.bounds(shape->def.user), plii_rigid_shape_transform(rigid, shape_index)),
-        margin);
-    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    const bool as_bullet = clusters->def.as_bullet;
+    pli_bounds near = cluster_contacts_near(body, as_bullet, rigid, shape_index);
+    if (!as_bullet && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
-    if (!plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    if (!as_bullet && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     plii_clusters_take_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];

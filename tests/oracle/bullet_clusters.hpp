@@ -145,7 +145,7 @@ public:
         } else {
             assert_int_equal(pli_body_generate_clusters_from_elements(made.pliant, nullptr), PLI_OK);
         }
-        check_clusters(*made.bullet, made.pliant);
+        if (compares_clusters) { check_clusters(*made.bullet, made.pliant); }
         return made;
     }
 
@@ -233,6 +233,9 @@ public:
         assert_int_equal(copy_state(*soft.bullet, soft.pliant), PLI_OK);
     }
 
+    // Frames and velocities of clusters too; not where Bullet's are no numbers.
+    bool compares_clusters = true;
+
     // Steps both engines; every step must be exact. `synchronize`: Pliant starts each step from Bullet's state.
     // Returns the number of contacts.
     int run(int steps, bool synchronize = false) {
@@ -258,7 +261,7 @@ private:
         }
         assert_int_equal(pli_world_predict(m_world, dt), PLI_OK);
         for (const auto& soft : m_soft) {
-            check_clusters(*soft->bullet, soft->pliant);
+            if (compares_clusters) { check_clusters(*soft->bullet, soft->pliant); }
         }
         collide();
         int contacts = 0;

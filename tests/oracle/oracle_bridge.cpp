@@ -337,6 +337,67 @@ static void test_a_kinematic_box_under_a_sheet(void**) {
     }
 }
 
+// Bullet makes the triangles of a plane around the soft body's bounds, which it takes before pose matching.
+static void test_pose_matching_above_a_plane(void**) {
+    if (!is_single) { return; }
+    Pair pair;
+    pair.build([](StockWorld& w) {
+        w.add_body(new btStaticPlaneShape(v3(0.2, 1, 0.1).normalized(), btScalar(0.1)), 0, v3(0, 0, 0));
+    });
+    pair.add_mesh(sheet_for(pair, 2, 0.7f, 9), 0.25f, 2);
+    assert_int_equal(pli_body_enable_pose_matching(pair.body, 0.2f), PLI_OK);
+    pair.twin_body->m_cfg.kMT = btScalar(0.2);
+    pair.twin_body->setPose(false, true);
+    check_static(pair, 60, 300);
+}
+
+// Of a cylinder that is not round, Bullet's bounds do not hold all of the shape: the boxes of nodes decide what meets
+// it. The children of a compound have their bounds asked once more.
+static void test_a_sheet_on_cylinders_with_wrong_bounds(void**) {
+    if (!is_single) { return; }
+    for (const bool is_compound : {false, true}) {
+        Pair pair;
+        pair.build([&](StockWorld& w) {
+            btCollisionShape* cylinder = new btCylinderShape(v3(1.2, 0.6, 0.3));
+            if (is_compound) {
+                w.shapes.emplace_back(cylinder);
+                auto* compound = new btCompoundShape;
+                compound->addChildShape(btTransform(turned(1, 0, 0, 0.2), v3(0.3, 0, 0)), cylinder);
+                cylinder = compound;
+            }
+            w.add_body(cylinder, 0, v3(0, -0.2, 0), turned(0, 0, 1, 0.3));
+        });
+        pair.add_mesh(sheet_for(pair, 3, 0.9f, 17), 0.25f, 2);
+        pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+        contacts.bullet_boxes = true;
+        assert_int_equal(pli_body_enable_rigid_contacts(pair.body, &contacts), PLI_OK);
+        check_static(pair, 80, 100);
+    }
+}
+
+// Stiffer than what Pliant would allow, and short of the explosion.
+static void test_volume_conservation_without_a_limit(void**) {
+    if (!is_single) { return; }
+    Pair pair;
+    pli_mesh* ball = nullptr;
+    assert_int_equal(
+        pli_mesh_create_ellipsoid(pair.bridge->context(), pli_vec3_make(0, 3, 0), pli_vec3_make(1, 1, 1), 100, &ball),
+        PLI_OK);
+    pair.add_mesh(ball, 0.25f, 2);
+    const float coefficient = 3e4f;
+    assert_int_equal(pli_body_enable_volume_conservation(pair.body, coefficient), PLI_OK);
+    pair.twin_body->m_cfg.kVC = coefficient;
+    pair.twin_body->setPose(true, false);
+    for (int i = 0; i < 10; ++i) {
+        const pli_vec3 moved = twin::to_pliant(pair.twin_body->m_nodes[i].m_x * btScalar(1.01));
+        pair.twin_body->m_nodes[i].m_x = twin::to_bullet(moved);
+        assert_int_equal(pli_body_set_node_position(pair.body, i, moved), PLI_OK);
+    }
+    const Run result = free_run(pair, 3);
+    check_at_most(result.soft.position, 0);
+    check_at_most(result.soft.velocity, 0);
+}
+
 // ----------------------------------------------------------------------------------------------- dynamic bodies
 
 static void test_a_box_on_a_rope(void**) {
@@ -502,6 +563,9 @@ int main() {
         cmocka_unit_test(test_a_sheet_on_a_plane),
         cmocka_unit_test(test_a_sheet_on_a_compound),
         cmocka_unit_test(test_a_kinematic_box_under_a_sheet),
+        cmocka_unit_test(test_pose_matching_above_a_plane),
+        cmocka_unit_test(test_a_sheet_on_cylinders_with_wrong_bounds),
+        cmocka_unit_test(test_volume_conservation_without_a_limit),
         cmocka_unit_test(test_a_box_on_a_rope),
         cmocka_unit_test(test_a_box_falls_into_a_pinned_sheet),
         cmocka_unit_test(test_the_broad_phase_sees_what_it_sees_in_bullet),
