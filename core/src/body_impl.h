@@ -80,7 +80,11 @@ struct pli_body {
     pli_vec3* face_normals; /* [face_count] unit */
     float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
     float* face_areas;      /* [face_count] doubled area, at rest */
-    uint8_t* anchored;      /* [node_count] 1 where an anchor holds the node */
+    /* [node_count] as Bullet keeps them, and those of soft contacts, which count where there are some; for comparisons:
+       rigid bodies are met by the nodes whose boxes they touch. */
+    pli_bounds* node_boxes;
+    const pli_bounds* soft_node_boxes;
+    uint8_t* anchored; /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     const pli_rigid** ignored_rigids;

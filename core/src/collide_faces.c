@@ -16,7 +16,6 @@
 #include "contact_order.h"
 #include "fat_box.h"
 #include "near_boxes.h"
-#include "node_boxes.h"
 #include "pliant/contact.h"
 #include "range.h"
 #include "world_impl.h"
@@ -130,6 +129,7 @@ static void soft_contacts_update(pli_body* body, void* data, const plii_step* st
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state, step);
+    body->soft_node_boxes = state->node_boxes;
 }
 
 // -------------------------------------------------------------------------------------------------- one candidate
@@ -581,6 +581,7 @@ static void soft_contacts_release_boxes(pli_body* body, soft_contacts_state* sta
     state->node_boxes = NULL;
     state->face_boxes = NULL;
     state->has_boxes = false;
+    body->soft_node_boxes = NULL;
 }
 
 static void soft_contacts_disable(pli_body* body, void* data) {
@@ -632,6 +633,7 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
     state->node_boxes = blocks[0];
     state->face_boxes = blocks[1];
     state->has_boxes = false;
+    body->soft_node_boxes = NULL;
 }
 
 static bool soft_contacts_is_idle(const pli_body* body, const void* data) {
@@ -734,11 +736,6 @@ pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int 
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }
 
-const pli_bounds* plii_soft_contacts_node_boxes(const pli_body* body) {
-    const soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
-    return state != NULL && state->has_boxes ? state->node_boxes : NULL;
-}
-
 static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
                                             const char* function) {
     if (boxes == NULL && count > 0) {
@@ -756,20 +753,22 @@ pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxe
     PLII_TRY(plii_check_body_change(body, __func__));
     soft_contacts_state* state = plii_feature_state(body, &soft_contacts_class);
     const bool has_faces = state != NULL && state->node_boxes != NULL;
-    if (!has_faces && !plii_feature_is_enabled(body, &plii_node_boxes_class)) {
-        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "contacts with bullet_boxes are not enabled");
+    if (!has_faces && body->node_boxes == NULL) {
+        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE,
+                         "neither soft contacts with bullet_boxes nor pli_body_use_bullet_node_boxes are enabled");
     }
     const int face_count = has_faces ? body->topology->face_count : 0;
     PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
     PLII_TRY(soft_contacts_check_boxes(body->context, face_boxes, face_count, "face", __func__));
-    (void)plii_node_boxes_set(body, node_boxes);
-    if (!has_faces) { return PLI_OK; }
     for (int i = 0; i < body->node_count; ++i) {
-        state->node_boxes[i] = node_boxes[i];
+        if (body->node_boxes != NULL) { body->node_boxes[i] = node_boxes[i]; }
+        if (has_faces) { state->node_boxes[i] = node_boxes[i]; }
     }
+    if (!has_faces) { return PLI_OK; }
     for (int i = 0; i < face_count; ++i) {
         state->face_boxes[i] = face_boxes[i];
     }
     state->has_boxes = true;
+    body->soft_node_boxes = state->node_boxes;
     return PLI_OK;
 }

@@ -7,7 +7,6 @@
 #include "body_impl.h"
 #include "contact_order.h"
 #include "hold.h"
-#include "node_boxes.h"
 #include "pliant/contact.h"
 #include "range.h"
 #include "shape_impl.h"
@@ -199,10 +198,9 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
     rigid_contacts_meeting meeting = {.body = body, .state = state, .rigid = rigid};
-    if (state->def.bullet_boxes) {
+    if (body->node_boxes != NULL) {
         /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
-        const pli_bounds* shared = plii_soft_contacts_node_boxes(body);
-        meeting.boxes = shared != NULL ? shared : plii_node_boxes(body);
+        meeting.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
     }
     meeting.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
                        plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
@@ -461,11 +459,6 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     } else {
         plii_feature_disable(body, &rigid_contacts_last_class);
     }
-    if (def->bullet_boxes) {
-        PLII_TRY(plii_feature_enable(body, &plii_node_boxes_class, NULL));
-    } else {
-        plii_feature_disable(body, &plii_node_boxes_class);
-    }
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
     ((rigid_contacts_state*)state)->def = *def;
@@ -476,7 +469,6 @@ void pli_body_disable_rigid_contacts(pli_body* body) {
     if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
     plii_feature_disable(body, &rigid_contacts_last_class);
     plii_feature_disable(body, &rigid_contacts_class);
-    plii_feature_disable(body, &plii_node_boxes_class);
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

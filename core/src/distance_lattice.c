@@ -215,12 +215,6 @@ static pli_bounds lattice_bounds(const void* user) {
     return plii_bounds_grow(lattice->source->def.bounds(lattice->source->def.user), lattice->voxel_size);
 }
 
-pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
-    const bool is_lattice = shape->def.bounds == lattice_bounds;
-    const pli_shape_def* def = is_lattice ? &((const lattice_data*)shape->def.user)->source->def : &shape->def;
-    return def->bounds(def->user);
-}
-
 static void lattice_destroy(void* user) {
     lattice_data* lattice = user;
     lattice_cache* cache = lattice->cache;
@@ -252,6 +246,7 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
         plii_release(context, cache, sizeof *cache);
         return status;
     }
+    (*shape)->source = source;
     plii_shape_retain(source);
     return PLI_OK;
 }

@@ -21,7 +21,8 @@ struct pli_shape {
     pli_shape_def def; /* callbacks and their data */
     /* Calls `visit` with the triangles whose boxes overlap `box`; NULL for shapes that do not consist of any. */
     void (*triangles)(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context);
-    size_t data_size; /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
+    const pli_shape* source; /* what a lattice samples, else NULL */
+    size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
 };
 
 /* A shape that owns a copy of `data`; def->user is ignored. Messages name `function`. */
@@ -40,8 +41,11 @@ float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norm
 /* `p * p` sums below this count as zero: shorter vectors have too few bits for a direction. m^2 */
 #define PLII_SHAPE_TINY_SQUARED 1e-30f
 
-/* Of the shape that a lattice samples, as Bullet has them; else its own. */
-pli_bounds plii_shape_source_bounds(const pli_shape* shape);
+/* Bounds of the shape that a lattice samples, as Bullet has them; else its own. */
+static inline pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
+    const pli_shape_def* def = shape->source != NULL ? &shape->source->def : &shape->def;
+    return def->bounds(def->user);
+}
 
 /* Some unit vector at a right angle to `v`, which is not zero. */
 pli_vec3 plii_shape_perpendicular(pli_vec3 v);

@@ -110,9 +110,8 @@ void PliantEngine::sample_solids() {
 void PliantEngine::enable_features(pli_body* body, const scene_soft_def& def) {
     if (def.velocity_links) { check(pli_body_use_velocity_links(body, true)); }
     if (def.has_rigid_contacts) {
-        pli_rigid_contacts_def contacts = def.rigid_contacts;
-        contacts.bullet_boxes = options_.reference;
-        check(pli_body_enable_rigid_contacts(body, &contacts));
+        check(pli_body_enable_rigid_contacts(body, &def.rigid_contacts));
+        if (options_.reference) { check(pli_body_use_bullet_node_boxes(body, true)); }
     }
     if (def.has_soft_contacts) {
         pli_soft_contacts_def contacts = def.soft_contacts;

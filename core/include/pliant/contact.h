@@ -23,10 +23,6 @@ typedef struct pli_rigid_contacts_def {
     /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
     /// solver only; the others have no such order.
     bool after_links;
-    /// Keep Bullet's boxes of nodes from step to step, and meet shapes with the nodes whose boxes they touch, so that
-    /// the same contacts are found as by btSoftBody; default false: with all nodes that are near. Position-based solver
-    /// only.
-    bool bullet_boxes;
     uint32_t cookie;
 } pli_rigid_contacts_def;
 
@@ -123,7 +119,14 @@ typedef struct pli_soft_contact {
 PLI_API int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts);
 PLI_API pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count);
 
-/// The stored boxes of `bullet_boxes`, to take them over from a btSoftBody before a step is compared.
+/// For comparisons, default off: keep Bullet's boxes of nodes from step to step, and meet rigid shapes with the nodes
+/// whose boxes they touch, so that the same contacts are found as by btSoftBody; otherwise with all nodes that are
+/// near. Position-based solver only. Cost: 24 B per node.
+/// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
+PLI_API pli_status pli_body_use_bullet_node_boxes(pli_body* body, bool use);
+
+/// The stored boxes of `bullet_boxes` and of pli_body_use_bullet_node_boxes, to take them over from a btSoftBody before
+/// a step is compared.
 /// @param node_boxes [node_count], face_boxes [face_count], NULL where only rigid contacts keep boxes
 /// @return PLI_ERROR_WRONG_STATE when they are not kept
 PLI_API pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes,
