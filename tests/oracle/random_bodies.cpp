@@ -25,8 +25,14 @@ namespace {
 using random_scene::Case;
 using random_scene::Extras;
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr int default_cases = 150;
+#else
+constexpr int default_cases = 500;
+#endif
+
 struct Options {
-    int cases = 500, steps = 20;
+    int cases = default_cases, steps = 20;
     std::uint64_t seed = 1;
     bool shrink = false, lists = false;
     std::set<std::string> off;
@@ -38,7 +44,7 @@ constexpr const char* verdict_names[verdict_count] = {
     "bit-equal", "NaN in Bullet", "crash in Bullet", "of a known class", "differ", "refused", "crash"};
 
 // Classes of btSoftBody's own; see "Random bodies" in docs/comparison.md.
-constexpr const char* class_names[] = {"", "pressure by a volume of zero", "larger than 1000 km"};
+constexpr const char* class_names[] = {"", "pressure by a volume of zero", "beyond Pliant's limits"};
 constexpr int class_count = 3;
 enum class Known { no, zero_volume, too_large };
 
@@ -132,10 +138,25 @@ Known known_class(const btSoftBody& body) {
     return body.m_cfg.kPR != 0 && body.getVolume() == 0 ? Known::zero_volume : Known::no;
 }
 
-// And after it: the world no longer simulates what is larger than 1000 km.
-bool is_taken_out(const demos::BulletEngine& engine) {
+// And after it: what has left Pliant's limits. Bullet's world no longer simulates what is larger than 1000 km.
+bool is_too_large(const demos::BulletEngine& engine) {
+    const auto is_within = [](pli_vec3 v, float limit) {
+        return std::fabs(v.x) <= limit && std::fabs(v.y) <= limit && std::fabs(v.z) <= limit;
+    };
     for (int i = 0; i < engine.soft_count(); ++i) {
+        const demos::SoftState state = engine.soft(i);
+        for (size_t k = 0; k < state.positions.size(); ++k) {
+            if (!is_within(state.positions[k], PLI_MAX_COORDINATE)) { return true; }
+            if (!is_within(state.velocities[k], PLI_MAX_SPEED)) { return true; }
+        }
         if (engine.body(i).getActivationState() == DISABLE_SIMULATION) { return true; }
+    }
+    for (int i = 0; i < engine.rigids().object_count(); ++i) {
+        const demos::RigidState state = engine.rigid(i);
+        if (!is_within(state.pose.origin, PLI_MAX_COORDINATE) || !is_within(state.linear_velocity, PLI_MAX_SPEED) ||
+            !is_within(state.angular_velocity, PLI_MAX_ANGULAR_SPEED)) {
+            return true;
+        }
     }
     return false;
 }
@@ -232,7 +253,7 @@ Outcome run(std::uint64_t key, int steps, const std::set<std::string>& off, Prog
                 outcome.verdict = Verdict::nan_in_bullet;
                 break;
             }
-            if (is_taken_out(reference)) {
+            if (is_too_large(reference)) {
                 outcome.verdict = Verdict::known;
                 outcome.known = Known::too_large;
                 break;

@@ -255,7 +255,7 @@ bool is_in_one_piece(const pli_mesh_view& mesh) {
 void set_solver(const Dice& dice, scene_soft_def& def) {
     pli_solver_settings& solver = def.solver;
     if (dice.has("iterations", 0.5)) { solver.position_iterations = dice.integer("piterations", 0, 6); }
-    def.velocity_links = dice.has("velocity links", 0.15);
+    def.velocity_links = dice.has("velocity links", 0.1);
     if (def.velocity_links || dice.has("velocity iterations", 0.05)) {
         solver.velocity_iterations = dice.integer("viterations", 0, 4);
     }

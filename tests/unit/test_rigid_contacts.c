@@ -406,6 +406,36 @@ static uint64_t hash_of_crowd(fixture* f, bool is_reversed) {
     return hash;
 }
 
+/* The same contacts as by nearness, from boxes that take memory and give it back. */
+static void test_rigid_contacts_by_kept_boxes(void** state) {
+    fixture* f = *state;
+    const pli_vec3 positions[3] = {{0, 1.05f, 0}, {0, 1.5f, 0}, {0.9f, 0.5f, 0}};
+    pli_body* near = make_nodes(f, 3, positions, 1, 0.1f, 0.3f, 1);
+    pli_body* kept = make_nodes(f, 3, positions, 1, 0.1f, 0.3f, 1);
+    make_rigid(f, f->sphere, 0, pli_vec3_make(0, 0, 0));
+    pli_bounds boxes[3] = {{{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}};
+    assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
+    const size_t bytes = pli_body_bytes(kept);
+    pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
+    def.friction = 0.3f;
+    def.static_hardness = 1;
+    def.bullet_boxes = true;
+    assert_int_equal(pli_body_enable_rigid_contacts(kept, &def), PLI_OK);
+    assert_true(pli_body_bytes(kept) >= bytes + sizeof boxes);
+    for (int i = 0; i < 3; ++i) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        assert_int_equal(pli_body_get_rigid_contacts(near, 0, NULL), 2);
+        assert_int_equal(pli_body_get_rigid_contacts(kept, 0, NULL), 2);
+        assert_true(pli_body_state_hash(near) == pli_body_state_hash(kept));
+        assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_OK);
+    }
+    boxes[1].max.x = NAN;
+    assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_NOT_FINITE);
+    def.bullet_boxes = false;
+    assert_int_equal(pli_body_enable_rigid_contacts(kept, &def), PLI_OK);
+    assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
+}
+
 /* Ascending nodes are solved four at a time, others one by one. */
 static void test_rigid_contacts_do_not_depend_on_their_order(void** state) {
     fixture* f = *state;
@@ -423,6 +453,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_behind_an_open_floor, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_survive_a_broken_shape, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_go_with_their_rigid_body, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_rigid_contacts_by_kept_boxes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_do_not_depend_on_their_order, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_refuse_bad_input, setup, teardown),
     };
