@@ -424,8 +424,8 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
     assert_true(pli_body_bytes(kept) >= bytes + sizeof boxes);
     for (int i = 0; i < 3; ++i) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-        assert_int_equal(pli_body_get_rigid_contacts(near, 0, NULL), 2);
-        assert_int_equal(pli_body_get_rigid_contacts(kept, 0, NULL), 2);
+        assert_int_equal(pli_body_get_rigid_contacts(near, 0, NULL), i == 0 ? 2 : 0);
+        assert_int_equal(pli_body_get_rigid_contacts(kept, 0, NULL), i == 0 ? 2 : 0);
         assert_true(pli_body_state_hash(near) == pli_body_state_hash(kept));
         assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_OK);
     }
