@@ -416,11 +416,7 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
     pli_bounds boxes[3] = {{{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}};
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
     const size_t bytes = pli_body_bytes(kept);
-    pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
-    def.friction = 0.3f;
-    def.static_hardness = 1;
-    def.bullet_boxes = true;
-    assert_int_equal(pli_body_enable_rigid_contacts(kept, &def), PLI_OK);
+    assert_int_equal(pli_body_use_bullet_node_boxes(kept, true), PLI_OK);
     assert_true(pli_body_bytes(kept) >= bytes + sizeof boxes);
     for (int i = 0; i < 3; ++i) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
@@ -431,8 +427,7 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
     }
     boxes[1].max.x = NAN;
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_NOT_FINITE);
-    def.bullet_boxes = false;
-    assert_int_equal(pli_body_enable_rigid_contacts(kept, &def), PLI_OK);
+    assert_int_equal(pli_body_use_bullet_node_boxes(kept, false), PLI_OK);
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
 }
 
