@@ -5,6 +5,7 @@
 
 #include "../engines/engine.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -83,6 +84,13 @@ struct StabilityOptions {
     bool json = false;
 };
 
+struct SoakOptions {
+    double minutes = 0.0; // 0: no soak
+    uint64_t seed = 1;
+    std::string folder; // for the bytes of a finding; empty: the working folder
+    bool json = false;
+};
+
 struct WorkprecOptions {
     std::vector<std::string> scenes; // none: all
     bool is_quick = false;
@@ -104,6 +112,7 @@ int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
 int run_view(const ViewOptions& options);
 int run_stability(const StabilityOptions& options);
+int run_soak(const SoakOptions& options);
 int run_workprec(const WorkprecOptions& options);
 
 } // namespace app

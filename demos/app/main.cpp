@@ -21,6 +21,7 @@ using app::DemoOptions;
 using app::ListOptions;
 using app::ReportOptions;
 using app::RunOptions;
+using app::SoakOptions;
 using app::StabilityOptions;
 using app::ViewOptions;
 using app::WorkprecOptions;
@@ -192,16 +193,29 @@ static void add_view(CLI::App& program, ViewOptions& options, std::function<int(
     command->callback([&] { chosen = [&] { return app::run_view(options); }; });
 }
 
-static void add_stability(CLI::App& program, StabilityOptions& options, std::function<int()>& chosen) {
+static void add_stability(CLI::App& program, StabilityOptions& options, SoakOptions& soak,
+                          std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("stability", "Run extreme cases with btSoftBody and the three solvers");
     command->add_option("groups", options.groups, "Groups of cases (default: all)")->type_name("GROUP");
     command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
         ->check(CLI::Range(2000, 10000000).description(""))
         ->type_name("N");
-    command->add_option("--out", options.folder, "Write stability.csv and stability.svg to this folder")
+    command
+        ->add_option("--out", options.folder,
+                     "Write stability.csv and stability.svg, or the bytes of a finding, to this folder")
         ->type_name("DIR");
+    CLI::Option* minutes =
+        command->add_option("--soak", soak.minutes, "Build, step, cut and tear down random worlds for so long instead")
+            ->check(CLI::Range(0.0, 1e6).description(""))
+            ->type_name("MINUTES");
+    command->add_option("--seed", soak.seed, "Other random worlds (default: 1)")->type_name("N")->needs(minutes);
     add_json(command, options.json);
-    command->callback([&] { chosen = [&] { return app::run_stability(options); }; });
+    command->callback([&, minutes] {
+        soak.folder = options.folder;
+        soak.json = options.json;
+        const bool is_soak = !minutes->empty();
+        chosen = [&, is_soak] { return is_soak ? app::run_soak(soak) : app::run_stability(options); };
+    });
 }
 
 static void add_workprec(CLI::App& program, WorkprecOptions& options, std::function<int()>& chosen) {
@@ -251,6 +265,7 @@ static int run_program(int argument_count, char** arguments) {
     DemoOptions demo;
     ViewOptions view;
     StabilityOptions stability;
+    SoakOptions soak;
     WorkprecOptions workprec;
     ReportOptions report;
     std::function<int()> chosen;
@@ -263,7 +278,7 @@ static int run_program(int argument_count, char** arguments) {
     add_bench(program, bench, chosen);
     add_demo(program, demo, chosen);
     add_view(program, view, chosen);
-    add_stability(program, stability, chosen);
+    add_stability(program, stability, soak, chosen);
     add_workprec(program, workprec, chosen);
     add_report(program, report, chosen);
     try {

@@ -16,8 +16,8 @@ enum {
     CALLS_RIGIDS = 5,
     CALLS_SHAPES = 6,
     CALLS_IDS = 6,
-    CALLS_MOST_NODES = 200, /* what has more is not refined any further */
-    CALLS_MOST = 120        /* calls of a sequence */
+    CALLS_MOST_NODES = 120, /* what has more is not refined any further */
+    CALLS_MOST = 90         /* calls of a sequence */
 };
 
 struct calls;

@@ -76,7 +76,7 @@ static void change_self_grids(calls* c, pli_body* body, calls_context* home) {
 
 static void change_self_faces(calls* c, pli_body* body, calls_context* home) {
     pli_self_faces_def def = pli_self_faces_def_default();
-    def.thickness = bytes_float(&c->bytes, 0.01f, 0.3f);
+    def.thickness = bytes_float(&c->bytes, 0.005f, 0.12f);
     def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
     def.max_travel = bytes_float(&c->bytes, 0.0f, 0.3f);
     TURN_ON(pli_body_enable_self_faces(body, &def));

@@ -51,10 +51,23 @@ static void test_groups_are_named(void**) {
                 std::string::npos);
 }
 
+static void test_soak_counts_what_it_survives(void**) {
+    const json soak = cli::run_json("stability --soak 0.001 --seed 7 --json");
+    assert_int_equal(soak.at("seed"), 7);
+    assert_true(soak.at("sequences") >= 50 && soak.at("long_sequences") >= 30 && soak.at("calls") >= 1000);
+    assert_true(soak.at("steps") > 0 && soak.at("cuts") > 0 && soak.at("refused") > 0);
+    const cli::Result text = cli::run("stability --soak 0 --seed 7");
+    assert_int_equal(text.status, 0);
+    assert_true(text.output.find("50 sequences\n") != std::string::npos);
+    assert_int_equal(cli::run("stability --seed 7").status, 2);
+    assert_int_equal(cli::run("stability --soak -1").status, 2);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forces_of_nan_are_refused),
         cmocka_unit_test(test_groups_are_named),
+        cmocka_unit_test(test_soak_counts_what_it_survives),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

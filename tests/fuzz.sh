@@ -1,0 +1,71 @@
+#!/bin/sh
+# Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for
+# a third of the time the readers of OBJ and TetGen files in one of them. Installs what is missing (Debian, with apt) and
+# builds first. Prints what was run; an input that finds something is kept in build/fuzz/findings, and the exit status is
+# 1 then. tests/fuzz/README.md says how to go on from there.
+#
+#   usage: sh tests/fuzz.sh MINUTES
+set -eu
+case ${1:-} in
+'' | *[!0-9]*)
+    echo "usage: sh tests/fuzz.sh MINUTES" >&2
+    exit 2
+    ;;
+esac
+seconds=$(($1 * 60))
+cd "$(dirname "$0")/.."
+. cmake/bootstrap.sh
+
+packages="$packages
+clang           command clang
+libclang-rt-14-dev file /usr/lib/*/clang/*/lib/linux/libclang_rt.fuzzer-x86_64.a"
+install_missing
+build_preset fuzz fuzzers
+
+programs=build/fuzz/tests/fuzz
+findings=build/fuzz/findings
+mkdir -p "$findings"
+for name in api obj tetgen; do
+    if [ ! -d "build/fuzz/corpus/$name" ]; then
+        mkdir -p "build/fuzz/corpus/$name"
+        "$programs/replay_$name" --unpack "tests/fuzz/corpus/$name.pack" "build/fuzz/corpus/$name"
+    fi
+done
+
+run() { # NAME LOG SECONDS MOST_BYTES
+    [ "$3" -gt 0 ] || return 0
+    "$programs/fuzz_$1" -max_total_time="$3" -max_len="$4" -len_control=0 -timeout=20 -reload=30 -print_final_stats=1 \
+        -artifact_prefix="$findings/$1-" "build/fuzz/corpus/$1" >"build/fuzz/$2.log" 2>&1
+}
+readers() {
+    run obj obj $((seconds / 6)) 4096 && run tetgen tetgen $((seconds / 6)) 4096
+}
+
+say "fuzzing for $1 minutes"
+rm -f build/fuzz/*.log
+run api api-1 "$seconds" 1024 &
+first=$!
+(readers && run api api-2 $((seconds - seconds / 6 * 2)) 1024) &
+second=$!
+trap 'kill $first $second 2>/dev/null || true' INT TERM
+status=0
+wait $first || status=1
+wait $second || status=1
+
+sum_of() { # PATTERN FILE...: the sum of the numbers that the pattern of sed finds
+    pattern=$1
+    shift
+    sed -n "s/$pattern/\\1/p" "$@" 2>/dev/null | awk '{ sum += $1 } END { printf "%d", sum }'
+}
+executions='^stat::number_of_executed_units: *\([0-9]*\)$'
+echo "api: $(sum_of "$executions" build/fuzz/api-*.log) executions," \
+    "$(sum_of '^api: .* \([0-9]*\) of at least 20 calls.*$' build/fuzz/api-*.log) sequences of at least 20 calls"
+for name in obj tetgen; do
+    echo "$name: $(sum_of "$executions" "build/fuzz/$name.log") executions"
+done
+if [ "$status" -ne 0 ]; then
+    grep -h -m 3 -e '^finding:' -e 'ERROR: ' -e 'runtime error:' build/fuzz/*.log || true
+    echo "findings: see build/fuzz/*.log, inputs are in $findings"
+    exit 1
+fi
+echo "0 findings"
