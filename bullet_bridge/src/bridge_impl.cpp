@@ -1,5 +1,6 @@
 #include "bridge_impl.h"
 
+#include "bridge_action.h"
 #include "convert.h"
 #include "pair_algorithm.h"
 #include "rigid_proxy.h"
@@ -34,32 +35,46 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
     dispatches_in_parallel_ = dynamic_cast<btCollisionDispatcherMt*>(dispatcher) != nullptr;
     // A length of step left over from an earlier step would look like a step in progress.
     bullet_world.getDispatchInfo().m_timeStep = 0;
-    bullet_world.addAction(this);
+    BridgeAction::take_left_out_of(bullet_world);
+    action_ = std::make_unique<BridgeAction>(*this);
+    bullet_world.addAction(action_.get());
 }
 
 Bridge::Impl::~Impl() {
     detach();
     objects_.clear();
     proxies_.clear();
+    replaced_.clear();
     pli_world_destroy(world);
     if (owns_context_) { pli_context_destroy(context); }
 }
 
-// btCollisionWorld's destructor takes the broadphase handle from its objects and leaves their index.
-bool Bridge::Impl::bullet_world_is_gone() const {
-    return std::any_of(objects_.begin(), objects_.end(), [](const auto& object) {
-        return object->getWorldArrayIndex() >= 0 && object->getBroadphaseHandle() == nullptr;
-    });
+// btCollisionWorld's destructor takes the broadphase handle from its objects and leaves their index. It tells nobody
+// else.
+Bridge::Impl::WorldState Bridge::Impl::bullet_world_state() const {
+    for (const auto& object : objects_) {
+        if (object->getWorldArrayIndex() < 0) { continue; }
+        return object->getBroadphaseHandle() != nullptr ? WorldState::alive : WorldState::gone;
+    }
+    return WorldState::unknown;
 }
 
 void Bridge::Impl::detach() {
     if (bullet_world_ == nullptr) { return; }
-    if (!bullet_world_is_gone()) {
-        bullet_world_->removeAction(this);
+    switch (bullet_world_state()) {
+    case WorldState::alive:
+        bullet_world_->removeAction(action_.get());
         for (const auto& object : objects_) {
             if (object->getWorldArrayIndex() >= 0) { bullet_world_->removeCollisionObject(object.get()); }
         }
+        break;
+    case WorldState::gone:
+        break;
+    case WorldState::unknown:
+        BridgeAction::leave_in(*bullet_world_, std::move(action_));
+        break;
     }
+    action_.reset();
     bullet_world_ = nullptr;
 }
 
@@ -67,7 +82,7 @@ void Bridge::Impl::detach() {
 
 pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask) {
     if (status != PLI_OK) { return status; }
-    if (bullet_world_ == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    if (bullet_world_ == nullptr || bullet_world_state() == WorldState::gone) { return PLI_ERROR_WRONG_STATE; }
     pli_body* made = nullptr;
     const pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
     if (result != PLI_OK) { return result; }
@@ -78,6 +93,7 @@ pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def,
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     bullet_world_->addCollisionObject(objects_.back().get(), group, mask);
+    look_for_new_pinned();
     *body = made;
     return PLI_OK;
 }
@@ -104,36 +120,51 @@ SoftObject* Bridge::Impl::find(const pli_body* body) const {
 
 // ------------------------------------------------------------------------------------------------------ proxies
 
+// Of an object that lives; another one may have been at its address before.
+std::unique_ptr<RigidProxy>& Bridge::Impl::proxy_of(const btCollisionObject& object) {
+    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
+    if (proxy && !proxy->is_of(object)) {
+        let_go(*proxy);
+        replaced_.push_back(std::move(proxy));
+    }
+    if (proxy && proxy->is_let_go && !is_stepping()) { proxy->reset(); }
+    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    return proxy;
+}
+
 RigidProxy* Bridge::Impl::acquire_proxy(const btCollisionObject& object) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
-    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    RigidProxy* proxy = proxy_of(object).get();
     ++proxy->pair_count;
-    return proxy.get();
+    return proxy;
 }
 
 void Bridge::Impl::drop(PairAlgorithm& pair) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (pair.collected_index >= 0) { pairs_[static_cast<std::size_t>(pair.collected_index)] = nullptr; }
     if (pair.proxy == nullptr) { return; }
-    pair.proxy->pair_count -= 1;
+    RigidProxy& proxy = *pair.proxy;
+    proxy.pair_count -= 1;
     // The object may be about to be deleted, and another one to come to its address. Inside a step the core cannot let
     // go of it; then the end of the step does.
     if (is_stepping()) {
-        has_unused_proxies_ = has_unused_proxies_ || !pair.proxy->is_needed();
+        has_unused_proxies_ = has_unused_proxies_ || !proxy.is_needed();
+        // Its contacts have been made, and some ask shapes when they are solved.
+        if (proxy.pair_count == 0 && proxy.present_step == step_) { proxy.let_go_of_shapes(); }
         return;
     }
     // Outside of a step pairs end with an object that leaves the world.
-    pair.proxy->is_followed = false;
+    proxy.is_followed = false;
     followed_.clear();
-    if (!pair.proxy->is_needed()) { proxies_.erase(pair.proxy->object()); }
+    if (!proxy.is_needed() && !proxy.is_let_go) { proxies_.erase(proxy.object()); }
 }
 
 void Bridge::Impl::collect(PairAlgorithm& pair) {
     std::unique_lock<std::mutex> lock(mutex_, std::defer_lock);
     if (dispatches_in_parallel_) { lock.lock(); }
-    // Bullet's collision detection may be asked for outside of a step; contacts have no use then.
-    if (!is_stepping() || pair.collected_index >= 0) { return; }
+    // Bullet's collision detection may be asked for at other times; contacts have no use then.
+    if (!collects_pairs_ || pair.collected_index >= 0) { return; }
+    if (pair.proxy != nullptr && pair.proxy->is_let_go) { return; }
     // As with what a rope is tied to.
     if (pair.proxy != nullptr && pli_body_ignores_rigid(pair.soft.body(), pair.proxy->rigid())) { return; }
     pair.collected_index = static_cast<int>(pairs_.size());
@@ -150,30 +181,37 @@ const RigidProxy* Bridge::Impl::find_proxy(const pli_rigid& rigid) const {
 
 pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
     if (status != PLI_OK || bullet_world_ == nullptr || is_stepping()) { return nullptr; }
-    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
-    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    if (object.getCollisionShape() == nullptr) { return nullptr; }
+    const std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
     if (proxy->prepare({context, mode, surface_thickness, nullptr}, world) != PLI_OK && proxy->rigid() == nullptr) {
         if (!proxy->is_needed()) { proxies_.erase(&object); }
         return nullptr;
     }
-    proxy->is_pinned = true;
     proxy->read_present_state();
     (void)proxy->set_present_state();
+    pin(*proxy);
     return proxy->rigid();
+}
+
+void Bridge::Impl::pin(RigidProxy& proxy) {
+    proxy.is_pinned = true;
+    // The object lives now. Out of the world it begins anew.
+    if (proxy.object()->getWorldArrayIndex() < 0) { proxy.was_in_world = false; }
+    if (!proxy.was_in_world) { proxy.set_present(false); }
+    if (bullet_world_state() == WorldState::alive) { look_for_new_pinned(); }
 }
 
 void Bridge::Impl::forget(const btCollisionObject& object) {
     const auto place = proxies_.find(&object);
-    if (place == proxies_.end() || is_stepping()) { return; }
-    place->second->is_pinned = false;
-    place->second->is_followed = false; // the object may be about to be deleted
+    if (place == proxies_.end()) { return; }
+    RigidProxy& proxy = *place->second;
     followed_.clear();
-    if (!place->second->is_needed()) {
-        proxies_.erase(place);
-    } else {
-        place->second->drop_rigid();
-        place->second->use_sampled_mesh(std::nullopt);
+    if (is_stepping()) {
+        let_go(proxy);
+        return;
     }
+    proxy.reset();
+    if (!proxy.is_needed()) { proxies_.erase(place); }
 }
 
 void Bridge::Impl::refresh(const btCollisionObject& object) {
@@ -186,16 +224,15 @@ pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const
     if (bullet_world_ == nullptr || is_stepping()) { return PLI_ERROR_WRONG_STATE; }
     const btCollisionShape* shape = object.getCollisionShape();
     if (shape == nullptr || !has_triangles(*shape)) { return PLI_ERROR_INVALID_VALUE; }
-    const bool was_known = proxies_.count(&object) > 0;
-    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
-    if (!proxy) { proxy = std::make_unique<RigidProxy>(object); }
+    const std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
+    const bool was_known = proxy->rigid() != nullptr || proxy->is_needed();
     const ShapeOptions options{context, mode, surface_thickness, nullptr};
     const std::optional<pli_sampled_mesh_def> before = proxy->sampled_mesh();
     proxy->use_sampled_mesh(def);
     const pli_status result = proxy->prepare(options, world);
     if (result == PLI_OK) {
-        proxy->is_pinned = true;
         proxy->read_present_state();
+        pin(*proxy);
         return proxy->set_present_state();
     }
     if (!was_known) {
@@ -207,27 +244,68 @@ pli_status Bridge::Impl::use_sampled_mesh(const btCollisionObject& object, const
     return result;
 }
 
-// A pinned proxy whose object was removed from the world must not be read: the object may be deleted.
-void Bridge::Impl::forget_removed_objects() {
-    const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
-    for (auto place = proxies_.begin(); place != proxies_.end();) {
-        RigidProxy& proxy = *place->second;
-        if (!proxy.is_pinned) {
-            proxy.was_in_world = false;
-            ++place;
+// ------------------------------------------------------------------------------------- objects that leave the world
+
+// Inside a step, or before the prediction: what was an anchor until now holds nothing in this step. It goes after the
+// solve, so that the event is one of this step.
+void Bridge::Impl::let_go(RigidProxy& proxy) {
+    proxy.let_go();
+    has_let_go_ = true;
+    for (PairAlgorithm*& pair : pairs_) {
+        if (pair == nullptr || pair->proxy != &proxy) { continue; }
+        pair->collected_index = -1;
+        pair = nullptr;
+    }
+}
+
+// Objects given to rigid() before they came into the world.
+void Bridge::Impl::look_for_new_pinned() {
+    for (const auto& entry : proxies_) {
+        RigidProxy& proxy = *entry.second;
+        if (!proxy.is_pinned || proxy.was_in_world || proxy.is_let_go) { continue; }
+        const RigidProxy::Place place = proxy.find_in(bullet_world_->getCollisionObjectArray());
+        if (place == RigidProxy::Place::not_here) { continue; }
+        if (place == RigidProxy::Place::taken_by_another) {
+            let_go(proxy);
             continue;
         }
-        auto* object = const_cast<btCollisionObject*>(proxy.object()); // only to compare
-        const int index = proxy.world_array_index;
-        const bool is_where_it_was = index >= 0 && index < array.size() && array[index] == object;
-        if (!is_where_it_was) {
-            const int found = array.findLinearSearch(object);
-            proxy.world_array_index = found < array.size() ? found : -1;
-        }
-        const bool has_left = proxy.was_in_world && proxy.world_array_index < 0;
-        proxy.was_in_world = proxy.world_array_index >= 0;
-        place = has_left && proxy.pair_count == 0 ? proxies_.erase(place) : std::next(place);
+        proxy.was_in_world = true;
+        proxy.set_present(true);
     }
+}
+
+// Before the prediction.
+void Bridge::Impl::look_for_pinned() {
+    look_for_new_pinned();
+    for (const auto& entry : proxies_) {
+        RigidProxy& proxy = *entry.second;
+        if (!proxy.is_pinned || !proxy.was_in_world || proxy.is_let_go) { continue; }
+        const RigidProxy::Place place = proxy.find_in(bullet_world_->getCollisionObjectArray());
+        if (place != RigidProxy::Place::here) { let_go(proxy); }
+    }
+}
+
+// Between the parts of a step that run code of others.
+void Bridge::Impl::let_go_of_removed() {
+    const btCollisionObjectArray& objects = bullet_world_->getCollisionObjectArray();
+    for (RigidProxy* proxy : touched_) {
+        if (!proxy->is_let_go && proxy->find_in(objects) != RigidProxy::Place::here) { let_go(*proxy); }
+    }
+}
+
+void Bridge::Impl::finish_let_go() {
+    if (!has_let_go_) { return; }
+    has_let_go_ = false;
+    for (const auto& entry : proxies_) {
+        if (entry.second->is_let_go) { entry.second->reset(); }
+    }
+    for (auto place = replaced_.begin(); place != replaced_.end();) {
+        (*place)->drop_rigid();
+        const bool is_in_use = (*place)->pair_count > 0;
+        has_let_go_ = has_let_go_ || is_in_use;
+        place = is_in_use ? std::next(place) : replaced_.erase(place);
+    }
+    has_unused_proxies_ = true;
 }
 
 void Bridge::Impl::sweep_proxies() {
@@ -286,9 +364,9 @@ void Bridge::Impl::follow(const btCollisionObject& object) {
     const bool is_soft = type == btCollisionObject::CO_SOFT_BODY || SoftObject::from(&object) != nullptr;
     if (is_soft || !object.hasContactResponse() || object.getCollisionShape() == nullptr) { return; }
     const int id = FollowedObject(object).id;
-    std::unique_ptr<RigidProxy>& proxy = proxies_[&object];
-    const bool is_of_another = proxy && proxy->followed_id != id && !proxy->is_needed();
-    if (!proxy || is_of_another) { proxy = std::make_unique<RigidProxy>(object); }
+    std::unique_ptr<RigidProxy>& proxy = proxy_of(object);
+    const bool was_away = proxy->rigid() != nullptr && proxy->followed_id != id && !proxy->is_needed();
+    if (was_away) { proxy = std::make_unique<RigidProxy>(object); }
     proxy->is_followed = true;
     proxy->followed_id = id;
     // What is wrong with it is told when it is met.
@@ -316,7 +394,7 @@ void Bridge::Impl::predict_inside_step() {
 
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
-    forget_removed_objects();
+    look_for_pinned();
     follow_world();
     for (const auto& object : objects_) {
         const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
@@ -327,10 +405,11 @@ void Bridge::Impl::begin_step(btScalar dt) {
     }
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
+    collects_pairs_ = is_stepping();
 }
 
-void Bridge::Impl::updateAction(btCollisionWorld* bullet_world, btScalar dt) {
-    bullet_world->getDispatchInfo().m_timeStep = 0;
+void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
+    bullet_world.getDispatchInfo().m_timeStep = 0;
     // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
     if (!is_stepping()) { begin_step(dt); }
     if (!is_stepping()) { return; }
@@ -339,6 +418,7 @@ void Bridge::Impl::updateAction(btCollisionWorld* bullet_world, btScalar dt) {
 }
 
 void Bridge::Impl::collide_pairs() {
+    collects_pairs_ = false;
     if (dispatches_in_parallel_) {
         // Threads took the pairs in any order; the objects' places in the world do not depend on them.
         std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
@@ -367,30 +447,47 @@ void Bridge::Impl::collide_pairs() {
 void Bridge::Impl::take_part(RigidProxy& proxy) {
     if (proxy.present_step == step_) { return; }
     proxy.present_step = step_;
+    proxy.note_place();
     proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
 }
 
-void Bridge::Impl::finish_step(btScalar dt) {
+// Anchors need no contact to act.
+void Bridge::Impl::take_part_of_pinned() {
     for (const auto& entry : proxies_) {
-        // Anchors need no contact to act.
-        if (entry.second->is_pinned && entry.second->world_array_index >= 0) { take_part(*entry.second); }
+        RigidProxy& proxy = *entry.second;
+        if (!proxy.is_pinned || !proxy.was_in_world || proxy.is_let_go) { continue; }
+        // Actions may have removed it since the step began.
+        if (proxy.find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here) {
+            take_part(proxy);
+        } else {
+            let_go(proxy);
+        }
     }
+}
+
+void Bridge::Impl::finish_step(btScalar dt) {
+    take_part_of_pinned();
     for (RigidProxy* proxy : touched_) {
         note(proxy->set_present_state());
     }
-    if (before_solve) { before_solve(); }
+    if (before_solve) {
+        before_solve();
+        let_go_of_removed();
+    }
     note(pli_world_solve(world));
+    let_go_of_removed(); // the solve calls joint controllers and the profile
     for (RigidProxy* proxy : touched_) {
-        proxy->write_back(dt);
+        if (!proxy->is_let_go) { proxy->write_back(dt); }
     }
     touched_.clear();
+    finish_let_go();
     sweep_proxies();
 }
 
 // Bodies with faces are drawn by Bullet; those without would be invisible.
-void Bridge::Impl::debugDraw(btIDebugDraw* drawer) {
+void Bridge::Impl::debug_draw(btIDebugDraw* drawer) {
     if (drawer == nullptr || (drawer->getDebugMode() & btIDebugDraw::DBG_DrawWireframe) == 0) { return; }
     for (const auto& object : objects_) {
         const pli_body_view view = pli_body_get_view(object->body());

@@ -5,15 +5,19 @@
 
 #include "pliant_bullet/pliant_bullet.h"
 
-#include <BulletDynamics/Dynamics/btActionInterface.h>
+#include <LinearMath/btScalar.h>
 
 #include <memory>
 #include <mutex>
 #include <unordered_map>
 #include <vector>
 
+class btCollisionWorld;
+class btIDebugDraw;
+
 namespace pliant {
 
+class BridgeAction;
 class PairAlgorithm;
 class RigidProxy;
 class SoftObject;
@@ -29,16 +33,18 @@ struct FollowedObject {
     }
 };
 
-class Bridge::Impl final : public btActionInterface {
+class Bridge::Impl {
 public:
     Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def);
-    ~Impl() override;
+    ~Impl();
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
 
-    // ---- Bullet calls
-    void updateAction(btCollisionWorld* world, btScalar dt) override;
-    void debugDraw(btIDebugDraw* drawer) override;
+    // ---- BridgeAction calls
+    void update(btCollisionWorld& bullet_world, btScalar dt);
+    void debug_draw(btIDebugDraw* drawer);
 
-    // ---- SoftShape calls
+    // ---- SoftShape calls, for an object that is in the Bullet world
     void predict_inside_step();
     /// From right before Bullet's collision detection to the end of the bridge's part.
     bool is_inside_step() const;
@@ -71,13 +77,22 @@ public:
     std::function<void()> before_solve;
 
 private:
+    enum class WorldState { alive, gone, unknown };
+
     bool is_stepping() const { return pli_world_is_stepping(world); }
-    bool bullet_world_is_gone() const;
+    WorldState bullet_world_state() const;
+    std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
+    void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
     void collide_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step(btScalar dt);
-    void forget_removed_objects();
+    void look_for_new_pinned();
+    void look_for_pinned();
+    void take_part_of_pinned();
+    void let_go(RigidProxy& proxy);
+    void let_go_of_removed();
+    void finish_let_go();
     void follow_world();
     void follow(const btCollisionObject& object);
     void make_room();
@@ -86,18 +101,22 @@ private:
         if (step_status == PLI_OK) { step_status = result; }
     }
 
-    btDiscreteDynamicsWorld* bullet_world_;
+    btDiscreteDynamicsWorld* bullet_world_; ///< null: detached
+    std::unique_ptr<BridgeAction> action_;  ///< in the Bullet world
     bool owns_context_ = false;
     bool dispatches_in_parallel_ = false;
+    bool collects_pairs_ = false;     ///< from the prediction to the contacts
     bool has_unused_proxies_ = false; ///< their last pair went away inside a step
+    bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
     unsigned step_ = 0;
     std::vector<std::unique_ptr<SoftObject>> objects_;
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;
-    std::vector<FollowedObject> followed_; ///< what the Bullet world held when proxies were made ahead
-    std::vector<PairAlgorithm*> pairs_;    ///< of this step, in dispatch order; null: the pair went away
-    std::vector<RigidProxy*> touched_;     ///< proxies that take part in this step's solve
-    std::mutex mutex_;                     ///< guards proxies_ and pairs_ during Bullet's dispatch
+    std::vector<std::unique_ptr<RigidProxy>> replaced_; ///< let go of, and another object is at the address
+    std::vector<FollowedObject> followed_;              ///< what the Bullet world held when proxies were made ahead
+    std::vector<PairAlgorithm*> pairs_;                 ///< of this step, in dispatch order; null: the pair went away
+    std::vector<RigidProxy*> touched_;                  ///< proxies that take part in this step's solve
+    std::mutex mutex_; ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };
 
 } // namespace pliant

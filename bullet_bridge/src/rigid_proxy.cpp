@@ -38,7 +38,8 @@ bool comes_to_child(const ShapePart& child, const btTransform& compound, const p
 
 } // namespace
 
-RigidProxy::RigidProxy(const btCollisionObject& object) : object_(&object), body_(btRigidBody::upcast(&object)) {}
+RigidProxy::RigidProxy(const btCollisionObject& object)
+    : object_(&object), body_(btRigidBody::upcast(&object)), identity_(object) {}
 
 RigidProxy::~RigidProxy() {
     drop_rigid();
@@ -48,6 +49,45 @@ void RigidProxy::drop_rigid() {
     pli_rigid_destroy(rigid_);
     rigid_ = nullptr;
     fingerprint_ = 0;
+}
+
+void RigidProxy::set_present(bool is_present) {
+    is_present_ = is_present;
+    (void)pli_rigid_set_present(rigid_, is_present);
+}
+
+void RigidProxy::let_go() {
+    is_let_go = true;
+    set_present(false);
+    let_go_of_shapes();
+}
+
+void RigidProxy::let_go_of_shapes() {
+    for (const ShapePart& part : parts_) {
+        if (part.asked != nullptr) { part.asked->is_gone = true; }
+    }
+    convex_shapes_.clear();
+    fingerprint_ = 0;
+}
+
+void RigidProxy::reset() {
+    drop_rigid();
+    use_sampled_mesh(std::nullopt);
+    is_present_ = true;
+    is_pinned = is_followed = was_in_world = is_let_go = false;
+}
+
+void RigidProxy::note_place() {
+    world_array_index_ = object_->getWorldArrayIndex();
+}
+
+RigidProxy::Place RigidProxy::find_in(const btCollisionObjectArray& world_objects) {
+    auto* object = const_cast<btCollisionObject*>(object_); // only to compare
+    const bool is_where_it_was = world_array_index_ >= 0 && world_array_index_ < world_objects.size() &&
+                                 world_objects[world_array_index_] == object;
+    if (!is_where_it_was) { world_array_index_ = world_objects.findLinearSearch(object); }
+    if (world_array_index_ == world_objects.size()) { return Place::not_here; }
+    return is_of(*object_) ? Place::here : Place::taken_by_another;
 }
 
 const btConvexShape* RigidProxy::convex_shape(int shape, btTransform& pose) const {
@@ -96,6 +136,7 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
         def.linear_factor = linear_factor;
         def.angular_factor = angular_factor;
         status = pli_rigid_create(world, &def, &rigid_);
+        if (status == PLI_OK) { set_present(is_present_); }
     } else {
         if (pli_rigid_get_kind(rigid_) != present_kind) {
             pli_rigid_state state{};

@@ -3,9 +3,17 @@
 
 // The core's picture of one collision object of Bullet. It lives while the object is in the world and can meet soft
 // bodies (when made ahead), or while a pair or the user (anchors) needs it.
+//
+// An object may be deleted as soon as it is out of the world, at any time: between steps, in a tick callback, in
+// another action, in the middle of a solve. So a proxy reads it only where Bullet has just shown that it lives: while
+// Bullet or the user hands it over, while a pair with it is in use (Bullet ends pairs with their objects), or after
+// find_in().
 
 #include "bridge_impl.h"
+#include "object_identity.h"
 #include "shapes.h"
+
+#include <LinearMath/btAlignedObjectArray.h>
 
 #include <optional>
 
@@ -22,7 +30,14 @@ public:
     RigidProxy(const RigidProxy&) = delete;
     RigidProxy& operator=(const RigidProxy&) = delete;
 
-    const btCollisionObject* object() const { return object_; }
+    const btCollisionObject* object() const { return object_; } // mostly to compare
+    /// Whether a living object at the address is the one that the proxy is of.
+    bool is_of(const btCollisionObject& object) const { return ObjectIdentity(object) == identity_; }
+    enum class Place { here, not_here, taken_by_another };
+    /// Looks for the object in the world's list.
+    Place find_in(const btAlignedObjectArray<btCollisionObject*>& world_objects);
+    /// Bullet has shown it in the world in this step.
+    void note_place();
     pli_rigid* rigid() const { return rigid_; }
     /// Bullet's shape behind a shape of the core's body and where it was at the start of the step; null: not convex.
     const btConvexShape* convex_shape(int shape, btTransform& pose) const;
@@ -43,6 +58,15 @@ public:
     void write_back(btScalar dt);
     /// Destroys the core's body with its anchors; prepare() makes another one.
     void drop_rigid();
+    /// False: the object is not (yet) in the world; anchors hold nothing.
+    void set_present(bool is_present);
+    /// The object may be deleted from now on, and its shapes with it: nothing touches them, and anchors hold nothing.
+    /// The bridge lets go of the core's body when the step is over.
+    void let_go();
+    /// The same for its shapes; prepare() makes them anew.
+    void let_go_of_shapes();
+    /// As new, but for its pairs. Not inside a step.
+    void reset();
     /// The shapes were edited in place.
     void refresh() { fingerprint_ = 0; }
     /// Whether and how triangles are sampled, from the next prepare() on.
@@ -58,8 +82,8 @@ public:
     bool is_pinned = false;    ///< the user has it
     bool is_followed = false;  ///< kept as long as its object is in the world
     int followed_id = -1;      ///< of the object in the broad phase
-    bool was_in_world = false; ///< pinned ones are forgotten when their object leaves the world
-    int world_array_index = -1;
+    bool was_in_world = false; ///< pinned ones are let go of when their object leaves the world
+    bool is_let_go = false;
     unsigned present_step = 0; ///< the last step that it took part in
 
 private:
@@ -68,6 +92,9 @@ private:
 
     const btCollisionObject* object_;
     const btRigidBody* body_; ///< null for plain collision objects
+    ObjectIdentity identity_;
+    int world_array_index_ = -1; ///< where it was last
+    bool is_present_ = true;
     pli_rigid* rigid_ = nullptr;
     unsigned captured_step_ = 0;
     bool holds_captured_ = false; ///< the core's body has the captured state

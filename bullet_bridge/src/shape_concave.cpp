@@ -18,7 +18,10 @@ namespace {
 
 // ------------------------------------------------------------------------------------- triangles asked from Bullet
 
-struct SurfaceShape {
+struct SurfaceShape final : AskedShape {
+    SurfaceShape(const btConcaveShape& asked, float surface_thickness)
+        : shape(&asked), thickness(surface_thickness), bounds(local_bounds(asked)) {}
+
     const btConcaveShape* shape;
     float thickness;
     pli_bounds bounds;
@@ -97,8 +100,10 @@ void surface_distances(const void* user, int count, const pli_vec3* points, floa
         const btVector3 point = to_bullet(points[i]);
         const btVector3 extent = to_bullet(pli_vec3_make(reach, reach, reach));
         NearestTriangle nearest(point);
-        surface.shape->processAllTriangles(&nearest, is_limited ? point - extent : to_bullet(surface.bounds.min),
-                                           is_limited ? point + extent : to_bullet(surface.bounds.max));
+        if (!surface.is_gone) {
+            surface.shape->processAllTriangles(&nearest, is_limited ? point - extent : to_bullet(surface.bounds.min),
+                                               is_limited ? point + extent : to_bullet(surface.bounds.max));
+        }
         const float distance = nearest.found() ? to_float(nearest.signed_distance()) : INFINITY;
         const bool is_behind = distance < -surface.thickness;
         distances[i] = is_behind ? INFINITY : distance;
@@ -114,9 +119,8 @@ void surface_destroy(void* user) {
     delete static_cast<SurfaceShape*>(user);
 }
 
-pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape, float thickness,
-                              ShapePointer& result) {
-    auto* surface = new (std::nothrow) SurfaceShape{&shape, thickness, local_bounds(shape)};
+pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape, float thickness, ShapePart& part) {
+    auto* surface = new (std::nothrow) SurfaceShape(shape, thickness);
     if (surface == nullptr) { return PLI_ERROR_OUT_OF_MEMORY; }
     pli_shape_def def = pli_shape_def_default();
     def.user = surface;
@@ -125,15 +129,19 @@ pli_status make_surface_shape(pli_context* context, const btConcaveShape& shape,
     def.destroy = surface_destroy;
     pli_shape* made = nullptr;
     const pli_status status = pli_shape_create(context, &def, &made);
-    if (status != PLI_OK) { delete surface; }
-    result.reset(made);
-    return status;
+    if (status != PLI_OK) {
+        delete surface;
+        return status;
+    }
+    part.shape.reset(made);
+    part.asked = surface;
+    return PLI_OK;
 }
 
 } // namespace
 
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
-                              ShapePointer& result) {
+                              ShapePart& part) {
     // Games edit the heights of a heightfield while it is in use, and GImpact meshes deform.
     const int type = shape.getShapeType();
     const bool may_change = type == TERRAIN_SHAPE_PROXYTYPE || type == GIMPACT_SHAPE_PROXYTYPE;
@@ -148,11 +156,11 @@ pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape,
             const pli_status status = pli_shape_create_triangle_mesh(
                 context, static_cast<int>(copy.points.size()), copy.points.data(),
                 static_cast<int>(copy.triangles.size() / 3), copy.triangles.data(), surface_thickness, &made);
-            result.reset(made);
+            part.shape.reset(made);
             return status;
         }
     }
-    return make_surface_shape(context, shape, surface_thickness, result);
+    return make_surface_shape(context, shape, surface_thickness, part);
 }
 
 } // namespace pliant

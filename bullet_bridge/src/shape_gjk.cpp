@@ -14,9 +14,12 @@ namespace pliant {
 
 namespace {
 
-struct GjkShape {
+struct GjkShape final : AskedShape {
+    explicit GjkShape(const btConvexShape& asked, std::unique_ptr<btConvexShape> keep = nullptr)
+        : shape(&asked), kept(std::move(keep)), bounds(local_bounds(asked)) {}
+
     const btConvexShape* shape;
-    std::unique_ptr<btConvexShape> owned;
+    std::unique_ptr<btConvexShape> kept;
     pli_bounds bounds;
 };
 
@@ -30,6 +33,10 @@ float distance_to_bounds(const pli_bounds& bounds, pli_vec3 p) {
 void gjk_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                    pli_vec3* normals) {
     const auto& gjk = *static_cast<const GjkShape*>(user);
+    if (gjk.is_gone) {
+        std::fill_n(distances, count, FLT_MAX);
+        return;
+    }
     for (int i = 0; i < count; ++i) {
         const float far_away = distance_to_bounds(gjk.bounds, points[i]);
         if (far_away > max_distance) {
@@ -51,26 +58,24 @@ pli_bounds gjk_bounds(const void* user) {
 }
 
 pli_vec3 gjk_support(const void* user, pli_vec3 direction) {
-    return to_pli(
-        static_cast<const GjkShape*>(user)->shape->localGetSupportingVertexWithoutMargin(to_bullet(direction)));
+    const auto& gjk = *static_cast<const GjkShape*>(user);
+    if (gjk.is_gone) { return pli_vec3_scale(pli_vec3_add(gjk.bounds.min, gjk.bounds.max), 0.5f); }
+    return to_pli(gjk.shape->localGetSupportingVertexWithoutMargin(to_bullet(direction)));
 }
 
 void gjk_destroy(void* user) {
     delete static_cast<GjkShape*>(user);
 }
 
-} // namespace
-
-pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
-                          ShapePointer& result) {
-    auto* gjk = new (std::nothrow) GjkShape{&shape, std::move(owned), local_bounds(shape)};
+// Takes `gjk`, which may be null.
+pli_status make_shape_of(pli_context* context, GjkShape* gjk, ShapePointer& result) {
     if (gjk == nullptr) { return PLI_ERROR_OUT_OF_MEMORY; }
     pli_shape_def def = pli_shape_def_default();
     def.user = gjk;
     def.distances = gjk_distances;
     def.bounds = gjk_bounds;
     def.support = gjk_support;
-    def.radius = std::max(0.0f, to_float(shape.getMargin()));
+    def.radius = std::max(0.0f, to_float(gjk->shape->getMargin()));
     def.destroy = gjk_destroy;
     pli_shape* made = nullptr;
     const pli_status status = pli_shape_create(context, &def, &made);
@@ -79,16 +84,34 @@ pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std:
     return status;
 }
 
-pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
-                              ShapePointer& result) {
-    ShapePointer source;
-    pli_status status = make_gjk_shape(context, shape, std::move(owned), source);
-    if (status != PLI_OK) { return status; }
+pli_status put_behind_lattice(pli_context* context, ShapePointer& shape) {
     const float bullet_voxel_size = 0.25f;
     pli_shape* made = nullptr;
-    status = pli_shape_create_lattice(context, source.get(), bullet_voxel_size, &made);
-    result.reset(made);
+    const pli_status status = pli_shape_create_lattice(context, shape.get(), bullet_voxel_size, &made);
+    shape.reset(made);
     return status;
+}
+
+} // namespace
+
+pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, ShapePart& part) {
+    auto* gjk = new (std::nothrow) GjkShape(shape);
+    const pli_status status = make_shape_of(context, gjk, part.shape);
+    part.asked = status == PLI_OK ? gjk : nullptr;
+    return status;
+}
+
+pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, ShapePart& part) {
+    pli_status status = make_gjk_shape(context, shape, part);
+    if (status == PLI_OK) { status = put_behind_lattice(context, part.shape); }
+    if (status != PLI_OK) { part.asked = nullptr; }
+    return status;
+}
+
+pli_status make_lattice_shape(pli_context* context, std::unique_ptr<btConvexShape> shape, ShapePointer& result) {
+    const btConvexShape& kept = *shape;
+    const pli_status status = make_shape_of(context, new (std::nothrow) GjkShape(kept, std::move(shape)), result);
+    return status == PLI_OK ? put_behind_lattice(context, result) : status;
 }
 
 } // namespace pliant

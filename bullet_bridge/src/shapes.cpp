@@ -40,7 +40,7 @@ pli_status make_hull_shape(pli_context* context, const btConvexHullShape& hull, 
     return pli_shape_create_convex_hull(context, static_cast<int>(points.size()), points.data(), radius, result);
 }
 
-pli_status make_exact_convex(pli_context* context, const btConvexShape& shape, ShapePointer& result) {
+pli_status make_exact_convex(pli_context* context, const btConvexShape& shape, ShapePart& part) {
     pli_shape* made = nullptr;
     pli_status status = PLI_ERROR_INVALID_MESH;
     switch (shape.getShapeType()) {
@@ -71,9 +71,9 @@ pli_status make_exact_convex(pli_context* context, const btConvexShape& shape, S
     default:
         break;
     }
-    result.reset(made);
+    part.shape.reset(made);
     // Flat hulls and all other convex shapes.
-    if (status == PLI_ERROR_INVALID_MESH) { status = make_gjk_shape(context, shape, nullptr, result); }
+    if (status == PLI_ERROR_INVALID_MESH) { status = make_gjk_shape(context, shape, part); }
     return status;
 }
 
@@ -85,8 +85,8 @@ pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options,
     if (shape.isConvex()) {
         const auto& convex = static_cast<const btConvexShape&>(shape);
         part.convex = &convex;
-        return is_reference ? make_lattice_shape(options.context, convex, nullptr, part.shape)
-                            : make_exact_convex(options.context, convex, part.shape);
+        return is_reference ? make_lattice_shape(options.context, convex, part)
+                            : make_exact_convex(options.context, convex, part);
     }
     const auto& concave = static_cast<const btConcaveShape&>(shape);
     if (is_reference) {
@@ -101,7 +101,7 @@ pli_status make_leaf(const btCollisionShape& shape, const ShapeOptions& options,
         part.shape.reset(made);
         return status;
     }
-    return make_concave_shape(options.context, concave, options.surface_thickness, part.shape);
+    return make_concave_shape(options.context, concave, options.surface_thickness, part);
 }
 
 // Bullet visits the children of a compound in the order of its tree, and contacts are made in that order.

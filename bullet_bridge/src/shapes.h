@@ -22,9 +22,15 @@ struct ShapeRelease {
 };
 using ShapePointer = std::unique_ptr<pli_shape, ShapeRelease>;
 
+/// Behind a shape of the core that asks a shape of Bullet.
+struct AskedShape {
+    bool is_gone = false; ///< Bullet's may be deleted: nothing is there to be met
+};
+
 /// A leaf of a collision shape, with its pose in the object.
 struct ShapePart {
     ShapePointer shape;                        ///< null: `triangles` is to be cut into slabs
+    AskedShape* asked = nullptr;               ///< of `shape`; null: it has all that it needs
     const btConvexShape* convex = nullptr;     ///< null: not convex
     const btConcaveShape* triangles = nullptr; ///< reference mode
     btTransform pose;
@@ -44,18 +50,17 @@ pli_status make_shape_parts(const btCollisionShape& shape, const ShapeOptions& o
 /// Changes when the shape becomes another one, or is scaled, gets another margin or other children.
 std::uint64_t shape_fingerprint(const btCollisionShape& shape);
 
-/// Distances by Bullet's GJK and EPA, as btSparseSdf samples them. Keeps `owned` if it is given, otherwise `shape` must
-/// outlive the result.
-pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
-                          ShapePointer& result);
+/// Distances by Bullet's GJK and EPA, as btSparseSdf samples them, of a shape that is asked.
+pli_status make_gjk_shape(pli_context* context, const btConvexShape& shape, ShapePart& part);
 /// The same behind a lattice of 0.25 m.
-pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, std::unique_ptr<btConvexShape> owned,
-                              ShapePointer& result);
+pli_status make_lattice_shape(pli_context* context, const btConvexShape& shape, ShapePart& part);
+/// The same of a shape that the result keeps.
+pli_status make_lattice_shape(pli_context* context, std::unique_ptr<btConvexShape> shape, ShapePointer& result);
 
 /// Triangles, copied into the core when they are few and do not change in place, otherwise asked from Bullet point by
 /// point.
 pli_status make_concave_shape(pli_context* context, const btConcaveShape& shape, float surface_thickness,
-                              ShapePointer& result);
+                              ShapePart& part);
 
 /// Whether a shape or one of its children is a mesh of triangles.
 bool has_triangles(const btCollisionShape& shape);

@@ -21,13 +21,18 @@ bool is_motion_clamping(const btTriangleCallback& callback) {
 
 } // namespace
 
-SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), unit_scaling_(1, 1, 1) {
+SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body, const btCollisionObject& object)
+    : bridge_(bridge), body_(body), object_(object), unit_scaling_(1, 1, 1) {
     m_shapeType = soft_shape_type;
+}
+
+bool SoftShape::is_in_world() const {
+    return object_.getWorldArrayIndex() >= 0 && object_.getBroadphaseHandle() != nullptr;
 }
 
 void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const {
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
-    bridge_.predict_inside_step();
+    if (is_in_world()) { bridge_.predict_inside_step(); }
     const pli_bounds bounds = pli_body_get_bounds(body_);
     if (transform == btTransform::getIdentity()) {
         aabb_min = to_bullet(bounds.min);
@@ -47,7 +52,7 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
 
 void SoftShape::processAllTriangles(btTriangleCallback* callback, const btVector3& aabb_min,
                                     const btVector3& aabb_max) const {
-    if (bridge_.is_inside_step() && is_motion_clamping(*callback)) { return; }
+    if (is_in_world() && bridge_.is_inside_step() && is_motion_clamping(*callback)) { return; }
     const pli_body_view view = pli_body_get_view(body_);
     for (int f = 0; f < view.face_count; ++f) {
         btVector3 corners[3];
@@ -74,7 +79,8 @@ btScalar SoftShape::getMargin() const {
     return btScalar(pli_body_get_collision_margin(body_));
 }
 
-SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body) : bridge_(bridge), body_(body), shape_(bridge, body) {
+SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
+    : bridge_(bridge), body_(body), shape_(bridge, body, *this) {
     m_internalType = CO_USER_TYPE;
     // Neither static nor kinematic, so that islands join over it and never sleep below it.
     m_collisionFlags = 0;

@@ -18,7 +18,7 @@ ATTRIBUTE_ALIGNED16(class) SoftShape : public btConcaveShape {
 public:
     BT_DECLARE_ALIGNED_ALLOCATOR();
 
-    SoftShape(Bridge::Impl & bridge, pli_body * body);
+    SoftShape(Bridge::Impl & bridge, pli_body * body, const btCollisionObject& object);
 
     void getAabb(const btTransform& transform, btVector3& aabb_min, btVector3& aabb_max) const override;
     void processAllTriangles(btTriangleCallback * callback, const btVector3& aabb_min, const btVector3& aabb_max)
@@ -35,8 +35,12 @@ public:
     }
 
 private:
+    /// Only then the Bullet world may be asked for its state: it may have gone.
+    bool is_in_world() const;
+
     Bridge::Impl& bridge_;
     pli_body* body_;
+    const btCollisionObject& object_;
     btVector3 unit_scaling_;
 };
 

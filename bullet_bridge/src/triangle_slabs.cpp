@@ -56,8 +56,7 @@ pli_status TriangleSlabs::collect(pli_context* context, int part_index, const Sh
         if (!slab.shape) {
             std::unique_ptr<btConvexShape> hull = make_slab(corners);
             slab.hull = hull.get();
-            const btConvexShape& shape = *hull;
-            const pli_status made = make_lattice_shape(context, shape, std::move(hull), slab.shape);
+            const pli_status made = make_lattice_shape(context, std::move(hull), slab.shape);
             if (made != PLI_OK) { status = made; }
         }
         if (slab.shape) {

@@ -37,7 +37,8 @@ struct BridgeDef {
 /// Owns a pli_world and steps it with a Bullet world: predicts before Bullet's collision detection, takes its pairs,
 /// solves after Bullet's rigid integration. Several bridges may share a Bullet world; their bodies do not meet.
 ///
-/// Destroy the bridge before the Bullet world, or call detach() before the Bullet world goes.
+/// Bridge and Bullet world may end in any order, and collision objects may leave the world and be deleted at any time;
+/// docs/bridge.md, Life, has what becomes of their anchors.
 class PLI_API Bridge {
 public:
     explicit Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def = {});
@@ -58,7 +59,8 @@ public:
     /// pli_body_destroy, but by remove_body.
     /// @param def   null for the defaults
     /// @param group, mask  Bullet's collision filter; the defaults are DefaultFilter and AllFilter
-    /// @return the errors of pli_body_create; PLI_ERROR_WRONG_STATE after detach()
+    /// @return the errors of pli_body_create; PLI_ERROR_WRONG_STATE after detach(), and when the Bullet world has gone
+    ///         with a body of this bridge in it
     pli_status add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group = 1, int mask = -1);
     /// Removes a body and its collision object. Null is allowed.
     /// @return PLI_ERROR_WRONG_STATE inside a step, PLI_ERROR_INVALID_VALUE for a body of another bridge
@@ -73,12 +75,15 @@ public:
     static pli_body* from_object(const btCollisionObject* object);
 
     /// The proxy of a rigid body, for anchors (pli_body_add_anchor) and pli_body_ignore_rigid. It lives until
-    /// forget(), or until the first step that finds the object no longer in the Bullet world.
-    /// @return null when out of memory or inside a step
+    /// forget(), or until the first step that finds the object no longer in the Bullet world; bodies that then lose
+    /// anchors have a PLI_EVENT_ANCHORS_LOST. Before the object is in the world anchors to it hold nothing; their
+    /// pivots are taken from where it is now.
+    /// @return null when out of memory, inside a step, or for an object without a shape
     pli_rigid* rigid(btRigidBody& body);
     /// The same for a plain collision object, which is static.
     pli_rigid* rigid(btCollisionObject& object);
-    /// Drops the proxy and the anchors that hold to it. Call it before an object with anchors is deleted.
+    /// Drops the proxy and the anchors that hold to it: at once, or inside of a step at its end, and until then they
+    /// hold nothing. The object is not touched any more, unless it stays in the Bullet world and is met there.
     void forget(const btCollisionObject& object);
     /// Makes the shapes of an object anew, after its collision shape was edited in place. Changes of the shape
     /// pointer, the type, scaling, margin and children are noticed without it.
@@ -97,7 +102,8 @@ public:
     /// Called in each step when all contacts are made and nothing is solved yet, for regression tests.
     void set_before_solve(std::function<void()> hook);
 
-    /// Takes everything out of the Bullet world and forgets it. Bodies stay readable and no longer step.
+    /// Takes everything out of the Bullet world, if that still lives, and forgets it. Bodies stay readable and no
+    /// longer step.
     void detach();
 
     class Impl;

@@ -1,0 +1,470 @@
+// Random objects of Bullet and random soft bodies on them come and go, at any moment and without a word to the bridges.
+//   test_bridge_churn [OPERATIONS [SEEDS [FIRST_SEED]]]
+#include "check.h"
+#include "test_bridge_slot.h"
+#include "test_bridge_world.h"
+
+#include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
+#include <LinearMath/btThreads.h>
+
+#include <array>
+#include <cstdlib>
+#include <memory>
+#include <random>
+#include <vector>
+
+using namespace bridge_test;
+
+namespace {
+
+int operation_count = 500, seed_count = 6, first_seed = 1;
+
+enum Moment { between_steps, before_step, in_action, in_hook, after_step, moment_count };
+
+/// An object of Bullet, in a place where others were before it and will be after it.
+struct Place {
+    Slot slot;
+    std::unique_ptr<btCollisionObject> heap; ///< when it is not in the slot; its memory goes back to the heap
+    std::unique_ptr<btCollisionShape> shape;
+    btCollisionObject* object = nullptr;
+    int serial = 0;
+    bool is_in_world() const { return object != nullptr && object->getWorldArrayIndex() >= 0; }
+};
+
+struct Tie {
+    int serial;        ///< of the object
+    bool was_seen;     ///< by the bridge, in the world
+    bool was_away;     ///< out of the world, if only between two looks of the bridge
+    int deleted_after; ///< steps, when it was a rigid body; -1: not
+};
+
+struct Soft {
+    pli_body* body;
+    std::vector<Tie> ties;
+    int anchor_count; ///< at the start of the step
+};
+
+class Churn {
+public:
+    explicit Churn(int seed) : random_(static_cast<unsigned>(seed)) {
+        const bool is_parallel = seed % 4 == 0;
+        broadphase_ = make_broadphase(seed % 3);
+        if (is_parallel) {
+            dispatcher_ = std::make_unique<btCollisionDispatcherMt>(&configuration_);
+            world_ = std::make_unique<btDiscreteDynamicsWorldMt>(dispatcher_.get(), broadphase_.get(), &pool_,
+                                                                 &parallel_solver_, &configuration_);
+        } else {
+            dispatcher_ = std::make_unique<btCollisionDispatcher>(&configuration_);
+            world_ = std::make_unique<btDiscreteDynamicsWorld>(dispatcher_.get(), broadphase_.get(), &solver_,
+                                                               &configuration_);
+        }
+        world_->setWorldUserInfo(this);
+        world_->setInternalTickCallback([](btDynamicsWorld* w, btScalar) { of(w).act(before_step); }, this, true);
+        world_->setInternalTickCallback([](btDynamicsWorld* w, btScalar) { of(w).act(after_step); }, this, false);
+        world_->addAction(&action_);
+        for (Mesh& mesh : meshes_) {
+            mesh.make();
+        }
+        make_bridge(0);
+        make_bridge(1);
+    }
+
+    ~Churn() {
+        // Everything in a random order.
+        const bool world_first = pick(2) == 0;
+        if (pick(2) == 0) { end_bridge(0); }
+        if (world_first) {
+            for (Place& place : places_) {
+                end(place, false);
+            }
+            world_.reset();
+        }
+        end_bridge(1);
+        end_bridge(0);
+        for (Place& place : places_) {
+            end(place, false);
+        }
+    }
+
+    void run(int operations) {
+        while (operations > 0) {
+            for (int i = pick(8); i >= 0 && operations > 0; --i, --operations) {
+                operate(between_steps);
+            }
+            // Some wait for their moment inside of the step.
+            for (int i = pick(8); i > 0 && operations > 0; --i, --operations) {
+                ++pending_[1 + pick(moment_count - 1)];
+            }
+            step();
+        }
+    }
+
+    int deletions = 0, anchors = 0, losses = 0, steps = 0;
+
+private:
+    static constexpr int place_count = 16, soft_count = 2, bridge_count = 2;
+
+    struct Mesh {
+        void make() {
+            const btVector3 a(-1, 0, -1), b(1, 0, -1), c(-1, 0, 1), d(1, 0, 1);
+            triangles.addTriangle(a, c, b);
+            triangles.addTriangle(b, c, d);
+        }
+        btTriangleMesh triangles;
+    };
+
+    class Action final : public btActionInterface {
+    public:
+        explicit Action(Churn& churn) : churn_(churn) {}
+        void updateAction(btCollisionWorld*, btScalar) override {
+            churn_.note_seen();
+            churn_.act(in_action);
+        }
+        void debugDraw(btIDebugDraw*) override {}
+
+    private:
+        Churn& churn_;
+    };
+
+    struct BridgeOf {
+        std::unique_ptr<pliant::Bridge> bridge;
+        std::vector<Soft> softs;
+    };
+
+    static Churn& of(btDynamicsWorld* world) { return *static_cast<Churn*>(world->getWorldUserInfo()); }
+
+    std::unique_ptr<btBroadphaseInterface> make_broadphase(int kind) const {
+        if (kind == 1) {
+            return std::make_unique<btAxisSweep3>(btVector3(-100, -1000, -100), btVector3(100, 100, 100), 512);
+        }
+        if (kind == 2) { return std::make_unique<btSimpleBroadphase>(512); }
+        return std::make_unique<btDbvtBroadphase>();
+    }
+
+    int pick(int count) { return static_cast<int>(random_() % static_cast<unsigned>(count)); }
+    btScalar number(double low, double high) {
+        return btScalar(low + (high - low) * static_cast<double>(random_() % 1000) / 1000);
+    }
+    Place& any_place() { return places_[static_cast<std::size_t>(pick(place_count))]; }
+
+    void make_bridge(int index) {
+        pliant::BridgeDef def;
+        def.mode = pick(2) == 0 ? pliant::CollisionMode::exact : pliant::CollisionMode::reference;
+        def.prepares_rigids_ahead = pick(3) > 0;
+        BridgeOf& made = bridges_[index];
+        made.bridge = std::make_unique<pliant::Bridge>(*world_, def);
+        made.bridge->set_before_solve([this] { act(in_hook); });
+    }
+
+    void renew_bridge(int index) {
+        end_bridge(index);
+        make_bridge(index);
+    }
+
+    void end_bridge(int index) {
+        bridges_[index].softs.clear();
+        bridges_[index].bridge.reset();
+    }
+
+    // ---- what happens
+
+    void act(Moment moment) {
+        for (; pending_[moment] > 0; --pending_[moment]) {
+            operate(moment);
+        }
+    }
+
+    void operate(Moment moment) {
+        Place& place = any_place();
+        const int kind = pick(24);
+        // What is told before a step has its event there, and the step clears it.
+        const bool is_told = pick(10) == 0 && moment != before_step;
+        if (kind < 7) {
+            if (place.object == nullptr || pick(3) == 0) {
+                end(place, is_told);
+                renew(place);
+            }
+            return;
+        }
+        if (kind < 10) {
+            end(place, is_told);
+            return;
+        }
+        if (kind < 12) {
+            if (place.is_in_world()) {
+                remove(place);
+            } else if (place.object != nullptr) {
+                add(place);
+            }
+            return;
+        }
+        if (kind == 12) {
+            if (place.object != nullptr) { any_bridge().refresh(*place.object); }
+            return;
+        }
+        if (kind == 13) {
+            // Away and back.
+            if (place.is_in_world()) {
+                world_->removeCollisionObject(place.object);
+                add(place);
+            }
+            return;
+        }
+        if (kind == 14) {
+            world_->performDiscreteCollisionDetection();
+            return;
+        }
+        if (moment != between_steps) {
+            if (kind < 17) { end(place, false); }
+            if (kind == 23 && moment == in_action && pick(4) == 0) { renew_bridge(pick(bridge_count)); }
+            return;
+        }
+        // Handed to a bridge while it is out of the world an object begins anew.
+        if (place.object != nullptr && !place.is_in_world()) {
+            for_ties(place.serial, [](Tie& tie) { tie.was_seen = false; });
+        }
+        operate_on_bridge(bridges_[pick(bridge_count)], place, kind);
+    }
+
+    pliant::Bridge& any_bridge() { return *bridges_[pick(bridge_count)].bridge; }
+
+    void operate_on_bridge(BridgeOf& of, Place& place, int kind) {
+        if (kind < 21 || of.softs.empty()) {
+            if (static_cast<int>(of.softs.size()) < soft_count) { add_soft(of); }
+            if (place.object != nullptr) { anchor(of, place); }
+        } else if (kind == 21) {
+            const auto soft = of.softs.begin() + pick(static_cast<int>(of.softs.size()));
+            assert_int_equal(of.bridge->remove_body(soft->body), PLI_OK);
+            of.softs.erase(soft);
+        } else if (kind == 22) {
+            if (place.object != nullptr) { (void)of.bridge->use_sampled_mesh(*place.object, coarse()); }
+        } else if (pick(4) == 0) {
+            renew_bridge(&of == &bridges_[0] ? 0 : 1);
+        }
+    }
+
+    static pli_sampled_mesh_def coarse() {
+        pli_sampled_mesh_def def = pli_sampled_mesh_def_default();
+        def.cell_size = 0.2f;
+        return def;
+    }
+
+    void add_soft(BridgeOf& of) {
+        const auto height = static_cast<float>(number(0, 2));
+        pli_body* body = add_sheet(*of.bridge, 2, height, 4, PLI_PATCH_PIN_CORNERS * pick(2), 0, 0, 0.05f);
+        assert_non_null(body);
+        if (pick(8) == 0) {
+            const pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
+            assert_int_equal(pli_body_enable_rigid_face_contacts(body, &faces), PLI_OK);
+        }
+        const pli_implicit_def implicit = pli_implicit_def_default();
+        if (pick(4) == 0) { assert_int_equal(pli_body_enable_implicit(body, &implicit), PLI_OK); }
+        of.softs.push_back({body, {}, 0});
+    }
+
+    void anchor(BridgeOf& of, Place& place) {
+        Soft& soft = of.softs[static_cast<std::size_t>(pick(static_cast<int>(of.softs.size())))];
+        pli_anchor_def def = pli_anchor_def_default();
+        def.node = pick(16);
+        def.rigid = of.bridge->rigid(*place.object);
+        assert_non_null(def.rigid);
+        assert_int_equal(pli_body_add_anchor(soft.body, &def, nullptr), PLI_OK);
+        soft.ties.push_back({place.serial, place.is_in_world(), false, -1});
+        ++anchors;
+    }
+
+    // ---- objects
+
+    std::unique_ptr<btCollisionShape> make_shape(int kind) {
+        const btScalar size = number(0.2, 0.6);
+        switch (kind) {
+        case 0:
+            return std::make_unique<btBoxShape>(btVector3(size, size, size));
+        case 1:
+            return std::make_unique<btSphereShape>(size);
+        case 2:
+            return std::make_unique<btConeShape>(size, size);
+        case 3: {
+            auto flat = std::make_unique<btConvexHullShape>();
+            for (int i = 0; i < 4; ++i) {
+                flat->addPoint(btVector3((i & 1) != 0 ? size : -size, 0, (i & 2) != 0 ? size : -size));
+            }
+            return flat;
+        }
+        case 4:
+            return std::make_unique<btCylinderShape>(btVector3(size, size, size));
+        default:
+            return std::make_unique<btBvhTriangleMeshShape>(&meshes_[pick(2)].triangles, true);
+        }
+    }
+
+    template <typename T, typename... Args> T& make_object(Place& place, Args&&... args) {
+        if (pick(3) > 0) { return place.slot.make<T>(std::forward<Args>(args)...); }
+        auto made = std::make_unique<T>(std::forward<Args>(args)...);
+        T& object = *made;
+        place.heap = std::move(made);
+        return object;
+    }
+
+    void renew(Place& place) {
+        const int shape = pick(6), kind = pick(8);
+        place.shape = make_shape(shape);
+        place.serial = ++serial_;
+        if (kind < 6) {
+            const btScalar mass = kind < 4 && shape != 5 ? 1 : 0;
+            const btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, place.shape.get(), btVector3(1, 1, 1));
+            place.object = &make_object<btRigidBody>(place, info);
+            if (kind == 5) { place.object->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT); }
+        } else if (kind == 6) {
+            place.object = &make_object<btGhostObject>(place);
+        } else {
+            place.object = &make_object<btCollisionObject>(place);
+        }
+        place.object->setCollisionShape(place.shape.get());
+        place.object->setWorldTransform(
+            btTransform(btQuaternion::getIdentity(), btVector3(number(-1, 1), number(-0.5, 2), number(-1, 1))));
+        if (pick(4) > 0) { add(place); }
+    }
+
+    void add(Place& place) {
+        btRigidBody* body = btRigidBody::upcast(place.object);
+        if (body != nullptr) {
+            world_->addRigidBody(body);
+        } else {
+            world_->addCollisionObject(place.object);
+        }
+    }
+
+    void remove(Place& place) {
+        world_->removeCollisionObject(place.object);
+        for_ties(place.serial, [](Tie& tie) { tie.was_away = true; });
+    }
+
+    void end(Place& place, bool is_told) {
+        if (place.object == nullptr) { return; }
+        for (BridgeOf& of : bridges_) {
+            if (is_told && of.bridge) { of.bridge->forget(*place.object); }
+        }
+        if (place.is_in_world()) { remove(place); }
+        const bool is_rigid = btRigidBody::upcast(place.object) != nullptr;
+        // Of other objects Bullet tells no number: the next one at the address may take over anchors.
+        for_ties(place.serial, [&](Tie& tie) {
+            tie.was_away = true;
+            if (is_rigid) { tie.deleted_after = steps; }
+        });
+        place.slot.clear();
+        place.heap.reset();
+        place.object = nullptr;
+        place.shape.reset();
+        ++deletions;
+    }
+
+    template <typename Do> void for_ties(int serial, Do&& call) {
+        for (BridgeOf& of : bridges_) {
+            for (Soft& soft : of.softs) {
+                for (Tie& tie : soft.ties) {
+                    if (tie.serial == serial) { call(tie); }
+                }
+            }
+        }
+    }
+
+    // ---- checks
+
+    void note_seen() {
+        for (const Place& place : places_) {
+            if (place.is_in_world()) {
+                for_ties(place.serial, [](Tie& tie) { tie.was_seen = true; });
+            }
+        }
+    }
+
+    void step() {
+        for (BridgeOf& of : bridges_) {
+            for (Soft& soft : of.softs) {
+                soft.anchor_count = pli_body_anchor_count(soft.body);
+            }
+        }
+        ++steps;
+        world_->stepSimulation(btScalar(1) / 60, 0);
+        for (Place& place : places_) {
+            assert_true(place.slot.is_untouched());
+        }
+        for (BridgeOf& of : bridges_) {
+            for (const Soft& soft : of.softs) {
+                check(*of.bridge, soft);
+            }
+            // Anchors that pull in different directions may blow a body up.
+            for (auto soft = of.softs.begin(); soft != of.softs.end();) {
+                const bool is_frozen = pli_body_is_frozen(soft->body);
+                if (is_frozen) { assert_int_equal(of.bridge->remove_body(soft->body), PLI_OK); }
+                soft = is_frozen ? of.softs.erase(soft) : std::next(soft);
+            }
+        }
+    }
+
+    // A tie surely holds when its object was never away, and surely does not when it was seen and has been deleted
+    // before this step.
+    void check(const pliant::Bridge& bridge, const Soft& soft) {
+        int least = 0, most = 0;
+        for (const Tie& tie : soft.ties) {
+            least += tie.was_away ? 0 : 1;
+            most += tie.was_seen && tie.deleted_after >= 0 && tie.deleted_after < steps ? 0 : 1;
+        }
+        const int count = pli_body_anchor_count(soft.body);
+        assert_in_range(count, least, most);
+        int event_count = 0, told = 0;
+        const pli_event* events = pli_world_events(bridge.world(), &event_count);
+        for (int i = 0; i < event_count; ++i) {
+            told += events[i].kind == PLI_EVENT_ANCHORS_LOST && events[i].body == soft.body ? 1 : 0;
+        }
+        assert_int_equal(told, count < soft.anchor_count ? 1 : 0);
+        losses += soft.anchor_count - count;
+    }
+
+    std::mt19937 random_;
+    btDefaultCollisionConfiguration configuration_;
+    std::unique_ptr<btBroadphaseInterface> broadphase_;
+    std::unique_ptr<btCollisionDispatcher> dispatcher_;
+    btSequentialImpulseConstraintSolver solver_;
+    btConstraintSolverPoolMt pool_{2};
+    btSequentialImpulseConstraintSolverMt parallel_solver_;
+    Mesh meshes_[2];
+    std::unique_ptr<btDiscreteDynamicsWorld> world_;
+    Action action_{*this};
+    BridgeOf bridges_[bridge_count];
+    std::array<Place, place_count> places_;
+    int pending_[moment_count] = {};
+    int serial_ = 0;
+};
+
+} // namespace
+
+static void test_objects_come_and_go_at_any_moment(void**) {
+    btITaskScheduler* before = btGetTaskScheduler();
+    btSetTaskScheduler(btGetSequentialTaskScheduler());
+    int operations = 0, deletions = 0, losses = 0;
+    for (int seed = first_seed; seed < first_seed + seed_count; ++seed) {
+        Churn churn(seed);
+        churn.run(operation_count);
+        print_message("           seed %d: %d steps, %d deletions, %d anchors, %d lost in steps\n", seed, churn.steps,
+                      churn.deletions, churn.anchors, churn.losses);
+        operations += operation_count;
+        deletions += churn.deletions;
+        losses += churn.losses;
+    }
+    assert_true(deletions > operations / 10 && losses > operations / 100);
+    btSetTaskScheduler(before);
+}
+
+int main(int argc, char** argv) {
+    if (argc > 1) { operation_count = std::atoi(argv[1]); }
+    if (argc > 2) { seed_count = std::atoi(argv[2]); }
+    if (argc > 3) { first_seed = std::atoi(argv[3]); }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_objects_come_and_go_at_any_moment)};
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
