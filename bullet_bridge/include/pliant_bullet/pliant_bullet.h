@@ -49,7 +49,9 @@ public:
     /// PLI_OK, or why the constructor could not make its context or world. A failed bridge answers every call with
     /// this status or null.
     pli_status status() const;
-    /// Of the last step: PLI_OK, or the first error. The message is pli_last_error(context()).
+    /// Of the last step: PLI_OK, or the first error. The message is pli_last_error(context()). After
+    /// PLI_ERROR_OUT_OF_MEMORY the step was done without what it is about (see pli_world_step); shapes that there was
+    /// no memory for are tried again in the next one.
     pli_status step_status() const;
 
     pli_context* context() const;
