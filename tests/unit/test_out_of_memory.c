@@ -281,6 +281,38 @@ static void run_colored_sheet(trial* t) {
     trial_steps(t, 3);
 }
 
+static pli_rigid* add_sampled_block(trial* t, pli_vec3 origin) {
+    const pli_vec3 points[] = {{-0.2f, -0.1f, -0.2f}, {0.2f, -0.1f, -0.2f}, {0, -0.1f, 0.2f}, {0, 0.1f, 0}};
+    const int triangles[] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+    pli_sampled_mesh_def def = pli_sampled_mesh_def_default();
+    def.cell_size = 0.05f;
+    pli_shape* shape = NULL;
+    TRIAL_CALL(t, pli_shape_create_sampled_mesh(t->context, 4, points, 4, triangles, &def, &shape));
+    return add_rigid(t, PLI_RIGID_STATIC, shape, origin);
+}
+
+static void run_shapes(trial* t) {
+    pli_shape *capsule = NULL, *cylinder = NULL;
+    TRIAL_CALL(t, pli_shape_create_capsule(t->context, pli_vec3_make(0.2f, 0, 0), 0.1f, &capsule));
+    TRIAL_CALL(t, pli_shape_create_cylinder(t->context, pli_vec3_make(0, 0.1f, 0), 0.2f, &cylinder));
+    pli_rigid* first = add_rigid(t, PLI_RIGID_DYNAMIC, capsule, pli_vec3_make(0.3f, 1.15f, 0.1f));
+    add_rigid(t, PLI_RIGID_KINEMATIC, cylinder, pli_vec3_make(-0.3f, 0.9f, 0));
+    add_sampled_block(t, pli_vec3_make(0, 0.92f, 0.3f));
+    pli_body* sheet = add_sheet(t, 7, 0.2f, pli_vec3_make(0, 1, 0), 0);
+    enable_rigid_contacts(t, sheet);
+    trial_steps(t, 4);
+    pli_shape* boxes[2] = {NULL, NULL};
+    for (int i = 0; i < 2; ++i) {
+        TRIAL_CALL(t, pli_shape_create_box(t->context, pli_vec3_make(0.2f, 0.1f, 0.1f), &boxes[i]));
+    }
+    TRIAL_CALL(t, pli_rigid_set_shapes(first, 2, boxes, NULL));
+    pli_shape_release(boxes[0]);
+    pli_shape_release(boxes[1]);
+    trial_steps(t, 2);
+    int crossings = 0;
+    TRIAL_CALL(t, pli_body_count_crossings(sheet, &crossings));
+}
+
 static void run_rigid_faces(trial* t) {
     add_tent(t, 0.9f);
     add_hull(t, pli_vec3_make(0.1f, 1.25f, 0.1f));
@@ -308,10 +340,6 @@ static void run_soft_contacts_of_bullet(trial* t) {
     enable_soft_contacts(t, sheets[0], true);
     enable_soft_contacts(t, sheets[1], true);
     trial_steps(t, 5);
-    const int order[] = {1, 0};
-    if (pli_body_get_soft_contacts(sheets[1], 0, NULL) == 2) {
-        TRIAL_CALL(t, pli_body_reorder_soft_contacts(sheets[1], order, 2));
-    }
 }
 
 static void run_clusters(trial* t) {
@@ -648,6 +676,7 @@ static const trial_setup setups[] = {
     {"plain links", run_plain_links, false},
     {"velocity links", run_velocity_links, true},
     {"coloured sheet, rigid contacts", run_colored_sheet, false},
+    {"shapes", run_shapes, false},
     {"rigid faces", run_rigid_faces, false},
     {"soft contacts", run_soft_contacts, false},
     {"soft contacts of Bullet", run_soft_contacts_of_bullet, false},
@@ -789,6 +818,15 @@ static void a_collide_call_tells_of_its_pair_and_the_solve_of_the_step(void** st
     /* A host may ask again. */
     assert_int_equal(pli_world_collide_rigid(l.t.world, l.sheets[1], l.floor), PLI_OK);
     assert_int_equal(pli_body_get_rigid_contacts(l.sheets[1], 0, NULL), 16);
+    const int order[16] = {15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0};
+    pli_rigid_contact contact;
+    for (int place = 1; place <= 2; ++place) {
+        l.t.allocator.fail_at = place;
+        check_told(&l, pli_body_reorder_rigid_contacts(l.sheets[1], order, 16), "no memory to reorder 16 contacts");
+        assert_int_equal(pli_body_get_rigid_contacts(l.sheets[1], 1, &contact), 16);
+        assert_int_equal(contact.node, 0);
+    }
+    l.t.allocator.fail_at = 0;
     check_told(&l, pli_world_solve(l.t.world), "pli_world_solve: no memory");
     check_told(&l, PLI_ERROR_OUT_OF_MEMORY, "for rigid_contacts of body 1;");
     assert_false(pli_world_is_stepping(l.t.world));
