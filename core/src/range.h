@@ -21,11 +21,13 @@ static inline bool plii_is_place(pli_vec3 v) {
 static inline bool plii_is_inverse_mass(float inverse_mass) {
     return inverse_mass >= 0.999f / PLI_MAX_MASS && inverse_mass <= 1.001f / PLI_MIN_MASS;
 }
-/* What rounding has taken over the limit. */
+/* Takes back what rounding has taken over the limit. */
+static inline pli_vec3 plii_vec3_clamp(pli_vec3 v, float limit) {
+    return pli_vec3_make(plii_clamp(v.x, -limit, limit), plii_clamp(v.y, -limit, limit),
+                         plii_clamp(v.z, -limit, limit));
+}
 static inline pli_vec3 plii_clamp_place(pli_vec3 v) {
-    return pli_vec3_make(plii_clamp(v.x, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-                         plii_clamp(v.y, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
-                         plii_clamp(v.z, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE));
+    return plii_vec3_clamp(v, PLI_MAX_COORDINATE);
 }
 
 /* PLI_OK, or the error of a value whose absolute is above the limit, or NaN; `name` is that of the value. */

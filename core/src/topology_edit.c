@@ -6,6 +6,7 @@
 
 #include "mesh_impl.h"
 #include "node_planes.h"
+#include "range.h"
 #include "world_impl.h"
 
 #include <limits.h>
@@ -95,10 +96,9 @@ static float edit_take_mass(float* a, float* b, float share) {
     return 1.0f / *giver;
 }
 
-static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share) {
-    pli_vec4 result = {0};
-    plii_set_xyz(&result, pli_vec3_lerp(plii_xyz(a), plii_xyz(b), share));
-    return result;
+static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
+    const pli_vec3 between = plii_vec3_clamp(pli_vec3_lerp(plii_xyz(a), plii_xyz(b), share), limit);
+    return (pli_vec4){between.x, between.y, between.z, 0.0f};
 }
 
 static bool edit_grow_nodes(plii_edit* edit) {
@@ -110,9 +110,9 @@ int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
     if (!edit_grow_nodes(edit)) { return PLI_NULL_INDEX; }
     plii_edit_node *first = &edit->nodes[a], *second = &edit->nodes[b];
     plii_edit_node* node = &edit->nodes[edit->node_count];
-    node->position = edit_lerp(first->position, second->position, share);
-    node->previous = edit_lerp(first->previous, second->previous, share);
-    node->velocity = edit_lerp(first->velocity, second->velocity, share);
+    node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
+    node->previous = edit_lerp(first->previous, second->previous, share, PLI_MAX_COORDINATE);
+    node->velocity = edit_lerp(first->velocity, second->velocity, share, PLI_MAX_SPEED);
     node->position.w = edit_inverse_mass(edit_take_mass(&first->position.w, &second->position.w, share));
     node->origin = (plii_node_origin){a, b, share};
     return edit->node_count++;

@@ -433,7 +433,10 @@ static void world_keep_rigid_velocities(pli_world* world) {
 /* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
    put back while it was solved, since its impulses are among theirs. */
 static void world_restore_rigids(pli_world* world, int events_before) {
-    const bool has_frozen = world->event_count > events_before;
+    bool has_frozen = false;
+    for (int i = events_before; i < world->event_count; ++i) {
+        has_frozen = has_frozen || world->events[i].kind == PLI_EVENT_BODY_FROZEN;
+    }
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
         pli_rigid_state* state = &rigid->state;
