@@ -195,8 +195,8 @@ static pli_status make_shape(pli_shape** shape) {
         pli_sampled_mesh_def def = pli_sampled_mesh_def_default();
         def.cell_size = number(0.5f);
         def.padding = number(0.5f);
-        /* Large grids are allowed, and take long. */
-        const double extent = (double)largest_coordinate(8, points) + fabs((double)def.padding);
+        /* Large grids are allowed, and take long; still smaller cells are refused. */
+        const double extent = (double)largest_coordinate(4, points) + fabs((double)def.padding);
         const double cells = def.cell_size > 0.0f ? 2.0 * extent / (double)def.cell_size : 64.0;
         if (cells > 16.0 && cells < 1e7) { def.cell_size = def.padding = (float)(extent / 6.0); }
         return pli_shape_create_sampled_mesh(context, 4, points, 4, tetra, &def, shape);
