@@ -206,11 +206,13 @@ static pli_vec3 joint_localize(const plii_joint_side* side, pli_vec3 value, bool
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
+    const bool was_enabled = plii_feature_is_enabled(body, &joints_class);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &joints_class, &state));
     joints_state* joints = state;
     if (!plii_id_pool_reserve(body->context, &joints->ids) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
+        if (!was_enabled) { plii_feature_disable(body, &joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
     const plii_joint_side sides[2] = {plii_joint_side_of_cluster(body, joint->cluster), joint_side_of(&joint->other)};

@@ -382,9 +382,11 @@ static pli_status make_joints(pli_context* c, void* user) {
         pli_angular_joint_def angular = pli_angular_joint_def_default();
         angular.axis = pli_vec3_make(0, 1, 0);
         const bool is_linear = i % 2 == 0;
+        const int features = pli_body_get_features(body, 0, NULL);
         status = is_linear ? pli_body_add_linear_joint(body, &linear, NULL)
                            : pli_body_add_angular_joint(body, &angular, NULL);
         assert_int_equal(pli_body_joint_count(body), status == PLI_OK ? i + 1 : i);
+        if (status != PLI_OK) { assert_int_equal(pli_body_get_features(body, 0, NULL), features); }
     }
     pli_mesh_destroy(mesh);
     pli_world_destroy(w);
@@ -450,6 +452,20 @@ static void test_bad_input(void** unused) {
     assert_int_equal(pli_rigid_create(elsewhere, &rigid_def, &linear.other.rigid), PLI_OK);
     check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "not in the body's world");
     pli_world_destroy(elsewhere);
+
+    pli_context* foreign = NULL; /* its log is not the place for what is wrong with a call of another context */
+    assert_int_equal(pli_context_create(NULL, &foreign), PLI_OK);
+    assert_int_equal(pli_world_create(foreign, NULL, &elsewhere), PLI_OK);
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_rope(foreign, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 1, 0, &mesh),
+                     PLI_OK);
+    linear = pli_linear_joint_def_default();
+    assert_int_equal(pli_body_create(elsewhere, mesh, NULL, &linear.other.body), PLI_OK);
+    check_error(pli_body_add_linear_joint(body, &linear, NULL), PLI_ERROR_INVALID_VALUE, "in another world");
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(elsewhere);
+    pli_context_destroy(foreign);
+    linear.other.body = NULL;
 
     linear.other.rigid = rigid;
     assert_int_equal(pli_body_joint_count(body), 0);
