@@ -18,7 +18,7 @@ cd "$(dirname "$0")/.."
 
 packages="$packages
 clang           command clang
-libclang-rt-14-dev file /usr/lib/*/clang/*/lib/linux/libclang_rt.fuzzer-x86_64.a"
+libclang-rt-dev file    /usr/lib/*/lib/clang/*/lib/linux/libclang_rt.fuzzer-*.a"
 install_missing
 build_preset fuzz fuzzers
 

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset and then
-# the unit tests again under AddressSanitizer and UBSan, but for the report. Exit status 0 when all passed.
+# the unit tests again under AddressSanitizer and UBSan, but for the report; what fuzzers have found interesting also under
+# those of clang. Exit status 0 when all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
@@ -9,15 +10,17 @@ cd "$(dirname "$0")/.."
 
 # Tests of the window need a screen, and this one is not looked at.
 packages="$packages
-xvfb            command Xvfb"
+xvfb            command Xvfb
+clang           command clang
+libclang-rt-dev file    /usr/lib/*/lib/clang/*/lib/linux/libclang_rt.asan-*.a"
 
 passed=0
 failed=0
 
-run_tests() { # PRESET
+run_tests() { # PRESET [PATTERN]
     say "testing preset $1"
     log=build/$1-tests.log
-    ctest --preset "$1" -j 2 2>&1 | tee "$log"
+    ctest --preset "$1" -j 2 ${2:+-R "$2"} 2>&1 | tee "$log"
     # "97% tests passed, 2 tests failed out of 67"; without that line the tests did not run.
     summary=$(sed -n 's/^[0-9]*% tests passed, \([0-9]*\) tests\{0,1\} failed out of \([0-9]*\)$/\1 \2/p' "$log")
     if [ -z "$summary" ]; then
@@ -33,6 +36,8 @@ build_preset release
 run_tests release
 build_preset asan
 run_tests asan
+build_preset ubsan-clang fuzzers
+run_tests ubsan-clang '^fuzz_corpus_'
 
 printf '%d passed, %d failed\n' "$passed" "$failed"
 [ "$failed" -eq 0 ]
