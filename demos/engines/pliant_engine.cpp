@@ -33,10 +33,10 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     : description_(description), options_(options), run_(choose_solver(description, EngineKind::pliant, options)),
       clock_(options.step_seconds), drive_(description.drives), threads_(options.threads),
       context_(create_context(options, threads_)), rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
-    rigids_.adopt(std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
-                                                                        &rigids_.broadphase(), &rigids_.solver(),
-                                                                        &rigids_.configuration()),
-                  description.gravity);
+    auto world = std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(
+        rigids_.clock(), &rigids_.dispatcher(), &rigids_.broadphase(), &rigids_.solver(), &rigids_.configuration());
+    world->set_soft_bounds_first(options_.reference);
+    rigids_.adopt(std::move(world), description.gravity);
     rigids_.world().addAction(&start_);
     pliant::BridgeDef def;
     def.context = context_.get();

@@ -56,8 +56,19 @@ public:
     explicit TimedWorld(SoftClock& clock, Arguments&&... arguments)
         : World(std::forward<Arguments>(arguments)...), clock_(clock) {}
 
+    // A btSoftBody tells the broad phase its bounds when it predicts, before those of rigid bodies are brought up to
+    // date. The order of pairs, of which that of rigid contacts follows, depends on it.
+    void set_soft_bounds_first(bool first) { soft_bounds_first_ = first; }
+
     void updateAabbs() override {
         btCollisionObjectArray& objects = this->getCollisionObjectArray();
+        for (int i = 0; soft_bounds_first_ && i < objects.size(); ++i) {
+            if (!is_soft(*objects[i])) { continue; }
+            const SoftClock::Window window(clock_, SoftPart::predict);
+            btVector3 low, high;
+            objects[i]->getCollisionShape()->getAabb(objects[i]->getWorldTransform(), low, high);
+            this->getBroadphase()->setAabb(objects[i]->getBroadphaseHandle(), low, high, this->getDispatcher());
+        }
         for (int i = 0; i < objects.size(); ++i) {
             if (!this->getForceUpdateAllAabbs() && !objects[i]->isActive()) { continue; }
             if (is_soft(*objects[i])) {
@@ -71,6 +82,7 @@ public:
 
 private:
     SoftClock& clock_;
+    bool soft_bounds_first_ = false;
 };
 
 } // namespace demos
