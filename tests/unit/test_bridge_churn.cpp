@@ -287,7 +287,7 @@ private:
         case 1:
             return std::make_unique<btSphereShape>(size);
         case 2:
-            return std::make_unique<btConeShape>(size, size);
+            return std::make_unique<btCapsuleShape>(size, size); // btConeShape reads what it never set
         case 3: {
             auto flat = std::make_unique<btConvexHullShape>();
             for (int i = 0; i < 4; ++i) {
