@@ -219,10 +219,20 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
     return plii_check_change(context, function);
 }
 
-_Thread_local int plii_shape_queries;
+static _Thread_local int context_shape_queries;
+
+void plii_shape_query_begin(void) {
+    ++context_shape_queries;
+}
+void plii_shape_query_end(void) {
+    --context_shape_queries;
+}
+bool plii_is_in_shape_query(void) {
+    return context_shape_queries > 0;
+}
 
 pli_status plii_check_change(pli_context* context, const char* function) {
-    if (context->walk_depth == 0 && plii_shape_queries == 0) { return PLI_OK; }
+    if (context->walk_depth == 0 && !plii_is_in_shape_query()) { return PLI_OK; }
     return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 

@@ -74,8 +74,10 @@ static inline void plii_walk_end(pli_context* context) {
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
-/* Queries of shapes that this thread is in. They are no walks, as several threads may ask shapes of one context. */
-extern _Thread_local int plii_shape_queries;
+/* Around queries of shapes. They are no walks, as several threads may ask shapes of one context; each counts its own. */
+void plii_shape_query_begin(void);
+void plii_shape_query_end(void);
+bool plii_is_in_shape_query(void);
 /* PLI_OK outside of walks. */
 pli_status plii_check_change(pli_context* context, const char* function);
 

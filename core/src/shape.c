@@ -63,7 +63,7 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
-    if (shape->context->walk_depth == shape->context->release_depth && plii_shape_queries == 0) { return PLI_OK; }
+    if (shape->context->walk_depth == shape->context->release_depth && !plii_is_in_shape_query()) { return PLI_OK; }
     return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 
@@ -113,9 +113,9 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
         if (normal != NULL) { *normal = pli_vec3_make(1, 0, 0); }
         return INFINITY;
     }
-    ++plii_shape_queries;
+    plii_shape_query_begin();
     const float distance = plii_shape_distance(shape, point, normal);
-    --plii_shape_queries;
+    plii_shape_query_end();
     return distance;
 }
 
@@ -124,9 +124,9 @@ pli_bounds pli_shape_bounds(const pli_shape* shape) {
         pli_bounds none = {{0, 0, 0}, {0, 0, 0}};
         return none;
     }
-    ++plii_shape_queries;
+    plii_shape_query_begin();
     const pli_bounds bounds = shape->def.bounds(shape->def.user);
-    --plii_shape_queries;
+    plii_shape_query_end();
     return bounds;
 }
 
