@@ -454,13 +454,16 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(rigid_contacts_check_def(body->context, def, __func__));
+    const bool was_enabled = plii_feature_is_enabled(body, &rigid_contacts_class);
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
     if (def->after_links) {
-        PLII_TRY(plii_feature_enable(body, &rigid_contacts_last_class, NULL));
+        const pli_status status = plii_feature_enable(body, &rigid_contacts_last_class, NULL);
+        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &rigid_contacts_class); }
+        PLII_TRY(status);
     } else {
         plii_feature_disable(body, &rigid_contacts_last_class);
     }
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
     ((rigid_contacts_state*)state)->def = *def;
     return PLI_OK;
 }

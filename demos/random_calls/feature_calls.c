@@ -24,7 +24,9 @@ static void change_rigid_contacts(calls* c, pli_body* body, calls_context* home)
         def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.dynamic_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.static_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
-        def.after_links = bytes_flag(&c->bytes);
+        const int flags = bytes_next(&c->bytes);
+        def.after_links = (flags & 1) != 0;
+        if ((flags & 6) == 6) { CALL(c, home, pli_body_use_bullet_node_boxes(body, (flags & 8) != 0)); }
     }
     TURN_ON(pli_body_enable_rigid_contacts(body, &def));
 }

@@ -24,7 +24,11 @@ void calls_change_rigid(calls* c) {
              pli_rigid_set_kind(rigid, (pli_rigid_kind)bytes_small(&c->bytes, 0, 2),
                                 bytes_flag(&c->bytes) ? &state : NULL));
     }
-    if (kind == 3) { CALL(c, home, pli_rigid_set_friction(rigid, bytes_float(&c->bytes, 0.0f, 1.0f))); }
+    if (kind == 3) {
+        const float friction = bytes_float(&c->bytes, 0.0f, 1.0f);
+        CALL(c, home, pli_rigid_set_friction(rigid, friction));
+        CALL(c, home, pli_rigid_set_present(rigid, friction < 0.8f));
+    }
     if (kind == 4) {
         const pli_vec3 linear = bytes_vec3(&c->bytes, 0.0f, 1.0f), angular = bytes_vec3(&c->bytes, 0.0f, 1.0f);
         CALL(c, home, pli_rigid_set_factors(rigid, linear, angular));

@@ -12,12 +12,11 @@ cmake --build $build --target fuzzers
 objects=
 for name in api obj tetgen; do
     LLVM_PROFILE_FILE=$build/$name.profraw $build/tests/fuzz/replay_$name tests/fuzz/corpus/$name.pack
-    objects="$objects -object $build/tests/fuzz/replay_$name"
+    objects="$objects${objects:+ -object }$build/tests/fuzz/replay_$name"
 done
 tool=$(command -v llvm-cov || command -v llvm-cov-14)
 "${tool%llvm-cov*}llvm-profdata${tool##*llvm-cov}" merge -o $build/all.profdata $build/*.profraw
 # shellcheck disable=SC2086 # a list of words
-"$tool" show -instr-profile=$build/all.profdata $objects -show-line-counts core/src >$build/lines.txt
+"$tool" show $objects -instr-profile=$build/all.profdata core/src >$build/lines.txt
 # shellcheck disable=SC2086
-"$tool" report -instr-profile=$build/all.profdata $objects core/src | awk '{ print $1, $(NF - 5), $(NF - 4), $(NF - 3) }' |
-    column -t
+"$tool" report $objects -instr-profile=$build/all.profdata -show-region-summary=0 -show-branch-summary=0 core/src

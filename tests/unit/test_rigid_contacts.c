@@ -1,8 +1,9 @@
 /* Contacts of nodes with rigid bodies: balance of momentum, the friction regimes, rest, life of contacts, errors. */
 
-#include "check.h"
+#include "failing_allocator.h"
 
 #include "pliant/contact.h"
+#include "pliant/generate.h"
 #include "pliant/world.h"
 
 #include <stdbool.h>
@@ -437,6 +438,34 @@ static void test_rigid_contacts_do_not_depend_on_their_order(void** state) {
     assert_true(hash_of_crowd(f, false) == hash_of_crowd(f, true));
 }
 
+static void test_rigid_contacts_without_memory_stay_as_they_were(void** state) {
+    (void)state;
+    failing_allocator allocator;
+    pli_context* context = failing_context(&allocator);
+    pli_world* world = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* body = NULL;
+    const pli_vec3 from = {0, 0, 0}, to = {1, 0, 0};
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    assert_int_equal(pli_mesh_create_rope(context, from, to, 3, 0, &mesh), PLI_OK);
+    assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+    pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
+    def.after_links = true;
+    const int features = pli_body_get_features(body, 0, NULL);
+    int failures = 0;
+    for (;; ++failures) {
+        allocator.fail_at = failures + 1;
+        if (pli_body_enable_rigid_contacts(body, &def) == PLI_OK) { break; }
+        assert_int_equal(pli_body_get_features(body, 0, NULL), features);
+    }
+    allocator.fail_at = 0;
+    assert_in_range(failures, 2, 20);
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+    assert_int_equal(allocator.alive, 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_keep_momentum, setup, teardown),
@@ -450,6 +479,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_rigid_contacts_go_with_their_rigid_body, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_by_kept_boxes, setup, teardown),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_do_not_depend_on_their_order, setup, teardown),
+        cmocka_unit_test(test_rigid_contacts_without_memory_stay_as_they_were),
         cmocka_unit_test_setup_teardown(test_rigid_contacts_refuse_bad_input, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
