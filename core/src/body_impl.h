@@ -142,6 +142,8 @@ pli_status plii_solver_check_change(const pli_body* body, const plii_solver_clas
 bool plii_solver_update_bounds(pli_body* body);
 /* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
 bool plii_solver_check_velocities(pli_body* body);
+/* Puts all nodes back to the start of the step, at rest. */
+void plii_solver_take_start(pli_body* body);
 /* At the end of a prediction: the same, of the whole way where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
 

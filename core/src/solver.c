@@ -10,14 +10,18 @@
 
 // -------------------------------------------------------------------------------------------------- bounds
 
-static void solver_put_back(pli_body* body) {
-    const int node = plii_body_find_lost_node(body);
+void plii_solver_take_start(pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
         body->velocities[i] = (pli_vec4){0};
     }
-    body->is_frozen = true;
     plii_body_update_bounds(body);
+}
+
+static void solver_put_back(pli_body* body) {
+    const int node = plii_body_find_lost_node(body);
+    plii_solver_take_start(body);
+    body->is_frozen = true;
     plii_world_add_event(body->world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = node});
 }
 

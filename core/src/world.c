@@ -432,10 +432,12 @@ static void world_keep_rigid_velocities(pli_world* world) {
 
 /* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
    put back while it was solved, since its impulses are among theirs. */
-static void world_restore_rigids(pli_world* world, int events_before) {
+static void world_end_trouble(pli_world* world, int events_before) {
     bool has_frozen = false;
     for (int i = events_before; i < world->event_count; ++i) {
-        has_frozen = has_frozen || world->events[i].kind == PLI_EVENT_BODY_FROZEN;
+        if (world->events[i].kind != PLI_EVENT_BODY_FROZEN) { continue; }
+        has_frozen = true;
+        plii_solver_take_start(world->events[i].body); /* bodies solved later may have moved it */
     }
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
@@ -476,7 +478,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
         plii_body_refresh(body);
     }
     plii_world_profile(world, "refresh", NULL, false);
-    world_restore_rigids(world, events_before);
+    world_end_trouble(world, events_before);
     world->is_stepping = false;
     (void)world_end_call(world, before, NULL);
     return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;

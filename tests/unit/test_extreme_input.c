@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { DEFAULT_CASES = 150, MAX_BODIES = 2, MAX_RIGIDS = 2 };
+enum { DEFAULT_CASES = 500, MAX_BODIES = 2, MAX_RIGIDS = 2 };
 
 static uint64_t seed;
 static float wildness; /* share of extreme numbers in this case */
