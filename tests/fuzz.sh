@@ -1,8 +1,8 @@
 #!/bin/sh
-# Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for
-# a third of the time the readers of OBJ and TetGen files in one of them. Installs what is missing (Debian, with apt) and
-# builds first. Prints what was run; an input that finds something is kept in build/fuzz/findings, and the exit status is
-# 1 then. tests/fuzz/README.md says how to go on from there.
+# Looks for faults with libFuzzer for MINUTES, in two processes: random calls of the public interface in both, and for a
+# third of the time the readers of OBJ and TetGen files in one of them. Installs what is missing (Debian, with apt) and
+# builds first. Prints what was run; an input that finds something is kept in build/fuzz/findings, and the exit status
+# is 1 then. tests/fuzz/README.md says how to go on from there.
 #
 #   usage: sh tests/fuzz.sh MINUTES
 set -eu
