@@ -74,7 +74,7 @@ static inline void plii_walk_end(pli_context* context) {
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
-/* Around queries of shapes. They are no walks, as several threads may ask shapes of one context; each counts its own. */
+/* Around queries of shapes, which each thread counts for itself: no walks, as several may ask shapes of one context. */
 void plii_shape_query_begin(void);
 void plii_shape_query_end(void);
 bool plii_is_in_shape_query(void);
