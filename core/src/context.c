@@ -231,8 +231,7 @@ bool plii_is_in_shape_query(void) {
     return context_shape_queries > 0;
 }
 
-pli_status plii_check_change(pli_context* context, const char* function) {
-    if (context->walk_depth == 0 && !plii_is_in_shape_query()) { return PLI_OK; }
+pli_status plii_refuse_change(pli_context* context, const char* function) {
     return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 

@@ -78,8 +78,12 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
 void plii_shape_query_begin(void);
 void plii_shape_query_end(void);
 bool plii_is_in_shape_query(void);
+pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
-pli_status plii_check_change(pli_context* context, const char* function);
+static inline pli_status plii_check_change(pli_context* context, const char* function) {
+    const bool is_free = context->walk_depth == 0 && !plii_is_in_shape_query();
+    return is_free ? PLI_OK : plii_refuse_change(context, function);
+}
 
 /* Zeroed, 64-byte aligned; NULL when out of memory or when `size` is 0. */
 void* plii_allocate(pli_context* context, size_t size);

@@ -145,6 +145,7 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
 }
 
 static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli_vec3 angular, const char* function) {
+    if (plii_vec3_is_within(linear, PLI_MAX_FACTOR) && plii_vec3_is_within(angular, PLI_MAX_FACTOR)) { return PLI_OK; }
     if (!plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
     }
@@ -311,11 +312,6 @@ bool pli_rigid_was_touched(const pli_rigid* rigid) {
 }
 bool pli_rigid_was_held_back(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_held_back;
-}
-
-bool plii_rigid_is_slow(const pli_rigid* rigid) {
-    return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
-           plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {

@@ -3,6 +3,7 @@
 
 #include "context.h"
 #include "pliant/rigid.h"
+#include "range.h"
 #include "vec.h"
 
 struct pli_rigid {
@@ -38,7 +39,10 @@ pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, p
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
 
 /* False for velocities that are NaN or beyond the limits. */
-bool plii_rigid_is_slow(const pli_rigid* rigid);
+static inline bool plii_rigid_is_slow(const pli_rigid* rigid) {
+    return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
+           plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
+}
 
 /* Velocity at an offset from the centre of mass. */
 static inline pli_vec3 plii_rigid_velocity_at(const pli_rigid* rigid, pli_vec3 offset) {
