@@ -194,7 +194,7 @@ pli_rigid* Bridge::Impl::pin_proxy(const btCollisionObject& object) {
 }
 
 void Bridge::Impl::pin(RigidProxy& proxy) {
-    proxy.is_pinned = true;
+    proxy.is_pinned = has_pinned_ = true;
     // The object lives now. Out of the world it begins anew.
     if (proxy.object()->getWorldArrayIndex() < 0) { proxy.was_in_world = false; }
     if (!proxy.was_in_world) { proxy.set_present(false); }
@@ -276,6 +276,8 @@ void Bridge::Impl::look_for_new_pinned() {
 
 // Before the prediction.
 void Bridge::Impl::look_for_pinned() {
+    if (!has_pinned_) { return; }
+    has_pinned_ = std::any_of(proxies_.begin(), proxies_.end(), [](const auto& e) { return e.second->is_pinned; });
     look_for_new_pinned();
     for (const auto& entry : proxies_) {
         RigidProxy& proxy = *entry.second;
@@ -455,6 +457,7 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
 
 // Anchors need no contact to act.
 void Bridge::Impl::take_part_of_pinned() {
+    if (!has_pinned_) { return; }
     for (const auto& entry : proxies_) {
         RigidProxy& proxy = *entry.second;
         if (!proxy.is_pinned || !proxy.was_in_world || proxy.is_let_go) { continue; }

@@ -107,6 +107,7 @@ private:
     bool dispatches_in_parallel_ = false;
     bool collects_pairs_ = false;     ///< from the prediction to the contacts
     bool has_unused_proxies_ = false; ///< their last pair went away inside a step
+    bool has_pinned_ = false;         ///< of proxies, or had in the last step
     bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
     unsigned step_ = 0;

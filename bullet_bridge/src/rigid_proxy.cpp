@@ -120,32 +120,55 @@ void RigidProxy::capture(unsigned step) {
     captured_pose_ = object_->getWorldTransform();
 }
 
-pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
-    const pli_rigid_kind present_kind = kind();
+// Number by number: reading what was just stored in parts as a whole has to wait.
+bool RigidProxy::Response::operator==(const Response& o) const {
+    const auto same = [](pli_vec3 a, pli_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
+    return same(linear_factor, o.linear_factor) && same(angular_factor, o.angular_factor) && friction == o.friction;
+}
+
+RigidProxy::Response RigidProxy::response() const {
     const pli_vec3 one = pli_vec3_make(1, 1, 1);
-    const pli_vec3 linear_factor = body_ != nullptr ? to_pli(body_->getLinearFactor()) : one;
-    const pli_vec3 angular_factor = body_ != nullptr ? to_pli(body_->getAngularFactor()) : one;
-    const float friction = to_float(object_->getFriction());
-    holds_captured_ = false;
-    pli_status status = PLI_OK;
-    if (rigid_ == nullptr) {
-        pli_rigid_def def = pli_rigid_def_default();
-        def.kind = present_kind;
-        read_state(def.state);
-        def.friction = friction;
-        def.linear_factor = linear_factor;
-        def.angular_factor = angular_factor;
-        status = pli_rigid_create(world, &def, &rigid_);
-        if (status == PLI_OK) { set_present(is_present_); }
-    } else {
-        if (pli_rigid_get_kind(rigid_) != present_kind) {
-            pli_rigid_state state{};
-            read_state(state);
-            status = pli_rigid_set_kind(rigid_, present_kind, &state);
-        }
-        if (status == PLI_OK) { status = pli_rigid_set_factors(rigid_, linear_factor, angular_factor); }
-        if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, friction); }
+    return {body_ != nullptr ? to_pli(body_->getLinearFactor()) : one,
+            body_ != nullptr ? to_pli(body_->getAngularFactor()) : one, to_float(object_->getFriction())};
+}
+
+pli_status RigidProxy::create_rigid(pli_world* world) {
+    const Response present = response();
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind();
+    read_state(def.state);
+    def.friction = present.friction;
+    def.linear_factor = present.linear_factor;
+    def.angular_factor = present.angular_factor;
+    const pli_status status = pli_rigid_create(world, &def, &rigid_);
+    if (status != PLI_OK) { return status; }
+    kind_ = def.kind;
+    response_ = present;
+    set_present(is_present_);
+    return PLI_OK;
+}
+
+// What has changed since the last time.
+pli_status RigidProxy::update_rigid() {
+    const pli_rigid_kind present_kind = kind();
+    if (present_kind != kind_) {
+        pli_rigid_state state{};
+        read_state(state);
+        const pli_status status = pli_rigid_set_kind(rigid_, present_kind, &state);
+        if (status != PLI_OK) { return status; }
+        kind_ = present_kind;
     }
+    const Response present = response();
+    if (present == response_) { return PLI_OK; }
+    pli_status status = pli_rigid_set_factors(rigid_, present.linear_factor, present.angular_factor);
+    if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, present.friction); }
+    if (status == PLI_OK) { response_ = present; }
+    return status;
+}
+
+pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
+    pli_status status = rigid_ == nullptr ? create_rigid(world) : update_rigid();
+    holds_captured_ = false;
     if (status != PLI_OK) { return status; }
 
     const std::uint64_t fingerprint = shape_fingerprint(*object_->getCollisionShape());
@@ -223,7 +246,7 @@ pli_status RigidProxy::set_present_state() {
 }
 
 void RigidProxy::write_back(btScalar dt) {
-    if (!pli_rigid_was_touched(rigid_) || pli_rigid_get_kind(rigid_) != PLI_RIGID_DYNAMIC) { return; }
+    if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
     const pli_rigid_state after = pli_rigid_get_state(rigid_);

@@ -87,7 +87,16 @@ public:
     unsigned present_step = 0; ///< the last step that it took part in
 
 private:
+    /// How it answers to impulses and contacts.
+    struct Response {
+        pli_vec3 linear_factor, angular_factor;
+        float friction;
+        bool operator==(const Response& o) const;
+    };
     pli_rigid_kind kind() const;
+    Response response() const;
+    pli_status create_rigid(pli_world* world);
+    pli_status update_rigid();
     void read_state(pli_rigid_state& state) const; // of what is no btRigidBody the pose only
 
     const btCollisionObject* object_;
@@ -96,6 +105,8 @@ private:
     int world_array_index_ = -1; ///< where it was last
     bool is_present_ = true;
     pli_rigid* rigid_ = nullptr;
+    pli_rigid_kind kind_ = PLI_RIGID_STATIC; ///< the core's body has these two
+    Response response_{};
     unsigned captured_step_ = 0;
     bool holds_captured_ = false; ///< the core's body has the captured state
     pli_rigid_state captured_{};

@@ -154,10 +154,28 @@ template <typename T> void add_to_hash(std::uint64_t& hash, T value) {
     hash ^= hash >> 32; // products do not reach lower bits
 }
 
-void add_to_hash(std::uint64_t& hash, const btVector3& v) {
-    for (int i = 0; i < 3; ++i) {
-        add_to_hash(hash, v.m_floats[i]);
+// Two at a time where they are floats.
+void add_to_hash(std::uint64_t& hash, btScalar a, btScalar b) {
+    if constexpr (2 * sizeof(btScalar) <= sizeof hash) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, &a, sizeof a);
+        std::memcpy(reinterpret_cast<unsigned char*>(&word) + sizeof a, &b, sizeof b);
+        add_to_hash(hash, word);
+    } else {
+        add_to_hash(hash, a);
+        add_to_hash(hash, b);
     }
+}
+
+void add_to_hash(std::uint64_t& hash, const btVector3& v) {
+    add_to_hash(hash, v.x(), v.y());
+    add_to_hash(hash, v.z());
+}
+
+void add_to_hash(std::uint64_t& hash, const btVector3& a, const btVector3& b) {
+    add_to_hash(hash, a.x(), a.y());
+    add_to_hash(hash, a.z(), b.x());
+    add_to_hash(hash, b.y(), b.z());
 }
 
 // Shapes of which these numbers say all.
@@ -171,8 +189,7 @@ void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     if (has_dimensions(shape.getShapeType())) {
         const auto& convex = static_cast<const btConvexInternalShape&>(shape);
         add_to_hash(hash, convex.getMarginNV());
-        add_to_hash(hash, convex.getLocalScalingNV());
-        add_to_hash(hash, convex.getImplicitShapeDimensions());
+        add_to_hash(hash, convex.getLocalScalingNV(), convex.getImplicitShapeDimensions());
         return;
     }
     add_to_hash(hash, shape.getMargin());
@@ -180,8 +197,7 @@ void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     if (shape.isConvex()) {
         btVector3 low, high;
         shape.getAabb(btTransform::getIdentity(), low, high);
-        add_to_hash(hash, low);
-        add_to_hash(hash, high);
+        add_to_hash(hash, low, high);
     }
     if (!shape.isCompound()) { return; }
     const auto& compound = static_cast<const btCompoundShape&>(shape);

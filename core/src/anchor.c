@@ -58,7 +58,7 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         plii_float4_to(&anchor->matrix[0], matrix.columns[0]);
         plii_float4_to(&anchor->matrix[1], matrix.columns[1]);
         plii_float4_to(&anchor->matrix[2], matrix.columns[2]);
-        rigid->was_touched = true;
+        plii_rigid_touch(rigid);
     }
 }
 

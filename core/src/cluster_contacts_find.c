@@ -478,7 +478,7 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
             return status;
         }
     }
-    if (state->count > before) { rigid->was_touched = true; }
+    if (state->count > before) { plii_rigid_touch(rigid); }
     return PLI_OK;
 }
 

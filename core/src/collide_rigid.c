@@ -212,7 +212,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
             return status;
         }
     }
-    rigid->was_touched = rigid->was_touched || state->count > before;
+    if (state->count > before) { plii_rigid_touch(rigid); }
     return PLI_OK;
 }
 

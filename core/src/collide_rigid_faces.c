@@ -227,7 +227,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->contacts[state->count++] = contact;
-    rigid->was_touched = true;
+    plii_rigid_touch(rigid);
     return PLI_OK;
 }
 

@@ -219,17 +219,7 @@ pli_status plii_check_context_change(pli_context* context, const char* function)
     return plii_check_change(context, function);
 }
 
-static _Thread_local int context_shape_queries;
-
-void plii_shape_query_begin(void) {
-    ++context_shape_queries;
-}
-void plii_shape_query_end(void) {
-    --context_shape_queries;
-}
-bool plii_is_in_shape_query(void) {
-    return context_shape_queries > 0;
-}
+_Thread_local int plii_shape_queries;
 
 pli_status plii_refuse_change(pli_context* context, const char* function) {
     return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");

@@ -75,9 +75,20 @@ pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
 /* Around queries of shapes, which each thread counts for itself: no walks, as several may ask shapes of one context. */
-void plii_shape_query_begin(void);
-void plii_shape_query_end(void);
-bool plii_is_in_shape_query(void);
+#ifdef __cplusplus
+extern thread_local int plii_shape_queries;
+#else
+extern _Thread_local int plii_shape_queries;
+#endif
+static inline void plii_shape_query_begin(void) {
+    ++plii_shape_queries;
+}
+static inline void plii_shape_query_end(void) {
+    --plii_shape_queries;
+}
+static inline bool plii_is_in_shape_query(void) {
+    return plii_shape_queries > 0;
+}
 pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {

@@ -258,7 +258,7 @@ void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool
         if (base != NULL) { velocity = plii_dvec3_sub(velocity, base[from->node]); }
         item->target = plii_dvec3_sub(item->target, velocity);
         item->block = is_pinned ? holds_pinned_block(met->rigid) : blocks[from->node];
-        met->rigid->was_touched = true;
+        plii_rigid_touch(met->rigid);
     }
 }
 

@@ -29,7 +29,7 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
             rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.as_bullet;
         joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_side_of(&joint->other);
-        if (joint->other.rigid != NULL) { joint->other.rigid->was_touched = true; }
+        if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
         joint->klass->prepare(joint, step, body->world->joint_iterations);
     }
 }

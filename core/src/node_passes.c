@@ -73,7 +73,8 @@ static bool node_extent_is_within(const node_extent* extent, float limit) {
     return (plii_lanes_bits(plii_lanes_both(extent->finite, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
-static node_extent node_extent_all(const pli_body* body, const pli_vec4* records) {
+/* Inline: bodies of a few nodes would notice that it goes through memory. */
+PLII_SIMD_INLINE node_extent node_extent_all(const pli_body* body, const pli_vec4* records) {
     return body->node_count > NODE_PASSES_BLOCK ? node_extent_in_blocks(body, records)
                                                 : node_extent_of(records, 0, body->node_count);
 }

@@ -2,6 +2,7 @@
 #define PLII_RIGID_IMPL_H
 
 #include "context.h"
+#include "handle.h"
 #include "pliant/rigid.h"
 #include "range.h"
 #include "vec.h"
@@ -21,14 +22,16 @@ struct pli_rigid {
     bool was_touched, was_held_back;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
-    pli_vec3 start_linear_velocity, start_angular_velocity; /* when the solve in progress began */
+    pli_vec3 start_linear_velocity, start_angular_velocity; /* of one that was touched: before the impulses of the step */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
 };
 
 /* PLI_OK, or the error of a null or wrong handle. */
-pli_status plii_check_rigid(const pli_rigid* rigid, const char* function);
+static inline pli_status plii_check_rigid(const pli_rigid* rigid, const char* function) {
+    return plii_check_handle(rigid, PLII_HANDLE_RIGID, NULL, NULL, function);
+}
 /* World pose of shape `index`. */
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 /* World bounds over all shapes. */
@@ -42,6 +45,17 @@ pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
 static inline bool plii_rigid_is_slow(const pli_rigid* rigid) {
     return plii_vec3_is_within(rigid->state.linear_velocity, PLI_MAX_SPEED) &&
            plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
+}
+
+static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
+    rigid->start_linear_velocity = rigid->state.linear_velocity;
+    rigid->start_angular_velocity = rigid->state.angular_velocity;
+}
+/* To be called before the first impulse of a step. */
+static inline void plii_rigid_touch(pli_rigid* rigid) {
+    if (rigid->was_touched) { return; }
+    rigid->was_touched = true;
+    plii_rigid_keep_velocities(rigid);
 }
 
 /* Velocity at an offset from the centre of mass. */

@@ -106,7 +106,7 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
         *load = (tether_load){.node = hold->node, .goal = pli_transform_point(pose, hold->pivot)};
         load->point.rigid = hold->rigid;
         load->point.offset = pli_mat3_mul_vec3(pose.rotation, hold->pivot);
-        hold->rigid->was_touched = true;
+        plii_rigid_touch(hold->rigid);
     }
 }
 

@@ -2,20 +2,10 @@
 
 #include "world_impl.h"
 
-#include "handle.h"
 #include "range.h"
 #include "shape_impl.h"
 
 #include <string.h>
-
-pli_status plii_check_world(const pli_world* world, const char* function) {
-    return plii_check_handle(world, PLII_HANDLE_WORLD, NULL, NULL, function);
-}
-
-pli_status plii_check_world_change(const pli_world* world, const char* function) {
-    PLII_TRY(plii_check_world(world, function));
-    return plii_check_change(world->context, function);
-}
 
 pli_status plii_check_world_idle(const pli_world* world, const char* function) {
     PLII_TRY(plii_check_world_change(world, function));
@@ -422,14 +412,6 @@ static void world_solve_joints(pli_world* world) {
     world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
 }
 
-static void world_keep_rigid_velocities(pli_world* world) {
-    for (int i = 0; i < world->rigid_count; ++i) {
-        pli_rigid* rigid = world->rigids[i];
-        rigid->start_linear_velocity = rigid->state.linear_velocity;
-        rigid->start_angular_velocity = rigid->state.angular_velocity;
-    }
-}
-
 /* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
    put back while it was solved, since its impulses are among theirs. */
 static void world_end_trouble(pli_world* world, int events_before) {
@@ -442,7 +424,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
         pli_rigid_state* state = &rigid->state;
-        if (plii_rigid_is_slow(rigid) && !(has_frozen && rigid->was_touched)) { continue; }
+        if (!rigid->was_touched || (plii_rigid_is_slow(rigid) && !has_frozen)) { continue; }
         const bool has_changed =
             memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
             memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
@@ -457,7 +439,6 @@ static void world_end_trouble(pli_world* world, int events_before) {
 static pli_status world_solve(pli_world* world, const char* function) {
     const uint64_t before = world_begin_call(world);
     const int events_before = world->event_count;
-    world_keep_rigid_velocities(world);
     plii_world_profile(world, "joints", NULL, true);
     world_solve_joints(world);
     plii_world_profile(world, "joints", NULL, false);

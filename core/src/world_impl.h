@@ -3,6 +3,7 @@
 
 #include "body_impl.h"
 #include "context.h"
+#include "handle.h"
 #include "pliant/world.h"
 #include "rigid_impl.h"
 
@@ -45,9 +46,14 @@ static inline void plii_world_profile(const pli_world* world, const char* stage,
 }
 
 /* PLI_OK, or the error of a null or wrong handle. */
-pli_status plii_check_world(const pli_world* world, const char* function);
+static inline pli_status plii_check_world(const pli_world* world, const char* function) {
+    return plii_check_handle(world, PLII_HANDLE_WORLD, NULL, NULL, function);
+}
 /* The same for a call that changes something, which must not come from a callback ... */
-pli_status plii_check_world_change(const pli_world* world, const char* function);
+static inline pli_status plii_check_world_change(const pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world(world, function));
+    return plii_check_change(world->context, function);
+}
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);
 

@@ -34,7 +34,7 @@ static void xpbd_anchors_begin(pli_body* body, void* data) {
         *anchor = (xpbd_anchor){.node = place.node, .goal = pli_transform_point(pose, place.pivot)};
         anchor->point.rigid = place.rigid;
         anchor->point.offset = pli_mat3_mul_vec3(pose.rotation, place.pivot);
-        place.rigid->was_touched = true;
+        plii_rigid_touch(place.rigid);
     }
 }
 
