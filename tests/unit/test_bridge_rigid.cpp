@@ -375,6 +375,10 @@ static void test_factors_hold(void**) {
     add_sheet(bridge, 2, 0, 15);
     stock.step(90);
     check_near(ball.getLinearVelocity().y(), 0, 0);
+    // From now on the sheet takes it along.
+    ball.setLinearFactor(btVector3(1, 1, 1));
+    stock.step(10);
+    assert_true(ball.getLinearVelocity().y() > btScalar(0.1));
 }
 
 static void test_soft_bodies_meet_each_other(void**) {
