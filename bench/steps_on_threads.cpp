@@ -1,6 +1,6 @@
 // Whole steps of sheets on one thread and on two in turn, medians: what docs/benchmarks.md says of threads.
 
-#include "thread_pool.h"
+#include "engines/thread_pool.h"
 
 #include <pliant/pliant.h>
 

@@ -3,8 +3,8 @@
 //
 //   stretch_over_runs [RUNS] [SCENE...]    6 runs, all 33 scenes
 
-#include "engine.h"
-#include "scene_builder.h"
+#include "description/scene_builder.h"
+#include "engines/engine.h"
 
 #include <cmath>
 #include <cstdio>

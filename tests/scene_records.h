@@ -3,7 +3,7 @@
 
 // Scenes of a test's own, and how to get at the message of a failure.
 
-#include "engine.h"
+#include "engines/engine.h"
 
 #include <functional>
 

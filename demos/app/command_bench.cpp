@@ -1,13 +1,13 @@
 // pliant bench: what the soft bodies of scenes cost in Pliant and in btSoftBody.
 
 #include "commands.h"
-#include "output_file.h"
 #include "progress.h"
-#include "scene_choice.h"
-#include "table.h"
+#include "report/output_file.h"
+#include "report/table.h"
+#include "scenes/scene_choice.h"
 
-#include "../engines/bench.h"
-#include "../engines/bullet_memory.h"
+#include "engines/bullet_memory.h"
+#include "measure/bench.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // pliant compare: how far Pliant is from btSoftBody, per scene.
 
 #include "commands.h"
-#include "output_file.h"
 #include "progress.h"
-#include "scene_choice.h"
-#include "table.h"
+#include "report/output_file.h"
+#include "report/table.h"
+#include "scenes/scene_choice.h"
 
-#include "../engines/compare.h"
+#include "measure/compare.h"
 
 #include <nlohmann/json.hpp>
 

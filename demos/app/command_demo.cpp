@@ -1,15 +1,15 @@
 // pliant demo: four scenes on both engines, side by side, as a page of pictures with a table.
 
 #include "commands.h"
-#include "demo_page.h"
-#include "output_file.h"
-#include "picture/picture.h"
 #include "progress.h"
-#include "scene_choice.h"
-#include "statistics.h"
-#include "table.h"
+#include "render/picture.h"
+#include "report/demo_page.h"
+#include "report/output_file.h"
+#include "report/statistics.h"
+#include "report/table.h"
+#include "scenes/scene_choice.h"
 
-#include "../engines/compare.h"
+#include "measure/compare.h"
 
 #include <algorithm>
 #include <cctype>

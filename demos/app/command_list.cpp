@@ -2,7 +2,7 @@
 
 #include "commands.h"
 
-#include "../scenes/scene_builder.h"
+#include "description/scene_builder.h"
 
 #include <nlohmann/json.hpp>
 

@@ -2,13 +2,13 @@
 // from the JSON document that it prints and from the pictures that it writes.
 
 #include "commands.h"
-#include "machine_facts.h"
-#include "output_file.h"
-#include "picture/picture.h"
-#include "report_page.h"
-#include "scene_choice.h"
+#include "render/picture.h"
+#include "report/machine_facts.h"
+#include "report/output_file.h"
+#include "report/report_page.h"
+#include "scenes/scene_choice.h"
 
-#include "../engines/bullet_memory.h"
+#include "engines/bullet_memory.h"
 
 #include <algorithm>
 #include <fstream>

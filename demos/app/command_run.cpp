@@ -1,14 +1,14 @@
 // pliant run: one scene in one engine, its measures, and a picture of its end.
 
 #include "commands.h"
-#include "output_file.h"
-#include "picture/picture.h"
 #include "progress.h"
-#include "scene_choice.h"
-#include "statistics.h"
-#include "table.h"
+#include "render/picture.h"
+#include "report/output_file.h"
+#include "report/statistics.h"
+#include "report/table.h"
+#include "scenes/scene_choice.h"
 
-#include "../engines/costs.h"
+#include "measure/costs.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,12 +1,12 @@
 // pliant stability --soak: random worlds built, stepped, cut, set back and torn down, for as long as is wanted.
 
 #include "commands.h"
-#include "output_file.h"
 #include "progress.h"
+#include "report/output_file.h"
 
-#include "../engines/engine.h"
-#include "../engines/stopwatch.h"
-#include "../stability/child_process.h"
+#include "engines/engine.h"
+#include "engines/stopwatch.h"
+#include "measure/stability/child_process.h"
 
 #include <nlohmann/json.hpp>
 #include <random_calls.h>

@@ -1,13 +1,13 @@
 // pliant stability: extreme cases with btSoftBody and the three solvers; who survives, and how well.
 
 #include "commands.h"
-#include "output_file.h"
 #include "progress.h"
-#include "table.h"
+#include "report/output_file.h"
+#include "report/table.h"
 
-#include "../report/csv.h"
-#include "../report/map_picture.h"
-#include "../stability/stability.h"
+#include "measure/stability/stability.h"
+#include "report/csv.h"
+#include "report/map_picture.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,9 +1,9 @@
 // pliant view: scenes in a window.
 
 #include "commands.h"
-#include "output_file.h"
-#include "scene_choice.h"
-#include "view/viewer.h"
+#include "report/output_file.h"
+#include "scenes/scene_choice.h"
+#include "viewer/viewer.h"
 
 #include <nlohmann/json.hpp>
 

@@ -1,13 +1,13 @@
 // pliant workprec: error against run time of every solver, as tables, CSV and plots.
 
 #include "commands.h"
-#include "output_file.h"
 #include "progress.h"
-#include "table.h"
+#include "report/output_file.h"
+#include "report/table.h"
 
-#include "../report/csv.h"
-#include "../report/error_plot.h"
-#include "../workprec/workprec.h"
+#include "measure/workprec/workprec.h"
+#include "report/csv.h"
+#include "report/error_plot.h"
 
 #include <nlohmann/json.hpp>
 

@@ -3,7 +3,7 @@
 
 // The subcommands. Each returns the exit status; failures are thrown as demos::Error.
 
-#include "../engines/engine.h"
+#include "engines/engine.h"
 
 #include <cstdint>
 #include <string>

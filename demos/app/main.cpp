@@ -3,7 +3,7 @@
 
 #include "commands.h"
 
-#include "../engines/engine.h"
+#include "engines/engine.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,7 +1,7 @@
 // Figures that the user, or the script of a scene, turns while it runs.
 
+#include "description/recorder_checks.h"
 #include "drive.h"
-#include "recorder_checks.h"
 
 #include <algorithm>
 

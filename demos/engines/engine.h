@@ -3,7 +3,7 @@
 
 // One scene running in one engine: what the program, the comparison, the pictures and the tests work with.
 
-#include "../scenes/scene_builder.h"
+#include "description/scene_builder.h"
 
 #include <functional>
 #include <memory>

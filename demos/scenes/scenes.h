@@ -3,7 +3,7 @@
 
 /* The scenes, each defined in a file of its subject; scene_names.inc is the list. */
 
-#include "scene_builder.h"
+#include "description/scene_builder.h"
 
 #define SCENE(object) extern const scene object;
 #include "scene_names.inc"

@@ -1,6 +1,6 @@
 // What the object files say a program links is what a linker takes.
 
-#include "core_modules.h"
+#include "measure/core_modules.h"
 #include "scene_records.h"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "compare.h"
-#include "contact_match.h"
+#include "measure/compare.h"
+#include "measure/contact_match.h"
 #include "scene_records.h"
 
 #include "check.h"

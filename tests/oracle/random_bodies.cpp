@@ -5,7 +5,7 @@
 //
 // Case i has the seed S + i; one case: --cases 1 --seed S. --shrink switches off what a difference does not need.
 
-#include "contact_match.h"
+#include "measure/contact_match.h"
 #include "random_scene.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "random_shapes.hpp"
 
-#include "components.h"
+#include "engines/components.h"
 
 #include <pliant/pliant.h>
 

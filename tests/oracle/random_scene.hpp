@@ -3,7 +3,7 @@
 
 #include "random_dice.hpp"
 
-#include "recorder.h"
+#include "description/recorder.h"
 
 #include <vector>
 

@@ -1,6 +1,6 @@
 // The scenes of our own: finite on both engines and with each solver, moving as the script says, apart from themselves.
 
-#include "compare.h"
+#include "measure/compare.h"
 #include "scene_records.h"
 
 #include <algorithm>

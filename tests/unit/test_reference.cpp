@@ -1,7 +1,7 @@
 // What error against run time is measured against: closed forms, agreement of two methods, and steps that are short
 // enough for the scenes.
 
-#include "scene_parts.h"
+#include "measure/workprec/scene_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // In the demo scenes only first steps and cuts allocate: afterwards neither the core nor the bridge does, nor Bullet on
 // their behalf.
 
-#include "bench.h"
-#include "bullet_memory.h"
+#include "engines/bullet_memory.h"
+#include "engines/soft_clock.h"
+#include "measure/bench.h"
 #include "scene_records.h"
-#include "soft_clock.h"
 
 #include "check.h"
 

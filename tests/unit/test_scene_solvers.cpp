@@ -1,6 +1,6 @@
 // Scenes with each solver: what runs, what is refused, what the options do.
 
-#include "compare.h"
+#include "measure/compare.h"
 #include "scene_records.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // Equal bits for every number of threads and every instruction set.
 
-#include "bench.h"
-#include "compare.h"
+#include "engines/thread_pool.h"
+#include "measure/bench.h"
+#include "measure/compare.h"
 #include "scene_records.h"
-#include "thread_pool.h"
 
 #include "check.h"
 

@@ -1,7 +1,7 @@
 // The stability map: children that hang or crash, and verdicts on cases made for them.
 
-#include "case_parts.h"
-#include "child_process.h"
+#include "measure/stability/case_parts.h"
+#include "measure/stability/child_process.h"
 
 #include <algorithm>
 #include <csignal>

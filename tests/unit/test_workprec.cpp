@@ -1,6 +1,6 @@
 // Times at equal error, on points made by hand.
 
-#include "workprec.h"
+#include "measure/workprec/workprec.h"
 
 #include <cmath>
 #include <limits>

@@ -1,0 +1,38 @@
+#ifndef PLIANT_VIEW_ORBIT_H
+#define PLIANT_VIEW_ORBIT_H
+
+// The camera that the mouse turns around a point, and the rays that go out from it.
+
+#include "render/camera.h"
+
+namespace view {
+
+struct Ray {
+    pli_vec3 from, to;
+};
+
+class Orbit {
+public:
+    // From where a picture would be taken.
+    void look_from(const picture::Camera& camera);
+
+    // By pixels of the mouse, in a viewport of that height.
+    void turn(float right, float down);
+    void pan(float right, float down, int height);
+    void zoom(float steps); // > 0: nearer
+    void shift(pli_vec3 way) { target_ = pli_vec3_add(target_, way); }
+
+    picture::Camera camera(float aspect) const;
+
+private:
+    pli_vec3 target_{};
+    float distance_ = 10, yaw_ = 0, pitch_ = 0; // degrees
+};
+
+// Through a place of the viewport, -1 to 1 from left to right and from bottom to top.
+Ray ray_through(const picture::Camera& camera, float across, float up);
+// Where the camera sees a point: in `across` and `up` as above; false when it is behind the camera.
+bool place_of(const picture::Camera& camera, pli_vec3 point, float& across, float& up);
+
+} // namespace view
+#endif

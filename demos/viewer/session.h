@@ -1,0 +1,74 @@
+#ifndef PLIANT_VIEW_SESSION_H
+#define PLIANT_VIEW_SESSION_H
+
+// A scene that runs on one engine or on two beside each other, and what goes wrong with it.
+
+#include "input.h"
+
+#include "render/picture.h"
+
+#include <functional>
+#include <set>
+
+namespace view {
+
+enum class Engines { pliant, bullet, both };
+
+struct SessionOptions {
+    Engines engines = Engines::pliant;
+    demos::EngineOptions engine; // beside Pliant btSoftBody keeps to its own solver
+};
+
+// One engine with its figures.
+struct Run {
+    std::unique_ptr<demos::Engine> engine;
+    demos::SolverRun solver;
+    picture::Snapshot snapshot; // the last state that was finite
+    demos::Measures measures;
+    double ms_per_step = 0; // smoothed
+};
+
+class Session {
+public:
+    // Throws demos::Error when no engine can run the scene.
+    Session(const scene& which, const demos::SceneOptions& scene_options, const SessionOptions& options);
+
+    const demos::Description& description() const { return *description_; }
+    const std::vector<Run>& runs() const { return runs_; }
+    int frame() const { return frame_; }
+    float step_seconds() const { return options_.engine.step_seconds; }
+    // The last thing that went wrong, empty: nothing yet.
+    const std::string& message() const { return message_; }
+    void set_message(const std::string& message) { message_ = message; }
+    // A run has stopped for good.
+    bool is_over() const { return is_over_; }
+
+    void restart();
+    void step();
+    // What is drawn of contacts and clusters changes with the look, without a step.
+    void take_snapshots(const picture::Look& look);
+
+    // Does something to the engine of each run. Failures become the message, the others go on.
+    void for_each(const std::function<void(demos::Engine&, size_t run)>& action);
+
+    float control(size_t index) const;
+    void set_control(size_t index, float value);
+    // Keys that are down move controls with the next steps.
+    void set_keys(const std::set<Key>& keys) { keys_ = keys; }
+
+private:
+    void move_controls();
+
+    std::unique_ptr<demos::Description> description_;
+    SessionOptions options_;
+    picture::Look look_;
+    std::vector<Run> runs_;
+    std::set<Key> keys_;
+    std::vector<bool> moved_by_keys_; // controls that spring back when the keys are let go
+    std::string message_;
+    int frame_ = 0;
+    bool is_over_ = false;
+};
+
+} // namespace view
+#endif
