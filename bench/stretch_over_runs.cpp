@@ -3,8 +3,9 @@
 //
 //   stretch_over_runs [RUNS] [SCENE...]    6 runs, all 33 scenes
 
-#include "description/scene_builder.h"
 #include "engines/engine.h"
+#include "measure/measure.h"
+#include "scenes/scenes.h"
 
 #include <cmath>
 #include <cstdio>

@@ -4,6 +4,7 @@
 // Scenes of a test's own, and how to get at the message of a failure.
 
 #include "engines/engine.h"
+#include "scenes/scenes.h"
 
 #include <functional>
 

@@ -5,11 +5,12 @@
 #include "render/picture.h"
 #include "report/demo_page.h"
 #include "report/output_file.h"
-#include "report/statistics.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
 
 #include "measure/compare.h"
+#include "measure/measure.h"
+#include "measure/statistics.h"
 
 #include <algorithm>
 #include <cctype>
@@ -42,7 +43,7 @@ static DemoRun run_engine(demos::EngineKind kind, const demos::Description& desc
     if (!measures.finite) {
         throw demos::Error(std::string(description.source->name) + " on " + engine->name() + " does not stay finite");
     }
-    run.ms_per_step = median(std::move(milliseconds));
+    run.ms_per_step = demos::median(std::move(milliseconds));
     run.nodes = measures.nodes;
     return run;
 }

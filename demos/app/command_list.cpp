@@ -2,7 +2,7 @@
 
 #include "commands.h"
 
-#include "description/scene_builder.h"
+#include "scenes/scenes.h"
 
 #include <nlohmann/json.hpp>
 

@@ -4,11 +4,12 @@
 #include "progress.h"
 #include "render/picture.h"
 #include "report/output_file.h"
-#include "report/statistics.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
 
 #include "measure/costs.h"
+#include "measure/measure.h"
+#include "measure/statistics.h"
 
 #include <nlohmann/json.hpp>
 
@@ -39,7 +40,7 @@ static const char* self_collision_name(scene_self_collision kind) {
 }
 
 static std::string csv_line(const demos::Engine& engine, const demos::Measures& measures, int frame, double time) {
-    const pli_vec3 center = center_of_mass(engine);
+    const pli_vec3 center = demos::center_of_mass(engine);
     const double values[] = {time,
                              engine.step_milliseconds(),
                              measures.kinetic_energy,
@@ -66,7 +67,7 @@ static RunResult run_frames(demos::Engine& engine, int frames, double step_secon
         result.csv += csv_line(engine, result.measures, result.frames, result.frames * step_seconds);
         progress.show(result.frames, frames);
     } while (result.frames < frames && result.measures.finite);
-    result.ms_per_step = median(std::move(milliseconds));
+    result.ms_per_step = demos::median(std::move(milliseconds));
     return result;
 }
 

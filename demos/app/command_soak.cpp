@@ -4,7 +4,7 @@
 #include "progress.h"
 #include "report/output_file.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 #include "engines/stopwatch.h"
 #include "measure/stability/child_process.h"
 

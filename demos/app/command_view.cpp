@@ -1,6 +1,7 @@
 // pliant view: scenes in a window.
 
 #include "commands.h"
+#include "measure/measure.h"
 #include "report/output_file.h"
 #include "scenes/scene_choice.h"
 #include "viewer/viewer.h"

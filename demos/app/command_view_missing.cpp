@@ -2,7 +2,7 @@
 
 #include "commands.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 namespace app {
 

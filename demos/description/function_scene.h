@@ -4,7 +4,7 @@
 // A scene that a function object builds. Scenes are plain C; this one finds its function through the record that is
 // being made.
 
-#include "engines/engine.h"
+#include "description.h"
 
 #include <functional>
 

@@ -3,7 +3,7 @@
 
 // Behind scene_builder.h: turns the calls of a scene into a Description.
 
-#include "engines/engine.h"
+#include "description.h"
 
 #include <functional>
 

@@ -3,20 +3,12 @@
 
 // What the functions behind scene_builder.h check. They throw Error.
 
+#include "finite.h"
 #include "recorder.h"
 
 #include <cmath>
 
 namespace demos {
-
-inline bool is_finite(pli_vec3 v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-inline bool is_finite(const pli_transform& t) {
-    return is_finite(t.origin) && is_finite(t.rotation.rows[0]) && is_finite(t.rotation.rows[1]) &&
-           is_finite(t.rotation.rows[2]);
-}
 
 inline void require(bool condition, const std::string& message) {
     if (!condition) { throw Error(message); }

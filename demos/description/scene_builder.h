@@ -225,13 +225,6 @@ typedef struct scene {
     void (*build)(scene_builder* builder);
 } scene;
 
-/* All scenes in the order of the list. */
-extern const scene* const scene_list[];
-extern const int scene_count;
-extern const int scene_demo_count; /* those of Bullet's demo, which come first */
-/* NULL when there is none of that name; letter case does not matter. */
-const scene* scene_find(const char* name);
-
 #ifdef __cplusplus
 }
 #endif

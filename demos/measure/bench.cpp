@@ -5,6 +5,8 @@
 #include "engines/pliant_engine.h"
 #include "engines/stage_clock.h"
 #include "engines/stopwatch.h"
+#include "measure.h"
+#include "statistics.h"
 
 #include <algorithm>
 #include <array>
@@ -18,12 +20,6 @@ namespace {
 
 constexpr int block_frames = 10;
 constexpr int averaged_frames = 60; // 1 s
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 // -------------------------------------------------------------------------------------------------- one engine
 

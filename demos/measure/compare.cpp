@@ -1,7 +1,10 @@
 // Whole comparison of a scene: one step, free run and time.
 
 #include "compare.h"
+
 #include "description/recorder.h"
+#include "measure.h"
+#include "statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,12 +26,6 @@ double largest_distance(const Engine& a, const Engine& b) {
         }
     }
     return largest;
-}
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 } // namespace

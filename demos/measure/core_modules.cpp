@@ -3,7 +3,7 @@
 #include "core_modules.h"
 
 #include "core_module_table.h"
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <set>
 

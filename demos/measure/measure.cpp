@@ -1,7 +1,7 @@
-// Figures of a scene that runs: sizes, stretch, energy, and a hash of the whole state.
+#include "measure.h"
 
+#include "description/finite.h"
 #include "engines/components.h"
-#include "engines/engine.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,10 +20,6 @@ void hash_vector(uint64_t& hash, pli_vec3 v) {
     for (const unsigned char byte : bytes) {
         hash = (hash ^ byte) * 1099511628211u;
     }
-}
-
-bool is_finite(pli_vec3 v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 double length_squared(pli_vec3 v) {

@@ -1,5 +1,6 @@
 #include "bodies.h"
 
+#include "description/finite.h"
 #include "marks.h"
 
 #include <algorithm>
@@ -188,7 +189,9 @@ Extent measure_extent(const Snapshot& snapshot) {
     Extent extent;
     for (const demos::SoftState& soft : snapshot.softs) {
         for (const pli_vec3 position : soft.positions) {
-            if (!is_finite(position)) { throw demos::Error("no picture of a scene with a node that is not finite"); }
+            if (!demos::is_finite(position)) {
+                throw demos::Error("no picture of a scene with a node that is not finite");
+            }
             extent.soft.add(position);
             extent.soft_points.push_back(position);
         }
@@ -197,7 +200,7 @@ Extent measure_extent(const Snapshot& snapshot) {
         const demos::RigidRecord& record = snapshot.rigid_record(i);
         Extent::Rigid rigid{{}, record.mass == 0.0f};
         for (const Vertex& vertex : make_rigid(record, snapshot.rigids[i].pose).vertices) {
-            if (!is_finite(vertex.position)) {
+            if (!demos::is_finite(vertex.position)) {
                 throw demos::Error("no picture of a scene with a rigid body that is not finite");
             }
             rigid.bounds.add(vertex.position);

@@ -1,6 +1,6 @@
 #include "canvas.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <algorithm>
 #include <cstddef>

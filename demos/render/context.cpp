@@ -1,6 +1,6 @@
 #include "context.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <epoxy/egl.h>
 

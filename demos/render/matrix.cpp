@@ -10,10 +10,6 @@ pli_vec3 normalized(pli_vec3 v) {
     return length > 0.0f ? v * (1.0f / length) : pli_vec3_make(0, 1, 0);
 }
 
-bool is_finite(pli_vec3 v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 Matrix4 multiply(const Matrix4& a, const Matrix4& b) {
     Matrix4 c{};
     for (size_t column = 0; column < 4; ++column) {

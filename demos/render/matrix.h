@@ -21,7 +21,6 @@ inline pli_vec3 operator*(pli_vec3 a, float s) {
 
 // Unit vector; the y axis for a zero vector.
 pli_vec3 normalized(pli_vec3 v);
-bool is_finite(pli_vec3 v);
 
 // Column-major, as OpenGL takes it; maps column vectors.
 using Matrix4 = std::array<float, 16>;

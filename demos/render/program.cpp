@@ -1,6 +1,6 @@
 #include "program.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <string>
 

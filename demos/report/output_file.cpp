@@ -1,6 +1,6 @@
 #include "output_file.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,6 +1,6 @@
 #include "scene_choice.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <algorithm>
 #include <cctype>

@@ -3,7 +3,7 @@
 
 // Scenes by the names that users type.
 
-#include "description/scene_builder.h"
+#include "scenes.h"
 
 #include <string>
 #include <vector>

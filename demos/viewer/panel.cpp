@@ -1,6 +1,7 @@
 #include "panel.h"
 
 #include "report/table.h"
+#include "scenes/scenes.h"
 
 #include <imgui.h>
 

@@ -1,6 +1,6 @@
 #include "script.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #include <cerrno>
 #include <cmath>

@@ -5,6 +5,7 @@
 
 #include "input.h"
 
+#include "measure/measure.h"
 #include "render/picture.h"
 
 #include <functional>

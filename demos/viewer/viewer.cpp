@@ -2,6 +2,7 @@
 
 #include "engines/stopwatch.h"
 #include "scenes/scene_choice.h"
+#include "scenes/scenes.h"
 
 #include <algorithm>
 

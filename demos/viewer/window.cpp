@@ -1,6 +1,6 @@
 #include "window.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>

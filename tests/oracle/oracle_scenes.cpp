@@ -7,6 +7,7 @@
 #include "scene_records.h"
 
 #include "check.h"
+#include "measure/measure.h"
 
 using namespace demos;
 

@@ -4,6 +4,7 @@
 #include "random_dice.hpp"
 
 #include "description/recorder.h"
+#include "engines/engine.h"
 
 #include <vector>
 

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "check.h"
+#include "measure/measure.h"
 
 using demos::EngineKind;
 using demos::EngineOptions;

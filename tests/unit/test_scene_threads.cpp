@@ -6,6 +6,7 @@
 #include "scene_records.h"
 
 #include "check.h"
+#include "measure/measure.h"
 
 #include <atomic>
 #include <vector>

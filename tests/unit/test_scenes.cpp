@@ -7,6 +7,8 @@
 
 #include "scene_records.h"
 
+#include "measure/measure.h"
+
 #include "check.h" // last: cmocka has macros named like functions of the standard library
 
 using demos::EngineKind;

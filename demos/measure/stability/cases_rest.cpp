@@ -2,6 +2,8 @@
 
 #include "case_parts.h"
 
+#include "measure/measure.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

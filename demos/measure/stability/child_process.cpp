@@ -1,6 +1,6 @@
 #include "child_process.h"
 
-#include "engines/engine.h"
+#include "description/error.h"
 #include "engines/stopwatch.h"
 
 #include <fcntl.h>

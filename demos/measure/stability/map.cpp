@@ -9,6 +9,7 @@
 #include "engines/pliant_engine.h"
 #include "engines/solvers.h"
 #include "engines/stopwatch.h"
+#include "measure/measure.h"
 
 #include <algorithm>
 #include <cmath>

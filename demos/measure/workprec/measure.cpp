@@ -3,6 +3,8 @@
 #include "workprec.h"
 
 #include "description/function_scene.h"
+#include "measure/measure.h"
+#include "measure/statistics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,12 +14,6 @@
 namespace demos {
 
 namespace {
-
-double median_of(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 // Some steps take longer than others: searches, contacts. The slowest hundredth is what other programs take from this
 // one.
@@ -139,7 +135,7 @@ std::optional<TimeRatio> time_ratio(const std::vector<PrecisionPoint>& points, F
         ratios.push_back(std::exp(log_cost_at(theirs, log_error) - log_cost_at(ours, log_error)));
     }
     const auto ends = std::minmax_element(ratios.begin(), ratios.end());
-    return TimeRatio{*ends.first, median_of(ratios), *ends.second};
+    return TimeRatio{*ends.first, median(ratios), *ends.second};
 }
 
 } // namespace demos

@@ -2,6 +2,8 @@
 
 #include "scene_parts.h"
 
+#include "measure/measure.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -3,6 +3,8 @@
 #include "scene_parts.h"
 
 #include "description/recorder.h"
+#include "measure/measure.h"
+#include "scenes/scenes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace app {
+namespace demos {
 
 double median(std::vector<double> values) {
     if (values.empty()) { return 0.0; }
@@ -11,10 +11,10 @@ double median(std::vector<double> values) {
     return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-pli_vec3 center_of_mass(const demos::Engine& engine) {
+pli_vec3 center_of_mass(const Engine& engine) {
     double mass = 0, x = 0, y = 0, z = 0;
     for (size_t i = 0; i < engine.description().softs.size(); ++i) {
-        const demos::SoftState soft = engine.soft(static_cast<int>(i));
+        const SoftState soft = engine.soft(static_cast<int>(i));
         for (size_t node = 0; node < soft.positions.size(); ++node) {
             if (!(soft.inverse_masses[node] > 0.0f)) { continue; }
             const double m = 1.0 / static_cast<double>(soft.inverse_masses[node]);
@@ -28,4 +28,4 @@ pli_vec3 center_of_mass(const demos::Engine& engine) {
     return pli_vec3_make(static_cast<float>(x / mass), static_cast<float>(y / mass), static_cast<float>(z / mass));
 }
 
-} // namespace app
+} // namespace demos

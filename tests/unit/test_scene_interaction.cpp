@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "check.h"
+#include "measure/measure.h"
 
 using demos::EngineKind;
 using demos::RayHit;
