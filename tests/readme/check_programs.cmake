@@ -57,7 +57,7 @@ foreach(document README.md docs/guide.md)
     endforeach()
 endforeach()
 
-foreach(limit README.md:150 CHANGELOG.md:60)
+foreach(limit README.md:150 docs/architecture.md:150 CHANGELOG.md:60)
     string(REPLACE ":" ";" limit ${limit})
     list(GET limit 0 document)
     list(GET limit 1 allowed)
