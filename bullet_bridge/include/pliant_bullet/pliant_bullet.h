@@ -16,14 +16,16 @@ namespace pliant {
 
 /// How soft bodies see the rigid shapes of Bullet.
 enum class CollisionMode {
-    exact,    ///< analytic distances, hulls and triangles as they are; one-sided open surfaces
-    reference ///< as btSoftBody does: distances on a lattice of 0.25 m, a slab of 0.1 m around each triangle
+    exact,    ///< analytic distances, hulls and triangles as they are; one-sided open surfaces. The usual choice
+    reference ///< as btSoftBody does: distances on a lattice of 0.25 m, a slab of 0.1 m around each triangle. To
+              ///< compare with it
 };
 
+/// How a bridge is made.
 struct BridgeDef {
     pli_world_def world = pli_world_def_default(); ///< gravity here is that of soft bodies; Bullet's is not read
-    CollisionMode mode = CollisionMode::exact;
-    /// Depth in m behind an open triangle surface that counts as inside, exact mode.
+    CollisionMode mode = CollisionMode::exact;     ///< how all bodies of the bridge see rigid shapes
+    /// Depth in m, > 0, behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
     /// Null: the bridge makes one and destroys it. Meshes and shapes made in it must go before the bridge: while some
     /// are alive the context stays, and is left to the caller.
@@ -41,7 +43,9 @@ struct BridgeDef {
 /// docs/bridge.md, Life, has what becomes of their anchors.
 class PLI_API Bridge {
 public:
+    /// Makes a world and hooks it into a Bullet world; status() tells whether that went well.
     explicit Bridge(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def = {});
+    /// As detach(); then destroys the world, and the context if the bridge has made it.
     ~Bridge();
     Bridge(const Bridge&) = delete;
     Bridge& operator=(const Bridge&) = delete;
@@ -54,7 +58,9 @@ public:
     /// no memory for are tried again in the next one.
     pli_status step_status() const;
 
+    /// The context of the definition, or the one that the bridge has made; null when it could not.
     pli_context* context() const;
+    /// The world that the bridge owns, for everything but stepping; null when it could not be made.
     pli_world* world() const;
 
     /// Makes a body from a mesh and adds its collision object to the Bullet world. Do not destroy it by
@@ -72,8 +78,9 @@ public:
     /// identity transform: the shape is in world space. A body whose object is inactive (DISABLE_SIMULATION,
     /// ISLAND_SLEEPING) or not in the world does not move.
     btCollisionObject* object(const pli_body* body) const;
-    /// The body of a collision object, null when it is no body of this bridge (of any bridge).
+    /// The body of a collision object, null when it is no body of this bridge.
     pli_body* body(const btCollisionObject* object) const;
+    /// The body of a collision object, null when it is no body of any bridge.
     static pli_body* from_object(const btCollisionObject* object);
 
     /// The proxy of a rigid body, for anchors (pli_body_add_anchor) and pli_body_ignore_rigid. It lives until

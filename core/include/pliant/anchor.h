@@ -12,30 +12,42 @@ extern "C" {
 
 /// Names an anchor of one body; all zero is no anchor.
 typedef struct pli_anchor_id {
-    int32_t index1;
-    uint32_t generation;
+    int32_t index1;      ///< one more than the place in the library's table, 0: no anchor
+    uint32_t generation; ///< tells an anchor from those that had its place before
 } pli_anchor_id;
 
+/// What to hold to what.
 typedef struct pli_anchor_def {
-    int node;
-    pli_rigid* rigid;
-    const pli_vec3* local_pivot; ///< in the frame of the rigid body; NULL: where the node is now
-    float influence;             ///< default 1; scales the impulse
-    bool disable_collision;      ///< the soft body ignores this rigid body from now on, default false
-    uint32_t cookie;
+    int node;                    ///< of the body, default 0
+    pli_rigid* rigid;            ///< of the same world, required
+    const pli_vec3* local_pivot; ///< m, up to PLI_MAX_COORDINATE, in the frame of the rigid body; default NULL: where
+                                 ///< the node is now
+    float influence;             ///< 0 to PLI_MAX_FACTOR, default 1: factor of the impulses on both
+    bool disable_collision;      ///< default false; true: pli_body_ignore_rigid for this pair from now on
+    uint32_t cookie;             ///< set by the default function
 } pli_anchor_def;
 
+/// Defaults of the fields; `rigid` has to be set.
 PLI_API pli_anchor_def pli_anchor_def_default(void);
 
-/// An anchored node takes no part in rigid contacts. Bullet name: appendAnchor
+/// Holds a node to a rigid body until it is removed. The node takes no part in contacts with rigid bodies; it may have
+/// several anchors. Between pli_world_predict and pli_world_solve too. Bullet name: appendAnchor
 /// @param anchor receives the id; may be NULL
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (also for a rigid body of another world),
+///         PLI_ERROR_OUT_OF_MEMORY
+/// Cost: about 150 B per anchor, 1 B per node.
 PLI_API pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* anchor);
-/// Collision with the rigid body stays switched as it is. @return PLI_ERROR_STALE_ID
+
+/// Lets go of one anchor. A pair that `disable_collision` has switched off stays so.
+/// @return PLI_ERROR_STALE_ID when the body has no such anchor (any more)
 PLI_API pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id anchor);
+
+/// Number of anchors, 0 when there never was one.
 PLI_API int pli_body_anchor_count(const pli_body* body);
 
-/// [0, 1], default 0.7: share of an anchor's position error that one iteration removes, for all anchors of the body.
-/// Bullet name: kAHR
+/// How much of its position error an anchor removes in one iteration of the position-based solver, for all anchors of
+/// the body, present and coming. Bullet name: kAHR
+/// @param hardness [0, 1], default 0.7
 PLI_API pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness);
 
 #ifdef __cplusplus

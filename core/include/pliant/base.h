@@ -3,16 +3,30 @@
 
 /// Status codes, allocator and log hooks, and the context that carries them.
 ///
-/// The library calls hooks and callbacks of the user from the middle of its work: those of a context, a profile
-/// function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that only read
-/// may be made; what would change, make or destroy anything in the context of the caller is refused with
+/// Errors. These may come from any call that they apply to, and are not repeated at each one; "@return" names what
+/// needs more words.
+///
+///     PLI_ERROR_NULL_ARGUMENT  a handle, a required pointer or the place for a result is NULL
+///     PLI_ERROR_STALE_ID       a handle is of another kind than the call takes
+///     PLI_ERROR_INVALID_DEF    a definition does not come from its default function
+///     PLI_ERROR_NOT_FINITE     a number is NaN or infinite
+///     PLI_ERROR_INVALID_VALUE  a number is outside of the range that is named beside it (limits.h)
+///     PLI_ERROR_WRONG_STATE    the call was made inside of a callback and would change something
+///     PLI_ERROR_OUT_OF_MEMORY  of calls that create, append, add or enable
+///
+/// Calls without a status give zero, NULL or whatever is neutral instead.
+///
+/// Callbacks. The library calls hooks and callbacks of the user from the middle of its work: those of a context, a
+/// profile function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that
+/// only read may be made; what would change, make or destroy anything in the context of the caller is refused with
 /// PLI_ERROR_WRONG_STATE, and nothing is changed.
 ///
-/// A handle (context, world, body, rigid body, mesh, shape) that is null gives PLI_ERROR_NULL_ARGUMENT, one of another
-/// kind PLI_ERROR_STALE_ID, and calls without a status give zero, NULL or whatever is neutral. To use a handle after
-/// its end is undefined behaviour, but in a checked build (CMake option PLIANT_CHECKED): there it gives
-/// PLI_ERROR_STALE_ID and a message, without a look at memory that is gone. The address of a handle may be taken by
-/// another one later.
+/// Handles (context, world, body, rigid body, mesh, shape). To use one after its end is undefined behaviour, but in a
+/// checked build (CMake option PLIANT_CHECKED): there it gives PLI_ERROR_STALE_ID and a message, without a look at
+/// memory that is gone. The address of a handle may be taken by another one later.
+///
+/// Time. "Not while stepping" means: PLI_ERROR_WRONG_STATE between pli_world_predict and pli_world_solve. What is not
+/// marked so is allowed there.
 
 #include <stddef.h>
 #include <stdint.h>
@@ -66,18 +80,24 @@ typedef enum pli_status {
 #undef PLI_STATUS_ENUM
 } pli_status;
 
-/// Short English text of a status code; never NULL.
+/// Short English text of a status code, as in PLI_STATUS_LIST; "unknown status" for other numbers, never NULL.
 PLI_API const char* pli_status_string(pli_status status);
 
-/// Memory hooks. `allocate` returns a block aligned to `alignment` (a power of two, at most 64) or NULL;
-/// `release` gets the size that was asked for. `release` is never called with NULL. Both may read only.
+/// Memory hooks; both or none. They may read only.
 typedef struct pli_allocator {
+    /// A block of `size` bytes aligned to `alignment` (a power of two, at most 64), or NULL.
     void* (*allocate)(size_t size, size_t alignment, void* user);
+    /// Takes a block back, with the size that was asked for; never called with NULL.
     void (*release)(void* block, size_t size, void* user);
-    void* user;
+    void* user; ///< handed to both
 } pli_allocator;
 
-typedef enum pli_log_level { PLI_LOG_INFO = 0, PLI_LOG_WARNING = 1, PLI_LOG_ERROR = 2 } pli_log_level;
+/// How serious a message is.
+typedef enum pli_log_level {
+    PLI_LOG_INFO = 0,    ///< reserved: nothing is logged at this level yet
+    PLI_LOG_WARNING = 1, ///< reserved: nothing is logged at this level yet
+    PLI_LOG_ERROR = 2    ///< a call has failed; the text of pli_last_error
+} pli_log_level;
 
 /// Receives one line without a newline. The library is silent when no log function is set. May read only; errors of
 /// calls that it makes itself are not logged.
@@ -92,41 +112,44 @@ typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int
 
 /// Instruction sets of the inner loops. All give the same bits.
 typedef enum pli_simd {
-    PLI_SIMD_BEST = 0, ///< the fastest that the processor has
-    PLI_SIMD_PORTABLE = 1,
-    PLI_SIMD_SSE2 = 2,
-    PLI_SIMD_AVX2 = 3,
-    PLI_SIMD_NEON = 4,
-    PLI_SIMD_AVX512 = 5 ///< AVX-512VL: vectors as in AVX2, twice the registers
+    PLI_SIMD_BEST = 0,     ///< the fastest that the processor has
+    PLI_SIMD_PORTABLE = 1, ///< plain C, on every processor; the reference for tests
+    PLI_SIMD_SSE2 = 2,     ///< four floats at a time, on every x86-64
+    PLI_SIMD_AVX2 = 3,     ///< eight floats at a time, x86-64 since about 2013
+    PLI_SIMD_NEON = 4,     ///< four floats at a time, on every 64-bit ARM
+    PLI_SIMD_AVX512 = 5    ///< AVX-512VL: vectors as in AVX2, twice the registers
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
 /// destroyed before it.  One context is used by one thread at a time; different contexts never touch.
 typedef struct pli_context pli_context;
 
+/// Hooks and threads of a context.
 typedef struct pli_context_def {
-    pli_allocator allocator; ///< all NULL: the C library's allocator
-    pli_log_fn* log;         ///< NULL: silent
-    void* log_user;
-    pli_parallel_for_fn* parallel_for; ///< NULL: everything on the calling thread
-    void* parallel_user;
-    /// How many parts of a range `parallel_for` runs at the same time, the caller's included; 0: not known. With it
-    /// large grids are solved by threads that wait for each other only where their parts touch. Where the hook keeps
-    /// fewer they do not meet, which costs some 0.1 ms now and then.
+    pli_allocator allocator;           ///< default, and where all is NULL: the C library's allocator
+    pli_log_fn* log;                   ///< default NULL: silent
+    void* log_user;                    ///< handed to `log`
+    pli_parallel_for_fn* parallel_for; ///< default NULL: everything on the calling thread
+    void* parallel_user;               ///< handed to `parallel_for`
+    /// >= 0, default 0: not known. How many parts of a range `parallel_for` runs at the same time, the caller's
+    /// included. With it large grids are solved by threads that wait for each other only where their parts touch. Where
+    /// the hook keeps fewer they do not meet, which costs some 0.1 ms now and then.
     int thread_count;
     pli_simd simd; ///< default PLI_SIMD_BEST
 } pli_context_def;
 
+/// Defaults of the fields; no cookie is needed, a zeroed definition is the same.
 PLI_API pli_context_def pli_context_def_default(void);
 
-/// @param def NULL for the defaults
-/// @return PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_INVALID_VALUE (one of the two memory hooks missing, a negative number of
-/// threads, or an instruction set that the processor or this build does not have), PLI_ERROR_OUT_OF_MEMORY
+/// Makes a context, the first thing that a program needs.
+/// @param def NULL for the defaults; copied
+/// @return PLI_ERROR_INVALID_VALUE: one of the two memory hooks missing, a negative number of threads, or an
+///         instruction set that the processor or this build does not have
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
-/// NULL is allowed.
+/// Ends a context that holds nothing any more. NULL is allowed.
 /// @return PLI_ERROR_WRONG_STATE, and the context stays, while worlds, meshes, shapes or triangles of it are alive (the
-/// message says how many) and inside of a callback; PLI_ERROR_STALE_ID in a checked build when it is gone
+///         message says how many)
 PLI_API pli_status pli_context_destroy(pli_context* context);
 
 /// What the last failed call in this context did wrong and where, in one line ("pli_mesh_append_link: node 17 is out
@@ -135,10 +158,13 @@ PLI_API pli_status pli_context_destroy(pli_context* context);
 /// message, since its handle was null or unknown or its context is gone; in other builds empty.
 PLI_API const char* pli_last_error(const pli_context* context);
 
-/// Bytes that the context holds through its allocator at the moment, and allocations made so far.
+/// Bytes that the context holds through its allocator at the moment.
 PLI_API size_t pli_context_allocated_bytes(const pli_context* context);
+
+/// Allocations that the context has made so far; a step in a steady state adds none.
 PLI_API uint64_t pli_context_allocation_count(const pli_context* context);
 
+/// No node, link, face or tetrahedron.
 #define PLI_NULL_INDEX (-1)
 
 #ifdef __cplusplus

@@ -20,36 +20,57 @@ typedef struct pli_solver_settings {
     int velocity_iterations; ///< >= 0, default 0; see pli_body_use_velocity_links. Bullet name: viterations
     int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
     int drift_iterations;    ///< >= 0, default 0; Bullet name: diterations
-    /// share of the drift solve that enters the velocity, default 1, up to PLI_MAX_FACTOR. Bullet name: kVCF
-    float drift_correction;
-    float velocity_damping; ///< [0, 1], share of the velocity lost per step, default 0. Bullet name: kDP
-    float time_scale;       ///< PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1
+    float drift_correction;  ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
+                             ///< the velocity. Bullet name: kVCF
+    float velocity_damping;  ///< [0, 1], default 0: share of the velocity lost per step. Bullet name: kDP
+    float time_scale; ///< PLI_MIN_TIME_SCALE to PLI_MAX_TIME_SCALE, default 1: factor of the step. Bullet: timescale
 } pli_solver_settings;
 
+/// How a body is made from a mesh.
 typedef struct pli_body_def {
-    float collision_margin; ///< m, 0 to PLI_MAX_COORDINATE, default 0.25; also grows the bounds
-    pli_solver_settings solver;
-    void* user_data;
-    uint32_t cookie; ///< set by the default function
+    float collision_margin;     ///< m, 0 to PLI_MAX_COORDINATE, default 0.25: distance that contacts with rigid bodies
+                                ///< keep; also grows the bounds
+    pli_solver_settings solver; ///< defaults as named there
+    void* user_data;            ///< of the caller, default NULL; see pli_body_get_user_data
+    uint32_t cookie;            ///< set by the default function
 } pli_body_def;
 
+/// Defaults of the fields.
 PLI_API pli_body_def pli_body_def_default(void);
 
-/// Cooks a mesh. Rest lengths are the present distances, node and link indices stay those of the mesh.
-/// @param def NULL for the defaults
-/// @return PLI_ERROR_INVALID_MESH for a mesh without nodes, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
-///         PLI_ERROR_OUT_OF_MEMORY
+/// Makes a body from a mesh, in which rest lengths are the present distances. Node and link indices stay those of the
+/// mesh, which may be changed or destroyed afterwards.
+/// @param def NULL for the defaults; copied
+/// @return PLI_ERROR_INVALID_MESH for a mesh without nodes or with more than 32768 materials, PLI_ERROR_WRONG_STATE
+///         while stepping
+/// Cost: 48 B per node, 12 B per link (14 with several materials), 12 B per face, 16 B per tetrahedron; faces and
+/// tetrahedra are shared by the bodies of a mesh.
 PLI_API pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body);
-/// NULL is allowed. Not while stepping: the body stays then, and pli_last_error says so.
+
+/// Ends a body and all that is enabled on it; joints and contacts of other bodies with it go too. NULL is allowed. Not
+/// while stepping: the body stays then, and pli_last_error says so.
 PLI_API void pli_body_destroy(pli_body* body);
 
+/// The world that it was made in.
 PLI_API pli_world* pli_body_get_world(const pli_body* body);
+
+/// What the caller has stored with it, NULL at first unless pli_body_def says otherwise.
 PLI_API void* pli_body_get_user_data(const pli_body* body);
+
+/// Stores a pointer for the caller, which the library never follows. Also inside of callbacks.
 PLI_API void pli_body_set_user_data(pli_body* body, void* user_data);
 
+/// The present settings; all zero for a handle that is none.
 PLI_API pli_solver_settings pli_body_get_solver_settings(const pli_body* body);
+
+/// Replaces all settings, from the next part of a step on.
 PLI_API pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings);
+
+/// As in pli_body_def, m.
 PLI_API float pli_body_get_collision_margin(const pli_body* body);
+
+/// Changes the margin and the bounds with it.
+/// @param margin m, 0 to PLI_MAX_COORDINATE
 PLI_API pli_status pli_body_set_collision_margin(pli_body* body, float margin);
 
 // ------------------------------------------------------------------------------------------------- state
@@ -61,58 +82,92 @@ typedef struct pli_vec4 {
 
 /// Read access without a copy; valid until the body is destroyed or cut. Contents change with each step.
 typedef struct pli_body_view {
-    int node_count, link_count, face_count, tetra_count;
+    int node_count;             ///< of `positions`, `previous`, `velocities`, `normals`
+    int link_count;             ///< of `link_nodes`
+    int face_count;             ///< of `face_nodes`
+    int tetra_count;            ///< of `tetra_nodes`
     const pli_vec4* positions;  ///< [node_count], m; w = inverse mass, 1/kg
     const pli_vec4* previous;   ///< [node_count], m, start of the last step; w = 0
     const pli_vec4* velocities; ///< [node_count], m/s; w = 0
     const pli_vec3* normals;    ///< [node_count] unit, or NULL when no enabled feature needs normals
     const int* link_nodes;      ///< node a of link i at link_nodes[i * link_node_stride], node b right after it
-    int link_node_stride;
-    const int* face_nodes;  ///< [3 * face_count]
-    const int* tetra_nodes; ///< [4 * tetra_count]
+    int link_node_stride;       ///< in numbers, from a link to the next
+    const int* face_nodes;      ///< [3 * face_count]
+    const int* tetra_nodes;     ///< [4 * tetra_count]
 } pli_body_view;
 
+/// Pointers to the arrays of a body, for drawing and the like; all zero for a handle that is none.
 PLI_API pli_body_view pli_body_get_view(const pli_body* body);
 
-/// Present bounds of the nodes, grown by the collision margin.
+/// Present bounds of the nodes, m, grown by the collision margin.
 PLI_API pli_bounds pli_body_get_bounds(const pli_body* body);
 
-/// Rest length of a link, m; 0 to PLI_MAX_COORDINATE.
+/// Rest length of a link, m; 0 for a link that is none.
 PLI_API float pli_body_get_rest_length(const pli_body* body, int link);
+
+/// Makes a link longer or shorter: muscles, growth, wear.
+/// @param rest_length m, 0 to PLI_MAX_COORDINATE
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (link)
 PLI_API pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length);
 
 /// Replaces positions and velocities of all nodes, as from a snapshot; what is derived from them is brought up to date.
+/// Rest lengths and masses stay.
 /// @param positions  [node_count] m, up to PLI_MAX_COORDINATE
 /// @param velocities [node_count] m/s, up to PLI_MAX_SPEED; NULL: zero
-/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping; the same holds below
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities);
 
+/// Places one node; its velocity and the rest lengths of its links stay. Normals follow in the next step.
+/// @param position m, up to PLI_MAX_COORDINATE
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position);
+
+/// Sets the velocity of one node; a pinned node moves with it, which is how to lead one along a path.
+/// @param velocity m/s, up to PLI_MAX_SPEED
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity);
-/// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node. Rest lengths stay.
+
+/// Changes the mass of one node. Rest lengths stay. Bullet name: setMass
+/// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_mass(pli_body* body, int node, float mass);
+
+/// Sum of the masses of all nodes that are not pinned, kg.
 PLI_API float pli_body_total_mass(const pli_body* body);
 
-/// Moves the whole body; velocities turn with it, rest lengths stay. Refused when a node would leave the limits.
+/// Moves the whole body; velocities turn with it, rest lengths stay. Bullet name: transform
+/// @return PLI_ERROR_INVALID_VALUE when a node would leave the limits, PLI_ERROR_WRONG_STATE while stepping; nothing is
+///         moved then
 PLI_API pli_status pli_body_transform(pli_body* body, pli_transform transform);
 
-/// Adds to the force on a node (or on all nodes that are not pinned), N; used up by the next step. The sum is at most
-/// PLI_MAX_FORCE.
+/// Adds to the force on one node; used up by the next step. Nothing for a pinned node. Bullet name: addForce(f, node)
+/// @param force N; with all that was added before up to PLI_MAX_FORCE
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE
+/// Cost: 12 B per node from the first call on.
 PLI_API pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force);
+
+/// Adds the same force to every node that is not pinned; used up by the next step. Bullet name: addForce
+/// @param force N per node; as in pli_body_add_node_force
 PLI_API pli_status pli_body_add_force(pli_body* body, pli_vec3 force);
-/// Adds to the velocity of all nodes that are not pinned, m/s. The sum is at most PLI_MAX_SPEED.
+
+/// Adds to the velocity of all nodes that are not pinned. Bullet name: addVelocity
+/// @param velocity m/s; the sum up to PLI_MAX_SPEED
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity);
 
 /// For steps of changing length, under each solver; default off. What a long step leaves of errors the short one after
 /// it would put right as a speed of the error over its own length: 1/15 and 1/240 s in turn blow bodies up. With this a
 /// step that is shorter than one before changes velocities, about those of free flight, by as little as that one would:
 /// by its length over a reference, which is at least 0.75 of that of the step before. Equal steps are not changed. What
-/// rigid bodies get in such a step is not made smaller. Cost: 12 B per node.
-/// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
+/// rigid bodies get in such a step is not made smaller.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+/// Cost: 12 B per node.
 PLI_API pli_status pli_body_use_step_smoothing(pli_body* body, bool use);
 
 /// Solve links on velocities and in the drift solve instead of in the position solve (the default, and what `false`
 /// returns to). Needs velocity_iterations or drift_iterations > 0 to have an effect. Bullet name: setSolver(Velocities)
+/// @return PLI_ERROR_WRONG_STATE also when the body has another solver than the position-based one, and while
+///         stepping
 PLI_API pli_status pli_body_use_velocity_links(pli_body* body, bool use);
 
 /// Solve links in an order of the library's own, colour by colour, several at once: many times faster than in the order
@@ -120,31 +175,42 @@ PLI_API pli_status pli_body_use_velocity_links(pli_body* body, bool use);
 /// those of the other order as much as those of a mesh with shuffled links would; they do not depend on the instruction
 /// set nor on threads. A body of a few links that all meet keeps the order of the mesh. A rope (link k joins nodes k
 /// and k + 1, for all of 16 to 127 links) has its even, then its odd links, all iterations at once while at most its
-/// last node touches or holds something, otherwise colours as any body. Cost: 4 B per link of regular grids, 16 B per
-/// other link, of ropes 12 B more.
+/// last node touches or holds something, otherwise colours as any body.
+/// @return as pli_body_use_velocity_links
+/// Cost: 4 B per link of regular grids, 16 B per other link, of ropes 12 B more.
 PLI_API pli_status pli_body_use_colored_links(pli_body* body, bool use);
 
-/// A frozen body takes no part in steps. Bodies freeze when a node leaves the limits of limits.h
-/// (PLI_EVENT_BODY_FROZEN).
+/// True for a body that takes no part in steps. Bodies freeze when a node leaves the limits of limits.h
+/// (PLI_EVENT_BODY_FROZEN), or by pli_body_set_frozen.
 PLI_API bool pli_body_is_frozen(const pli_body* body);
+
+/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities. Not while stepping.
 PLI_API void pli_body_set_frozen(pli_body* body, bool frozen);
 
-/// Switch contacts between a soft body and one rigid body off or on.
+/// Switches contacts between a soft body and one rigid body off or on, of nodes, faces and clusters. Pairs are on at
+/// first. Bullet name: m_collisionDisabledObjects
 PLI_API pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore);
+
+/// True for a pair that is switched off.
 PLI_API bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
 // ---------------------------------------------------------------------------------------------- measures
 
-/// 64-bit hash of the bits of all positions and velocities.
+/// 64-bit FNV-1a hash of the bits of all positions and velocities: equal for equal states on every processor.
 PLI_API uint64_t pli_body_state_hash(const pli_body* body);
-/// J
+
+/// Kinetic energy of the nodes that are not pinned, J.
 PLI_API float pli_body_kinetic_energy(const pli_body* body);
+
 /// Largest |length / rest length - 1| over the links; 0 without links.
 PLI_API float pli_body_max_stretch(const pli_body* body);
+
 /// Sum of mass * velocity over the nodes that are not pinned, kg m/s.
 PLI_API pli_vec3 pli_body_momentum(const pli_body* body);
-/// Signed volume enclosed by the faces, m^3.
+
+/// Signed volume enclosed by the faces, m^3; positive when they are counter-clockwise seen from outside.
 PLI_API float pli_body_volume(const pli_body* body);
+
 /// Bytes that the body holds, features included.
 PLI_API size_t pli_body_bytes(const pli_body* body);
 

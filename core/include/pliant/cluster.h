@@ -11,120 +11,169 @@
 extern "C" {
 #endif
 
+/// How one cluster behaves.
 typedef struct pli_cluster_settings {
     float matching;        ///< [0, 1], default 0: share of the distance to the rest shape removed per step
     float node_damping;    ///< [0, 1], default 0: nodes take over the rigid motion of the cluster
-    float linear_damping;  ///< [0, 1], default 0
-    float angular_damping; ///< [0, 1], default 0
-    bool collides;         ///< default true
-    /// Impulses between clusters of one body are cut to `max_self_impulse` (N s per contact and step, >= 0, default
-    /// 100) and scaled by `self_impulse_factor` ([0, 1], default 1). btSoftBody has both and never comes to use them.
+    float linear_damping;  ///< [0, 1], default 0: share of the linear velocity that a step takes from the cluster
+    float angular_damping; ///< [0, 1], default 0: the same of the angular velocity
+    bool collides;         ///< default true; false: takes no part in cluster contacts
+    /// N s per contact and step, 0 to PLI_MAX_FORCE, default 100: impulses between clusters of one body are cut to it.
+    /// btSoftBody has it and never comes to use it.
     float max_self_impulse;
-    float self_impulse_factor;
+    float self_impulse_factor; ///< [0, 1], default 1: factor of the same impulses; as `max_self_impulse`
 } pli_cluster_settings;
 
+/// All clusters of a body.
 typedef struct pli_clusters_def {
     int iterations; ///< >= 1, default 4: joint and contact iterations of the clusters. Bullet name: citerations
-    /// As btSoftBody does it, for comparisons; default false. Frames may be reflections, pinned nodes weigh 1e18 kg and
-    /// are moved by matching and impulses, candidates for contacts come from boxes that are kept from step to step.
+    /// Reference mode only: as btSoftBody does it, default false. Frames may be reflections, pinned nodes weigh 1e18 kg
+    /// and are moved by matching and impulses, candidates for contacts come from boxes that are kept from step to step.
     bool as_bullet;
-    uint32_t cookie;
+    uint32_t cookie; ///< set by the default function
 } pli_clusters_def;
 
+/// Defaults of the fields.
 PLI_API pli_clusters_def pli_clusters_def_default(void);
 
-/// Enable, or change when enabled. A body starts without any cluster. A change of `as_bullet` takes the present shape
-/// of all clusters as their rest shape. @param def NULL for the defaults
+/// Lets a body have clusters, or changes the settings of all. It starts without any cluster; the calls below that make
+/// some enable them with the defaults when needed. A change of `as_bullet` takes the present shape of all clusters as
+/// their rest shape.
+/// @param def NULL for the defaults; copied
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def);
-/// Removes all clusters, and the joints and contacts that hold to them.
+
+/// Removes all clusters, and the joints and contacts that hold to them. Nothing when not enabled. Not while stepping.
 PLI_API void pli_body_disable_clusters(pli_body* body);
 
-/// Replace all clusters by `count` groups of near nodes that share a ring of nodes over faces, and, when there are
-/// more than one, a first cluster of all nodes that does not collide. Deterministic. Enables clusters when needed.
-/// Joints to clusters of this body are removed. Bullet name: generateClusters(k, maxiterations)
-/// @param count >= 1, at most the number of nodes is made
-/// @param made  receives the number of clusters; may be NULL
+/// Replaces all clusters by `count` groups of near nodes that share a ring of nodes over faces, and, when there are
+/// more than one, a first cluster of all nodes that does not collide. Deterministic. Joints to clusters of this body
+/// are removed. Bullet name: generateClusters(k, maxiterations)
+/// @param count          >= 1, at most the number of nodes is made
+/// @param max_iterations >= 1, of the search for near nodes (k-means); Bullet uses 8192
+/// @param made           receives the number of clusters; may be NULL
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterations, int* made);
-/// One cluster per tetrahedron, or per face when there are no tetrahedra. Bullet name: generateClusters(0)
-/// @return PLI_ERROR_INVALID_MESH when there are neither
+
+/// Replaces all clusters by one per tetrahedron, or per face when there are no tetrahedra. Joints to clusters of this
+/// body are removed. Bullet name: generateClusters(0)
+/// @param made receives the number of clusters; may be NULL
+/// @return PLI_ERROR_INVALID_MESH when there are neither, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made);
-/// One more cluster, of any nodes (one or more, each once).
+
+/// Adds one cluster of nodes of the caller's choice; their present places are its rest shape.
+/// @param nodes      [node_count], each once
+/// @param node_count 1 to the number of nodes
+/// @param cluster    receives the index of the cluster; may be NULL
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (a node named twice),
+///         PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster);
+
+/// Removes all clusters and the joints that hold to them; clusters stay enabled.
+/// @return PLI_ERROR_WRONG_STATE when clusters are not enabled, or while stepping
 PLI_API pli_status pli_body_remove_clusters(pli_body* body);
 
+/// Number of clusters, 0 when they are not enabled.
 PLI_API int pli_body_cluster_count(const pli_body* body);
+
+/// The present settings of one cluster.
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings);
+
+/// Replaces the settings of one cluster; those that a body's clusters are made with are the defaults.
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings);
 
+/// What a cluster is at the moment.
 typedef struct pli_cluster_view {
-    int node_count;
+    int node_count;   ///< >= 1
     const int* nodes; ///< node i at nodes[i * node_stride], valid until the clusters of the body change
-    int node_stride;
+    int node_stride;  ///< in numbers, from a node to the next
     /// Of the step in progress, or of the last one, where the cluster has contacts or joints; else of the nodes as they
     /// are now. Origin = centre of mass.
     pli_transform frame;
-    float inverse_mass; ///< 1/kg
-    pli_mat3 inverse_inertia_world;
-    pli_vec3 linear_velocity;  ///< m/s
-    pli_vec3 angular_velocity; ///< rad/s
-    bool contains_pinned_node;
+    float inverse_mass;             ///< 1/kg
+    pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), in world axes
+    pli_vec3 linear_velocity;       ///< m/s
+    pli_vec3 angular_velocity;      ///< rad/s
+    bool contains_pinned_node;      ///< then it is far heavier than its free nodes are
 } pli_cluster_view;
 
+/// Nodes, frame, mass and velocities of one cluster.
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE
 PLI_API pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view);
-/// Takes the present shape of all clusters as their rest shape and the present masses.
+
+/// Takes the present shape of all clusters as their rest shape, and the present masses of the nodes: after masses have
+/// been changed or nodes placed.
+/// @return PLI_ERROR_WRONG_STATE when clusters are not enabled, or while stepping
 PLI_API pli_status pli_body_reset_clusters(pli_body* body);
 
 // -------------------------------------------------------------------------------------------------- contacts
 
 /// A contact of a cluster with a rigid body, or with another cluster.
 typedef struct pli_cluster_contact {
-    int cluster;      ///< of this body
-    pli_rigid* rigid; ///< or NULL
-    int shape;        ///< index in the rigid body's shapes
-    pli_body* other;  ///< or NULL; this body itself for self-contacts
-    int other_cluster;
-    pli_vec3 witness, other_witness; ///< nearest points of the two cores (without margins), m, world
-    pli_vec3 normal;                 ///< unit, from the other side to the cluster
-    float distance;                  ///< m, of the cores; < 0 when they overlap
+    int cluster;            ///< of this body
+    pli_rigid* rigid;       ///< or NULL
+    int shape;              ///< index in the rigid body's shapes
+    pli_body* other;        ///< or NULL; this body itself for self-contacts
+    int other_cluster;      ///< of `other`
+    pli_vec3 witness;       ///< nearest point of the cluster's core (without margin), m, world
+    pli_vec3 other_witness; ///< nearest point of the other side's core, m, world
+    pli_vec3 normal;        ///< unit, from the other side to the cluster
+    float distance;         ///< m, of the cores; < 0 when they overlap
 } pli_cluster_contact;
 
 /// Finds witnesses, normal and distance of the pair named in `contact`; false when they are not near. May read only.
 typedef bool pli_cluster_distance_fn(const pli_body* body, pli_cluster_contact* contact, void* user);
 
+/// What the clusters of a body meet, and how hard.
 typedef struct pli_cluster_contacts_def {
     bool with_rigids; ///< default true. Bullet name: CL_RS
     bool with_bodies; ///< default true; the other body needs it too. Bullet name: CL_SS
     bool with_self;   ///< default false: clusters of one body that are apart when first met. Bullet name: CL_SELF
-    /// >= 0, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; as_bullet the share of the
-    /// sliding velocity that each iteration removes. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; as_bullet the
+    /// share of the sliding velocity that each iteration removes. Bullet name: kDF
     float friction;
-    float dynamic_hardness; ///< [0, 1], default 0.1. Bullet name: kSRHR_CL
-    float static_hardness;  ///< [0, 1], default 1. Bullet name: kSKHR_CL
-    float soft_hardness;    ///< [0, 1], default 0.5; the larger of the two sides counts. Bullet name: kSSHR_CL
+    float dynamic_hardness; ///< [0, 1], default 0.1: share of the overlap with a dynamic body that a step removes.
+                            ///< Bullet name: kSRHR_CL
+    float static_hardness;  ///< [0, 1], default 1: the same with static and kinematic bodies. Bullet name: kSKHR_CL
+    float soft_hardness;    ///< [0, 1], default 0.5: the same between clusters; the larger of the two sides counts.
+                            ///< Bullet name: kSSHR_CL
     /// [0, 1], default 0.5: share of the correction that is a displacement, not a velocity. The rigid body takes it as
     /// a velocity all the same. Bullet name: kSR_SPLT_CL
     float dynamic_split;
-    float static_split;        ///< [0, 1], default 0.5. Bullet name: kSK_SPLT_CL
+    float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
     /// Contacts with rigid bodies and other bodies are measured anew in each step. Default false: those whose sides
     /// hardly move against each other are followed for a few steps, in which they are right to some percent of the
     /// margin. Always so with clusters as_bullet and with `distance`.
     bool measure_always;
-    /// Replaces the distance query, for comparisons with that of another library; NULL: the one of the core.
+    /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
+    /// the one of the core.
     pli_cluster_distance_fn* distance;
-    void* distance_user;
-    uint32_t cookie;
+    void* distance_user; ///< handed to `distance`
+    uint32_t cookie;     ///< set by the default function
 } pli_cluster_contacts_def;
 
+/// Defaults of the fields.
 PLI_API pli_cluster_contacts_def pli_cluster_contacts_def_default(void);
-/// Convex hulls of clusters meet rigid shapes and each other. Enables clusters when needed.
+
+/// Lets convex hulls of clusters meet rigid shapes and each other, or changes how. Enables clusters when needed.
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def);
+
+/// Ends cluster contacts; the clusters stay. Nothing when not enabled.
 PLI_API void pli_body_disable_cluster_contacts(pli_body* body);
 
-/// Contacts of the step in progress, or of the last one; as pli_body_get_rigid_contacts.
+/// Contacts of the step in progress, or of the last one, in the order of solving.
+/// @param contacts NULL, or room for `capacity` contacts
+/// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts);
-/// As pli_body_reorder_rigid_contacts.
+
+/// Changes the order in which contacts are solved, as pli_body_reorder_rigid_contacts; with the same errors.
+/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
 PLI_API pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count);
 
 #ifdef __cplusplus

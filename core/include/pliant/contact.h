@@ -13,51 +13,64 @@ extern "C" {
 
 // ------------------------------------------------------------------------------- nodes against rigid bodies
 
+/// How nodes meet rigid bodies.
 typedef struct pli_rigid_contacts_def {
     /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Share of the sliding that a contact takes
     /// away; as in Bullet a product above 1 reverses the sliding. Bullet name: kDF
     float friction;
     float dynamic_hardness; ///< [0, 1], default 1: share of the penetration removed per iteration. Bullet name: kCHR
-    float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies. Bullet name: kKHR
+    float static_hardness;  ///< [0, 1], default 0.1: the same of static and kinematic bodies. Bullet name: kKHR
     /// Default false, as in Bullet: links come after contacts in each iteration, and what they make nodes slide stays,
     /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
     /// solver only; the others have no such order.
     bool after_links;
-    uint32_t cookie;
+    uint32_t cookie; ///< set by the default function
 } pli_rigid_contacts_def;
 
+/// Defaults of the fields.
 PLI_API pli_rigid_contacts_def pli_rigid_contacts_def_default(void);
 
-/// Nodes meet the signed distance of rigid shapes. Enable, or change when enabled. Bullet name: SDF_RS
+/// Keeps nodes out of the shapes of rigid bodies, by signed distances, both ways; or changes how. Under XPBD
+/// pli_body_enable_xpbd_rigid_contacts solves what this finds. Bullet name: SDF_RS
+/// @param def copied
 PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def);
+
+/// Ends contacts of nodes with rigid bodies, also those of the step in progress. Nothing when not enabled.
 PLI_API void pli_body_disable_rigid_contacts(pli_body* body);
 
+/// A node that touches a rigid body.
 typedef struct pli_rigid_contact {
-    int node;
-    pli_rigid* rigid;
-    int shape;       ///< index in the rigid body's shapes
-    pli_vec3 normal; ///< unit, world, out of the rigid body
-    float distance;  ///< m, minus the collision margin, at the predicted position; < 0, under XPBD < the margin
+    int node;         ///< of the body
+    pli_rigid* rigid; ///< what it touches
+    int shape;        ///< index in the rigid body's shapes
+    pli_vec3 normal;  ///< unit, world, out of the rigid body
+    float distance;   ///< m, minus the collision margin, at the predicted position; < 0, under XPBD < the margin
 } pli_rigid_contact;
 
-/// Contacts of the step in progress, or of the last one.
+/// Contacts of the step in progress, or of the last one, in the order of solving.
 /// @param contacts NULL, or room for `capacity` contacts
-/// @return the number of contacts there are
+/// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts);
 
-/// Changes the order in which contacts are solved, between collide and solve; results of Gauss-Seidel depend on it.
+/// Changes the order in which contacts are solved; results of Gauss-Seidel depend on it. Between collide and solve.
 /// @param order [count] a permutation: the contact now at `order[i]` comes to place i
+/// @param count the number of contacts there are
+/// @return PLI_ERROR_WRONG_STATE when not between pli_world_predict and pli_world_solve, or not enabled,
+///         PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_INVALID_VALUE (another count, or a contact named twice),
+///         PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count);
 
 // ------------------------------------------------------------------------------- faces against rigid bodies
 
+/// How faces meet rigid bodies.
 typedef struct pli_rigid_face_contacts_def {
-    float friction;         ///< >= 0, default 0.2; as in pli_rigid_contacts_def
+    float friction;         ///< 0 to PLI_MAX_FACTOR, default 0.2; as in pli_rigid_contacts_def
     float dynamic_hardness; ///< [0, 1], default 1: share of the penetration at the start of a step that it removes
-    float static_hardness;  ///< [0, 1], default 0.1, against static and kinematic bodies
-    uint32_t cookie;
+    float static_hardness;  ///< [0, 1], default 0.1: the same of static and kinematic bodies
+    uint32_t cookie;        ///< set by the default function
 } pli_rigid_face_contacts_def;
 
+/// Defaults of the fields.
 PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 
 /// Faces meet convex rigid shapes, and the triangles of triangle meshes from their front, on their whole way through a
@@ -69,65 +82,85 @@ PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 /// Use it beside pli_body_enable_rigid_contacts, which takes care of planes and sampled meshes, and brings nodes out of
 /// triangle meshes that are inside. Faces with a node that is anchored to the rigid body are left out, and drift
 /// iterations are not watched. See pli_rigid_was_held_back.
+/// @param def copied
 PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
+
+/// Ends contacts of faces with rigid bodies, also those of the step in progress. Nothing when not enabled.
 PLI_API void pli_body_disable_rigid_face_contacts(pli_body* body);
 
+/// A face, or a link, that touches a rigid body or comes near it.
 typedef struct pli_rigid_face_contact {
     int face;         ///< or PLI_NULL_INDEX
     int link;         ///< of a body without faces, or PLI_NULL_INDEX
     float weights[3]; ///< barycentric, of the contact point; of a link two
-    pli_rigid* rigid;
-    int shape;       ///< index in the rigid body's shapes
-    pli_vec3 normal; ///< unit, world, out of the rigid body
-    float distance;  ///< m, minus the collision margin, at the predicted positions; < 0 on the other side
+    pli_rigid* rigid; ///< what it touches
+    int shape;        ///< index in the rigid body's shapes
+    pli_vec3 normal;  ///< unit, world, out of the rigid body
+    float distance;   ///< m, minus the collision margin, at the predicted positions; < 0 on the other side
 } pli_rigid_face_contact;
 
-/// As pli_body_get_rigid_contacts. Contacts are also made where face and body only come near each other.
+/// Contacts of the step in progress, or of the last one; also where face and body only come near each other.
+/// @param contacts NULL, or room for `capacity` contacts
+/// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts);
 
 // ----------------------------------------------------------------- nodes against faces of other soft bodies
 
+/// How soft bodies meet each other.
 typedef struct pli_soft_contacts_def {
-    float friction; ///< >= 0, default 0.2; the larger of the two bodies counts. Bullet name: kDF
-    float hardness; ///< [0, 1], default 1. Bullet name: kSHR
-    /// m/s, >= 0. An overlap from before the step goes at this speed at most and leaves none. 0 (default): it goes at
-    /// once and leaves its depth per step as a speed, as in btSoftBody; with the implicit solver 1 m/s. Bodies that
-    /// overlap or cross need it, lest they gain energy. XPBD has its own: pli_xpbd_contacts_def.
+    float friction; ///< 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. Bullet name: kDF
+    float hardness; ///< [0, 1], default 1: share of the overlap removed per iteration. Bullet name: kSHR
+    /// m/s, 0 to PLI_MAX_SPEED. An overlap from before the step goes at this speed at most and leaves none. 0
+    /// (default): it goes at once and leaves its depth per step as a speed, as in btSoftBody; with the implicit solver
+    /// 1 m/s. Bodies that overlap or cross need it, lest they gain energy. XPBD has its own: pli_xpbd_contacts_def.
     float recovery_speed;
-    /// Keep Bullet's fat boxes from step to step and search with them, so that the same pairs are found as by
-    /// btSoftBody; default false: search with boxes that cover the whole reach of a contact.
+    /// Reference mode only: keep Bullet's fat boxes from step to step and search with them, so that the same pairs are
+    /// found as by btSoftBody; default false: search with boxes that cover the whole reach of a contact.
     bool bullet_boxes;
-    uint32_t cookie;
+    uint32_t cookie; ///< set by the default function
 } pli_soft_contacts_def;
 
+/// Defaults of the fields.
 PLI_API pli_soft_contacts_def pli_soft_contacts_def_default(void);
 
-/// Nodes meet the faces of other bodies that have this enabled too. Bullet name: VF_SS
+/// Keeps nodes of this body away from the faces of other bodies that have this enabled too, both ways; or changes how.
+/// Under XPBD pli_body_enable_xpbd_soft_contacts solves what this finds. Bullet name: VF_SS
+/// @param def copied
 PLI_API pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def);
+
+/// Ends contacts with other soft bodies, also those of the step in progress. Nothing when not enabled.
 PLI_API void pli_body_disable_soft_contacts(pli_body* body);
 
+/// A node that touches a face of another soft body.
 typedef struct pli_soft_contact {
-    int node; ///< of this body
-    pli_body* face_body;
-    int face;         ///< of the other body
-    float weights[3]; ///< barycentric, of the nearest point of the face
-    pli_vec3 normal;  ///< unit, from the face to the node
-    float margin;     ///< m, distance that the contact keeps
+    int node;            ///< of this body
+    pli_body* face_body; ///< the other body
+    int face;            ///< of the other body
+    float weights[3];    ///< barycentric, of the nearest point of the face
+    pli_vec3 normal;     ///< unit, from the face to the node
+    float margin;        ///< m, distance that the contact keeps
 } pli_soft_contact;
 
-/// As pli_body_get_rigid_contacts; contacts are kept by the body of the node.
+/// Contacts of the step in progress, or of the last one, of this body's nodes; those of its faces are the others'.
+/// @param contacts NULL, or room for `capacity` contacts
+/// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts);
+
+/// Changes the order in which contacts are solved, as pli_body_reorder_rigid_contacts; with the same errors.
+/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
 PLI_API pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count);
 
 /// For comparisons, default off: keep Bullet's boxes of nodes from step to step, and meet rigid shapes with the nodes
 /// whose boxes they touch, so that the same contacts are found as by btSoftBody; otherwise with all nodes that are
-/// near. Position-based solver only. Cost: 24 B per node.
-/// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
+/// near. Position-based solver only.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+/// Cost: 24 B per node.
 PLI_API pli_status pli_body_use_bullet_node_boxes(pli_body* body, bool use);
 
 /// The stored boxes of `bullet_boxes` and of pli_body_use_bullet_node_boxes, to take them over from a btSoftBody before
 /// a step is compared.
-/// @param node_boxes [node_count], face_boxes [face_count], NULL where only rigid contacts keep boxes
+/// @param node_boxes [node_count]
+/// @param face_boxes [face_count]; NULL where only rigid contacts keep boxes
 /// @return PLI_ERROR_WRONG_STATE when they are not kept
 PLI_API pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes,
                                              const pli_bounds* face_boxes);

@@ -16,11 +16,12 @@
 extern "C" {
 #endif
 
+/// Where to refine, and whether to cut there.
 typedef struct pli_refine_def {
     /// The surface: negative inside, positive outside, m or any other unit. Called once per node and a few times per
-    /// link that crosses it; the same point must give the same value. May read only.
+    /// link that crosses it; the same point must give the same value. May read only. Required.
     float (*surface)(pli_vec3 point, void* user);
-    void* user;
+    void* user;     ///< handed to `surface`
     float accuracy; ///< > 0, default 1e-4: how near to zero `surface` is at the new nodes, in its unit
     bool cut;       ///< default true: part the body along the surface; false: only refine
     /// Take the present lengths as rest lengths of all links, and the present areas, as btSoftBody does, and keep to
@@ -32,21 +33,23 @@ typedef struct pli_refine_def {
     uint32_t cookie; ///< set by the default function
 } pli_refine_def;
 
+/// Defaults of the fields; `surface` has to be set.
 PLI_API pli_refine_def pli_refine_def_default(void);
 
-/// New nodes where links and faces cross the surface, which is then cut along them. Bending links that cross it go.
-/// Nodes with a value nearer to zero than the accuracy are on the surface, and are cut without a new node.
+/// Makes new nodes where links and faces cross a surface, and cuts along them. Bending links that cross it go. Nodes
+/// with a value nearer to zero than the accuracy are on the surface, and are cut without a new node.
 /// Bullet name: refine
 /// @return PLI_ERROR_NOT_FINITE when the surface gives NaN or infinity somewhere, PLI_ERROR_INVALID_VALUE when it gives
-///         more than PLI_MAX_SURFACE_VALUE, PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_OUT_OF_MEMORY
+///         more than PLI_MAX_SURFACE_VALUE, PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_refine(pli_body* body, const pli_refine_def* def);
 
-/// Cut one link (and the faces along it) in two at `position` of its length from node a. Bullet name: cutLink
-/// @param position (0, 1)
-/// @return PLI_ERROR_INVALID_VALUE when no link joins the nodes
+/// Cuts one link (and the faces along it) in two. Bullet name: cutLink
+/// @param position (0, 1), share of its length from node a
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE also when no link joins the nodes,
+///         PLI_ERROR_INVALID_MESH (an edge of a tetrahedron), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float position);
 
-/// Cut along the triangle-strip swept by a ray from (from_start, from_end) to (to_start, to_end): what a mouse does
+/// Cuts along the triangle strip swept by a ray from (from_start, from_end) to (to_start, to_end): what a mouse does
 /// between two frames. Faces and links that the swept surface crosses are parted along it.
 ///
 /// An edge that is crossed nearer to its end than 5 % of its length is cut at that end instead. A face in which the
@@ -55,7 +58,9 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 /// such calls the body may move, but not be cut otherwise. Sweeps inside of one face cut no face. Bending links, and
 /// links that are no edge of a face but join two nodes with faces, go when they are crossed, and bending links also
 /// when one of their nodes is parted.
+/// @param from_start,from_end,to_start,to_end m, up to PLI_MAX_COORDINATE
 /// @param parted receives the number of links that were parted or, along nodes, doubled; may be NULL
+/// @return PLI_ERROR_INVALID_MESH (tetrahedra), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                                       pli_vec3 to_end, int* parted);
 

@@ -12,43 +12,54 @@
 extern "C" {
 #endif
 
+/// How the linear system of a step is solved.
 typedef enum pli_implicit_method {
+    /// A fixed number of Jacobi sweeps: the cheapest, always stable, softer than asked where sweeps are few. For cloth
+    /// that has to look right.
     PLI_IMPLICIT_JACOBI = 0,
-    PLI_IMPLICIT_CHEBYSHEV = 1,         ///< Jacobi sweeps under Chebyshev weights: fewer sweeps to the same error
-    PLI_IMPLICIT_CONJUGATE_GRADIENT = 2 ///< until `tolerance` is met or `sweeps` are done
+    /// Jacobi sweeps under Chebyshev weights: fewer sweeps to the same error. For stiff meshes with ten sweeps or more.
+    PLI_IMPLICIT_CHEBYSHEV = 1,
+    /// Until `tolerance` is met or `sweeps` are done: for materials whose stiffness has to be the one that is set.
+    PLI_IMPLICIT_CONJUGATE_GRADIENT = 2
 } pli_implicit_method;
 
 /// What the sweeps start from. They need many sweeps to carry a change through a stiff mesh.
 typedef enum pli_implicit_start {
-    PLI_IMPLICIT_FREE_FLIGHT = 0, ///< the velocities of nodes without springs: a free body falls with exactly g
-    PLI_IMPLICIT_LITERAL = 1      ///< at rest, as in the paper: a stiff body falls too slowly
+    /// The velocities of nodes without springs: a free body falls with exactly g. The usual choice.
+    PLI_IMPLICIT_FREE_FLIGHT = 0,
+    /// At rest, as in the paper: a stiff body falls too slowly. To compare with published results.
+    PLI_IMPLICIT_LITERAL = 1
 } pli_implicit_start;
 
+/// Material and solver of an implicit body.
 typedef struct pli_implicit_def {
     float stiffness; ///< N/m, 0 to PLI_MAX_COEFFICIENT, default 1000, of links whose material has linear_stiffness 1,
                      ///< else times that
-    float damping;   ///< N s/m along each link, >= 0, default 0, the same way
+    float damping;   ///< N s/m along each link, 0 to PLI_MAX_COEFFICIENT, default 0, the same way
     /// >= 1, default 5. Take an odd number: with an even one the change of velocity of the stiffest modes comes out up
     /// to twice too large.
     int sweeps;
-    pli_implicit_method method;
-    pli_implicit_start start;
-    float tolerance; ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
+    pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI
+    pli_implicit_start start;   ///< default PLI_IMPLICIT_FREE_FLIGHT
+    float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
     /// Compressed springs resist being turned, by |1 - rest length / length| of their stiffness; default false: not, as
     /// in the paper, and what buckles may flutter or, with springs far stiffer than m / h^2, burst. From 3 sweeps on.
     bool firm_compression;
     uint32_t cookie; ///< set by the default function
 } pli_implicit_def;
 
+/// Defaults of the fields.
 PLI_API pli_implicit_def pli_implicit_def_default(void);
 
 /// Steps the body with this solver, or changes its settings. Forces, anchors, contacts and pose matching stay in use;
 /// anchors and contacts of nodes with rigid bodies are solved with the springs, both ways. Of pli_solver_settings
 /// position_iterations (for everything else), velocity_damping and time_scale stay in use.
-/// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already, PLI_ERROR_NOT_FINITE,
-///         PLI_ERROR_INVALID_VALUE, PLI_ERROR_OUT_OF_MEMORY
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def);
+
 /// Returns to the position-based solver and to links on positions. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_implicit(pli_body* body);
 
 /// How the last step went.
@@ -59,6 +70,7 @@ typedef struct pli_implicit_report {
     int collapsed_links;   ///< springs without length, hence without direction, that were left out
 } pli_implicit_report;
 
+/// Report of the last step, all zero before the first one and when not enabled.
 PLI_API pli_implicit_report pli_body_get_implicit_report(const pli_body* body);
 
 #ifdef __cplusplus

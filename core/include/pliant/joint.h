@@ -11,17 +11,18 @@ extern "C" {
 
 /// Names a joint of one body; all zero is no joint.
 typedef struct pli_joint_id {
-    int32_t index1;
-    uint32_t generation;
+    int32_t index1;      ///< one more than the place in the library's table, 0: no joint
+    uint32_t generation; ///< tells a joint from those that had its place before
 } pli_joint_id;
 
 /// The other end of a joint: a cluster of `body`, or `rigid`, or the world when both are NULL.
 typedef struct pli_joint_end {
-    pli_body* body;
-    int cluster;
-    pli_rigid* rigid;
+    pli_body* body;   ///< of the same world, also the body itself; default NULL
+    int cluster;      ///< of `body`, default 0
+    pli_rigid* rigid; ///< of the same world; default NULL
 } pli_joint_end;
 
+/// How hard a joint corrects.
 typedef struct pli_joint_softness {
     float error_reduction; ///< [0, 1], default 1: share of the error corrected per step. Bullet name: erp
     float velocity_factor; ///< [0, 1], default 1: share of the relative velocity removed. Bullet name: cfm
@@ -30,16 +31,23 @@ typedef struct pli_joint_softness {
     float split;
 } pli_joint_softness;
 
+/// A ball and socket.
 typedef struct pli_linear_joint_def {
-    int cluster; ///< of this body, default 0
-    pli_joint_end other;
-    pli_vec3 position; ///< m, world; the point of both ends that is held together
-    pli_joint_softness softness;
-    uint32_t cookie;
+    int cluster;                 ///< of this body, default 0
+    pli_joint_end other;         ///< default: the world
+    pli_vec3 position;           ///< m, world, up to PLI_MAX_COORDINATE, default zero; the point of both ends that is
+                                 ///< held together
+    pli_joint_softness softness; ///< defaults as named there
+    uint32_t cookie;             ///< set by the default function
 } pli_linear_joint_def;
 
+/// Defaults of the fields.
 PLI_API pli_linear_joint_def pli_linear_joint_def_default(void);
-/// A ball and socket. Bullet name: appendLinearJoint
+
+/// Holds a point of two ends together; both turn about it freely. Bullet name: appendLinearJoint
+/// @param joint receives the id; may be NULL
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (a cluster), PLI_ERROR_INVALID_VALUE (both ends the same cluster, two other
+///         ends, another world), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint);
 
 /// Drives and steers an angular joint. Both callbacks may be NULL; a speed that is not finite and an axis without a
@@ -50,24 +58,33 @@ typedef struct pli_joint_controller {
     pli_vec3 (*steer)(pli_vec3 local_axis, void* user);
     /// Wanted relative speed about the axis, rad/s, given the present one; NULL: turns freely.
     float (*speed)(float present, void* user);
-    void* user;
+    void* user; ///< handed to both
 } pli_joint_controller;
 
+/// A hinge without a pivot.
 typedef struct pli_angular_joint_def {
-    int cluster;
-    pli_joint_end other;
-    pli_vec3 axis; ///< world, of any length but zero; both ends turn about it
-    pli_joint_softness softness;
-    pli_joint_controller controller;
-    uint32_t cookie;
+    int cluster;                     ///< of this body, default 0
+    pli_joint_end other;             ///< default: the world
+    pli_vec3 axis;                   ///< world, of any length but zero, required; both ends turn about it
+    pli_joint_softness softness;     ///< defaults as named there
+    pli_joint_controller controller; ///< default: none, turns freely
+    uint32_t cookie;                 ///< set by the default function
 } pli_angular_joint_def;
 
+/// Defaults of the fields; `axis` has to be set.
 PLI_API pli_angular_joint_def pli_angular_joint_def_default(void);
-/// A hinge without a pivot. Bullet name: appendAngularJoint
+
+/// Lets two ends turn against each other about one axis only, wherever they are; with a linear joint at the same place
+/// it makes a hinge. Bullet name: appendAngularJoint
+/// @param joint receives the id; may be NULL
+/// @return as pli_body_add_linear_joint, PLI_ERROR_INVALID_VALUE also for an axis without a direction
 PLI_API pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_def* def, pli_joint_id* joint);
 
-/// @return PLI_ERROR_STALE_ID
+/// Removes one joint of either kind.
+/// @return PLI_ERROR_STALE_ID when the body has no such joint (any more), PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint);
+
+/// Number of joints of both kinds that were added to this body, 0 when there never was one.
 PLI_API int pli_body_joint_count(const pli_body* body);
 
 #ifdef __cplusplus

@@ -9,15 +9,19 @@
 extern "C" {
 #endif
 
-/// Takes the present shape as the rest shape. Enable, or change when enabled (the rest shape is taken anew).
+/// Takes the present shape as the rest shape and pulls the body back to it. Enable, or change when enabled (the rest
+/// shape is taken anew).
 /// As in Bullet the matched shape shrinks to a point when a node is pinned (it weighs a thousand times the whole body)
 /// or when the body is smaller than about 3 cm, and grows without bound above about 90 m.
-/// @param matching [0, 1]: share of the distance to the matched pose that one step removes. Bullet name: kMT with
-///                 setPose(false, true)
+/// Source: Müller and others, "Meshless Deformations Based on Shape Matching". Bullet name: kMT with
+/// setPose(false, true)
+/// @param matching [0, 1]: share of the distance to the matched pose that one step removes
 PLI_API pli_status pli_body_enable_pose_matching(pli_body* body, float matching);
+
+/// Ends pose matching, and forgets the rest shape. Nothing when not enabled.
 PLI_API void pli_body_disable_pose_matching(pli_body* body);
 
-/// Rotation and centre of mass of the best fit in the last step.
+/// Rotation and centre of mass (m) of the best fit in the last step.
 /// @return PLI_ERROR_WRONG_STATE when pose matching is not enabled
 PLI_API pli_status pli_body_get_pose(const pli_body* body, pli_transform* pose);
 

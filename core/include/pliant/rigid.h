@@ -16,61 +16,85 @@ extern "C" {
 typedef struct pli_world pli_world;
 typedef struct pli_rigid pli_rigid;
 
+/// Who moves a rigid body.
 typedef enum pli_rigid_kind {
-    PLI_RIGID_STATIC = 0,    ///< never moves; velocities are ignored
-    PLI_RIGID_KINEMATIC = 1, ///< moved by the host; its velocities drag soft bodies, impulses do not change it
-    PLI_RIGID_DYNAMIC = 2    ///< impulses change its velocities
+    PLI_RIGID_STATIC = 0,    ///< nobody: floors and walls; velocities are ignored
+    PLI_RIGID_KINEMATIC = 1, ///< the host alone: lifts, hands, characters; its velocities drag soft bodies, impulses do
+                             ///< not change it
+    PLI_RIGID_DYNAMIC = 2    ///< host and soft bodies: impulses change its velocities
 } pli_rigid_kind;
 
 /// What the host sets before a step and reads after it.
 typedef struct pli_rigid_state {
-    pli_transform pose;             ///< origin = centre of mass, m, up to PLI_MAX_COORDINATE
-    pli_vec3 linear_velocity;       ///< m/s, up to PLI_MAX_SPEED
-    pli_vec3 angular_velocity;      ///< rad/s, up to PLI_MAX_ANGULAR_SPEED
+    pli_transform pose;             ///< origin = centre of mass, m, up to PLI_MAX_COORDINATE; default identity
+    pli_vec3 linear_velocity;       ///< m/s, up to PLI_MAX_SPEED, default zero
+    pli_vec3 angular_velocity;      ///< rad/s, up to PLI_MAX_ANGULAR_SPEED, default zero
     float inverse_mass;             ///< 1/kg, of PLI_MIN_MASS to PLI_MAX_MASS for dynamic, ignored otherwise
     pli_mat3 inverse_inertia_world; ///< 1/(kg m^2), up to PLI_MAX_INVERSE_INERTIA, ignored unless dynamic
 } pli_rigid_state;
 
+/// A rigid body.
 typedef struct pli_rigid_def {
-    pli_rigid_kind kind;
-    pli_rigid_state state;
+    pli_rigid_kind kind;              ///< default PLI_RIGID_STATIC
+    pli_rigid_state state;            ///< defaults as named there; dynamic bodies need mass and inertia
     float friction;                   ///< 0 to PLI_MAX_FACTOR, default 0.5; multiplied with the soft body's
-    pli_vec3 linear_factor;           ///< per-axis scale of linear impulses, default 1
-    pli_vec3 angular_factor;          ///< per-axis scale of angular impulses, default 1
-    int shape_count;                  ///< number of entries in `shapes`
+    pli_vec3 linear_factor;           ///< per-axis scale of linear impulses, up to PLI_MAX_FACTOR, default 1
+    pli_vec3 angular_factor;          ///< per-axis scale of angular impulses, up to PLI_MAX_FACTOR, default 1
+    int shape_count;                  ///< number of entries in `shapes`, default 0: it touches nothing
     pli_shape* const* shapes;         ///< [shape_count]; each is retained
-    const pli_transform* shape_poses; ///< [shape_count] in the frame of the body; NULL: all identity
-    void* user_data;
-    uint32_t cookie; ///< set by the default function
+    const pli_transform* shape_poses; ///< [shape_count] in the frame of the body; default NULL: all identity
+    void* user_data;                  ///< of the caller, default NULL; see pli_rigid_get_user_data
+    uint32_t cookie;                  ///< set by the default function
 } pli_rigid_def;
 
+/// Defaults of the fields.
 PLI_API pli_rigid_def pli_rigid_def_default(void);
 
 /// Adds a rigid body to a world. pli_world_step meets all of them with all soft bodies.
+/// @param def copied
 PLI_API pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid);
+
 /// Removes it, with the anchors and joints that hold to it: a body that had any gets PLI_EVENT_ANCHORS_LOST. NULL is
 /// allowed. Not while stepping: it stays then, and pli_last_error says so.
 PLI_API void pli_rigid_destroy(pli_rigid* rigid);
 
-/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE
+/// Takes over pose, velocities and mass from the host, before a step or between its parts. What its kind ignores is
+/// not checked.
 PLI_API pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state);
+
+/// The present state; after a step with the velocities that soft bodies have changed.
 PLI_API pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid);
+
+/// Changes the friction.
+/// @param friction 0 to PLI_MAX_FACTOR; multiplied with the soft body's
 PLI_API pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction);
-/// As in pli_rigid_def.
+
+/// Changes what impulses do along each world axis: 0 holds it, 1 is free. Bullet: setLinearFactor, setAngularFactor
+/// @param linear_factor,angular_factor up to PLI_MAX_FACTOR
 PLI_API pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor);
+
 /// Changes the kind, keeping anchors; the state as in pli_rigid_set_state.
 PLI_API pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state);
+
 /// Replaces the shapes, keeping anchors. Contacts of the step in progress stay as they were made.
 /// @param shapes      [shape_count]; each is retained, the old ones are released
 /// @param shape_poses [shape_count] in the frame of the body; NULL: all identity
+/// @return PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
                                         const pli_transform* shape_poses);
+
 /// For hosts whose body is out of their world for a while, or gone in the middle of a step. A rigid body that is not
 /// present meets nothing, and anchors and joints to it are kept and hold nothing; contacts of the step in progress stay
-/// as they were made. Present is the default. Also allowed between predict and solve.
+/// as they were made. Present is the default.
 PLI_API pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present);
+
+/// False for one that pli_rigid_set_present has taken out.
 PLI_API bool pli_rigid_is_present(const pli_rigid* rigid);
+
+/// As in pli_rigid_def or pli_rigid_set_kind.
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
+
+/// What the definition has stored with it.
 PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 
 /// True when a contact or an anchor acted on the body in the last step: the host should wake it.
@@ -83,7 +107,10 @@ PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 PLI_API bool pli_rigid_was_held_back(const pli_rigid* rigid);
 
 /// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
-/// with it. For C programs without a rigid-body engine; call after pli_world_step.
+/// with it. For C programs without a rigid-body engine; call after pli_world_step. Kinematic bodies move without
+/// gravity, static ones not at all.
+/// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
+/// @param dt      s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
 /// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it stays as it was then
 PLI_API pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt);
 

@@ -4,6 +4,7 @@
 /// Tethers: no node gets farther from the pinned node that is nearest along the links than they are long. For ropes and
 /// cloth that hang from pinned nodes and are not meant to stretch: what links carry only from one to the next,
 /// iteration by iteration, tethers see at once. Work with each solver, whichever comes first.
+/// Source: Kim, Chentanez, Müller, "Long Range Attachments".
 
 #include "body.h"
 
@@ -11,11 +12,14 @@
 extern "C" {
 #endif
 
+/// How tight tethers are.
 typedef struct pli_tethers_def {
-    float slack;     ///< >= 0, default 0.01: share of the length by which a tether is longer than the links
+    float slack;     ///< 0 to PLI_MAX_FACTOR, default 0.01: share of the length by which a tether is longer than the
+                     ///< links
     uint32_t cookie; ///< set by the default function
 } pli_tethers_def;
 
+/// Defaults of the fields.
 PLI_API pli_tethers_def pli_tethers_def_default(void);
 
 /// Measures along the links that do not only resist bending, at their rest lengths, from the nodes that are pinned now.
@@ -23,18 +27,22 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// since. A rigid body that can move and is anchored to a node is held where the anchor is. The implicit solver
 /// knows the weight of rigid bodies by itself: under it a body that they are anchored to has no tethers. Enable, or
 /// measure anew and change when enabled; cuts and changes of rest lengths are followed.
-/// @return PLI_ERROR_NOT_FINITE, PLI_ERROR_INVALID_VALUE, PLI_ERROR_WRONG_STATE while stepping,
-///         PLI_ERROR_OUT_OF_MEMORY
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 8 B per node; a distance per node and iteration or substep.
 PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);
-/// Not while stepping. Nothing when not enabled.
+
+/// Lets go of all nodes. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_tethers(pli_body* body);
 
+/// What holds a node.
 typedef struct pli_tether {
     int pinned_node; ///< PLI_NULL_INDEX: there is none
     float length;    ///< m, without slack
 } pli_tether;
 
+/// The tether of one node; none where the node is not held, is none itself, or tethers are not enabled.
 PLI_API pli_tether pli_body_get_tether(const pli_body* body, int node);
 
 #ifdef __cplusplus

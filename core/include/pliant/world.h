@@ -10,29 +10,42 @@
 extern "C" {
 #endif
 
+/// What all bodies of a world have in common.
 typedef struct pli_world_def {
     pli_vec3 gravity;  ///< m/s^2, up to PLI_MAX_ACCELERATION, default (0, -10, 0)
-    float air_density; ///< kg/m^3, up to PLI_MAX_COEFFICIENT, default 1.2; read by aerodynamics
-    /// m per step and axis that forces (not gravity) may add, up to PLI_MAX_COORDINATE, default 1000.
+    float air_density; ///< kg/m^3, 0 to PLI_MAX_COEFFICIENT, default 1.2; read by aerodynamics
+    /// m per step and axis that forces (not gravity) may add, > 0 to PLI_MAX_COORDINATE, default 1000.
     /// Bullet name: m_maxDisplacement
     float max_force_displacement;
     /// Default true: the first step after something was added or changed makes room for the contacts that bodies can be
     /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
     /// False: lists grow when they are full.
     bool makes_room;
-    /// As btSoftBody does it, for comparisons; default false. Bounds of predicted bodies are those from before pose
+    /// Reference mode only: as btSoftBody does it, default false. Bounds of predicted bodies are those from before pose
     /// matching, and the force of volume conservation has no limit.
     bool as_bullet;
-    void* user_data;
+    void* user_data; ///< of the caller, default NULL; see pli_world_get_user_data
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
 
+/// Defaults of the fields.
 PLI_API pli_world_def pli_world_def_default(void);
+
+/// Makes a world without bodies.
+/// @param def NULL for the defaults; copied
 PLI_API pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world);
-/// Destroys its bodies and rigid proxies too. NULL is allowed.
+
+/// Ends a world with its bodies and rigid proxies, also between the parts of a step. NULL is allowed.
 PLI_API void pli_world_destroy(pli_world* world);
+
+/// The context that it was made in.
 PLI_API pli_context* pli_world_get_context(const pli_world* world);
+
+/// Changes gravity, for steps that are predicted from now on.
+/// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
 PLI_API pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity);
+
+/// What the definition has stored with it.
 PLI_API void* pli_world_get_user_data(const pli_world* world);
 
 /// One whole step: predict, collide everything that overlaps, solve.
@@ -43,20 +56,31 @@ PLI_API void* pli_world_get_user_data(const pli_world* world);
 /// the next step asks for the memory anew: the host may go on, or free memory first. Steps into which nothing new comes
 /// allocate nothing, and so cannot run out of it.
 /// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
-/// @return any other error, as of pli_world_predict: nothing was done
+/// @return PLI_ERROR_WRONG_STATE after pli_world_predict without pli_world_solve; after any error but
+///         PLI_ERROR_OUT_OF_MEMORY nothing was done
 PLI_API pli_status pli_world_step(pli_world* world, float dt);
 
-/// The three parts of a step, for hosts with a broad phase of their own. The order is: predict, any number of
-/// collide calls, solve. Rigid states may be set between any two of them: contacts are made from the state at the
-/// collide call, anchors and the solver use the state at the solve call.
-/// Nothing is done for a pair that does not overlap, that is switched off (pli_body_ignore_rigid) or that no enabled
-/// feature takes care of.
-/// @return PLI_ERROR_WRONG_STATE when called out of order, PLI_ERROR_INVALID_VALUE. PLI_ERROR_OUT_OF_MEMORY, as of
-///         pli_world_step, of a collide call: contacts of this pair are missing; of the solve: something was missing
-///         anywhere in the step, which has been done. The prediction leaves it to the solve to tell
+/// First of the three parts of a step, for hosts with a broad phase of their own: applies forces and moves the nodes
+/// freely. The order is: predict, any number of collide calls, solve. Rigid states may be set between any two of them:
+/// contacts are made from the state at the collide call, anchors and the solver use the state at the solve call.
+/// @param dt s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
+/// @return PLI_ERROR_WRONG_STATE when called out of order. What there is no memory for pli_world_solve tells
 PLI_API pli_status pli_world_predict(pli_world* world, float dt);
+
+/// Makes the contacts of a soft body with a rigid body; once per pair and step. Nothing is done for a pair that does
+/// not overlap, that is switched off (pli_body_ignore_rigid) or that no enabled feature takes care of.
+/// @return PLI_ERROR_WRONG_STATE when called out of order, PLI_ERROR_INVALID_VALUE for a member of another world,
+///         PLI_ERROR_OUT_OF_MEMORY: contacts of this pair are missing
 PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid);
+
+/// Makes the contacts between two soft bodies, as pli_world_collide_rigid; once per pair and step, in either order.
+/// pli_body_meets_bodies tells which bodies need it.
+/// @return the same, PLI_ERROR_INVALID_VALUE also for a body with itself
 PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
+
+/// Last part of a step: joints, constraints and contacts, velocities, and what follows from them.
+/// @return PLI_ERROR_WRONG_STATE when called out of order, PLI_ERROR_OUT_OF_MEMORY, as of pli_world_step: something was
+///         missing anywhere in the step, which has been done
 PLI_API pli_status pli_world_solve(pli_world* world);
 
 /// False where no enabled feature looks at other bodies, so that a host need not hand in such pairs.
@@ -65,15 +89,18 @@ PLI_API bool pli_body_meets_bodies(const pli_body* body);
 /// True between pli_world_predict and pli_world_solve.
 PLI_API bool pli_world_is_stepping(const pli_world* world);
 
+/// Number of soft bodies.
 PLI_API int pli_world_body_count(const pli_world* world);
+
+/// A soft body by its index, which those behind it change when one before them goes; NULL when out of range.
 PLI_API pli_body* pli_world_get_body(const pli_world* world, int index);
 
 // ---------------------------------------------------------------------------------------------------- events
 
+/// What has happened.
 typedef enum pli_event_kind {
     /// A node came to be NaN, beyond PLI_MAX_COORDINATE or faster than PLI_MAX_SPEED; the body was put back to the
-    /// start
-    /// of the step and frozen.
+    /// start of the step and frozen.
     PLI_EVENT_BODY_FROZEN = 1,
     /// Anchors or joints of the body have gone with the rigid body that they held to: pli_rigid_destroy, and what the
     /// bridge to Bullet does when an object is no longer there. One for a body, however many have gone.
@@ -84,15 +111,17 @@ typedef enum pli_event_kind {
     PLI_EVENT_RIGID_RESTORED = 3
 } pli_event_kind;
 
+/// Something that has gone another way than asked.
 typedef struct pli_event {
-    pli_event_kind kind;
-    pli_body* body;   ///< or NULL
-    int node;         ///< PLI_NULL_INDEX when no single node is meant
-    pli_rigid* rigid; ///< or NULL
+    pli_event_kind kind; ///< which fields are set depends on it
+    pli_body* body;      ///< or NULL
+    int node;            ///< PLI_NULL_INDEX when no single node is meant
+    pli_rigid* rigid;    ///< or NULL
 } pli_event;
 
 /// Events of the last step and of calls since then, which the next pli_world_predict clears; valid until it, and until
 /// something is added or destroyed.
+/// @param count receives the number of events; may be NULL
 PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
 
 // --------------------------------------------------------------------------------------------------- profile
@@ -103,7 +132,9 @@ PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
 /// call other than a step places nodes or cuts. May read only.
 typedef void pli_profile_fn(const char* stage, const char* feature, bool begins, void* user);
 
-/// NULL, the default, costs one comparison per stage. Not while stepping.
+/// Sets the function that is called around the parts of a step.
+/// @param profile NULL, the default, costs one comparison per stage
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user);
 
 #ifdef __cplusplus

@@ -12,84 +12,131 @@
 extern "C" {
 #endif
 
+/// How often constraints are solved.
 typedef struct pli_xpbd_def {
-    int substeps; ///< >= 1, default 10: parts of a step, each with contacts of the whole step
-    int sweeps;   ///< >= 1, default 1: times that all constraints are solved in a substep
-    uint32_t cookie;
+    int substeps;    ///< >= 1, default 10: parts of a step, each with contacts of the whole step
+    int sweeps;      ///< >= 1, default 1: times that all constraints are solved in a substep
+    uint32_t cookie; ///< set by the default function
 } pli_xpbd_def;
 
+/// Defaults of the fields.
 PLI_API pli_xpbd_def pli_xpbd_def_default(void);
+
 /// Steps the body with this solver, or changes its settings. Forces stay in use; of pli_solver_settings so do
 /// velocity_damping and time_scale. Everything else comes with the constraints below.
-/// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already, PLI_ERROR_INVALID_VALUE,
-///         PLI_ERROR_OUT_OF_MEMORY
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def);
+
 /// Returns to the position-based solver and to links on positions; the constraints go too. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_xpbd(pli_body* body);
 
 // -------------------------------------------------------------------------------------------------- constraints
-// Enable, or change when enabled; PLI_ERROR_WRONG_STATE unless pli_body_enable_xpbd came before. Compliances and
-// dampings are 0 to PLI_MAX_COEFFICIENT, frictions 0 to PLI_MAX_FACTOR.
+// Enable, or change when enabled; PLI_ERROR_WRONG_STATE while stepping and unless pli_body_enable_xpbd came before.
 
 /// Lengths of the links.
 typedef struct pli_xpbd_links_def {
-    float compliance; ///< m/N, default 0 (rigid), of links whose material has linear_stiffness 1, else over that
+    float compliance;         ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of links whose material has
+                              ///< linear_stiffness 1, else over that
     float bending_compliance; ///< m/N, default 0, the same for links made by pli_mesh_append_bending_links
-    /// N s/m along each link, >= 0, default 0, of links whose material has linear_stiffness 1, else times that; none
-    /// where the compliance is 0
+    /// N s/m along each link, 0 to PLI_MAX_COEFFICIENT, default 0, of links whose material has linear_stiffness 1, else
+    /// times that; none where the compliance is 0
     float damping;
-    uint32_t cookie;
+    uint32_t cookie; ///< set by the default function
 } pli_xpbd_links_def;
 
+/// Defaults of the fields.
 PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
+
+/// Keeps links at their rest lengths, or changes how.
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);
+
+/// Lets links stretch freely. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_links(pli_body* body);
 
-/// Angles between faces with a common edge. Rest angles are the present ones; a cut or refined body takes them anew.
+/// Angles between faces.
 typedef struct pli_xpbd_bending_def {
-    float compliance; ///< rad/(N m), default 0
-    float damping;    ///< N m s/rad, >= 0, default 0
-    bool is_flat;     ///< all rest angles are zero, default false
-    uint32_t cookie;
+    float compliance; ///< rad/(N m), 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
+    float damping;    ///< N m s/rad, 0 to PLI_MAX_COEFFICIENT, default 0
+    bool is_flat;     ///< default false; true: all rest angles are zero
+    uint32_t cookie;  ///< set by the default function
 } pli_xpbd_bending_def;
 
+/// Defaults of the fields.
 PLI_API pli_xpbd_bending_def pli_xpbd_bending_def_default(void);
-/// @return PLI_ERROR_INVALID_MESH for a body without faces
+
+/// Keeps the angles between faces with a common edge, or changes how. Rest angles are the present ones when first
+/// enabled; a cut or refined body takes them anew.
+/// @param def copied
+/// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def);
+
+/// Lets faces fold freely. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_bending(pli_body* body);
 
-/// Volumes of the tetrahedra, at rest as they are now.
-/// @param compliance m^5/N
-/// @return PLI_ERROR_INVALID_MESH for a body without tetrahedra
+/// Keeps the volumes of the tetrahedra, at rest as they are when first enabled, or changes how.
+/// @param compliance m^5/N, 0 to PLI_MAX_COEFFICIENT
+/// @return PLI_ERROR_INVALID_MESH for a body without tetrahedra, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance);
+
+/// Lets tetrahedra change their volumes freely. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_tetras(pli_body* body);
 
-/// Volume inside the faces, which must be closed; at rest as it is when first enabled.
-/// @param compliance     m^5/N
-/// @param pressure_ratio wanted volume over the volume at rest, >= 0
-/// @return PLI_ERROR_INVALID_MESH for a body without faces
+/// Keeps the volume inside the faces, which must be closed, or changes how; at rest as it is when first enabled.
+/// @param compliance     m^5/N, 0 to PLI_MAX_COEFFICIENT
+/// @param pressure_ratio 0 to PLI_MAX_FACTOR: wanted volume over the volume at rest
+/// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio);
+
+/// Lets the volume inside the faces change freely. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_volume(pli_body* body);
 
-/// Holds the anchors of anchor.h, both ways.
-/// @param compliance m/N
+/// Holds the anchors of anchor.h, both ways, or changes how.
+/// @param compliance m/N, 0 to PLI_MAX_COEFFICIENT
+/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance);
+
+/// Lets go of the anchors, which stay. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_anchors(pli_body* body);
 
+/// How contacts are solved.
 typedef struct pli_xpbd_contacts_def {
-    float compliance;     ///< m/N, default 0
-    float friction;       ///< Coulomb's coefficient, >= 0, default 0.5; multiplied with that of a rigid body
-    float recovery_speed; ///< m/s, >= 0, default 1: how fast a penetration at the start of a substep is removed at most
-    uint32_t cookie;
+    float compliance;     ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
+    float friction;       ///< 0 to PLI_MAX_FACTOR, default 0.5: Coulomb's coefficient; multiplied with that of a rigid
+                          ///< body
+    float recovery_speed; ///< m/s, 0 to PLI_MAX_SPEED, default 1: how fast a penetration at the start of a substep is
+                          ///< removed at most
+    uint32_t cookie;      ///< set by the default function
 } pli_xpbd_contacts_def;
 
+/// Defaults of the fields.
 PLI_API pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void);
-/// Solves the contacts that pli_body_enable_rigid_contacts finds, both ways.
+
+/// Solves the contacts that pli_body_enable_rigid_contacts finds, both ways, or changes how.
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
+
+/// Leaves those contacts unsolved. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_rigid_contacts(pli_body* body);
+
 /// Solves the contacts of this body's nodes with the faces of others that pli_body_enable_soft_contacts finds, both
-/// ways.
+/// ways, or changes how.
+/// @param def copied
+/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_soft_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
+
+/// Leaves those contacts unsolved. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_soft_contacts(pli_body* body);
 
 #ifdef __cplusplus
