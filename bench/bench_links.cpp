@@ -1,5 +1,6 @@
 // Time per link and sweep of a step of ten sweeps over the links of a body: in the order of the mesh, by colours with
-// each instruction set, and btSoftBody's. The counter `stretch` tells what speed is bought with: root mean square of
+// each instruction set, and btSoftBody's; by colours also of a body that lies on a floor, whose contacts are solved
+// between the sweeps; there `time/link` is the median of the sweeps alone. The counter `stretch` tells what speed is bought with: root mean square of
 // length / rest - 1 of the same body hung up by some nodes, after 300 steps of 1/60 s with 10 sweeps (that of
 // btSoftBody is that of the ordered links, whose results are the same).
 //
@@ -7,8 +8,11 @@
 
 extern "C" {
 #include "body_impl.h"
+#include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/io.h"
+#include "pliant/rigid.h"
+#include "pliant/shape.h"
 #include "pliant/world.h"
 #include "pliant/xpbd.h"
 }
@@ -19,6 +23,7 @@ extern "C" {
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -197,6 +202,51 @@ void pliant_links(benchmark::State& state, Kind kind, bool is_colored, pli_simd 
     count_links(state, sweeps * body->link_count, remembered_stretch(kind, is_colored));
 }
 
+// The lowest nodes have sunk into a floor.
+void lay_down(Sample& sample) {
+    pli_body* body = sample.body;
+    float low = 1e9f, high = -1e9f;
+    for (int i = 0; i < body->node_count; ++i) {
+        low = std::min(low, body->positions[i].y);
+        high = std::max(high, body->positions[i].y);
+    }
+    pli_shape* floor = nullptr;
+    check(pli_shape_create_plane(sample.context.get(), pli_vec3_make(0, 1, 0), low + 0.1f * (high - low), &floor));
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shapes = &floor;
+    def.shape_count = 1;
+    pli_rigid* rigid = nullptr;
+    check(pli_rigid_create(sample.world.get(), &def, &rigid));
+    pli_shape_release(floor);
+    const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    check(pli_body_enable_rigid_contacts(body, &contacts));
+    for (int i = 0; i < 3; ++i) {
+        check(pli_world_step(sample.world.get(), 1.0f / 60.0f));
+    }
+}
+
+void touching_links(benchmark::State& state, Kind kind, pli_simd simd) {
+    Sample sample(kind, true, simd);
+    pli_body* body = sample.body;
+    lay_down(sample);
+    plii_feature_disable(body, &plii_links_class); // this function sweeps them, and the stage solves the contacts
+    sample.stretch();
+    std::vector<double> times; // s, of sweeps over the links
+    for (auto _ : state) {
+        for (int i = 0; i < sweeps; ++i) {
+            const auto start = std::chrono::steady_clock::now();
+            body->sweep_links(body, body->sweep_links_state);
+            times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+            plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
+        }
+    }
+    const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+    std::nth_element(times.begin(), middle, times.end());
+    state.counters["links"] = sweeps * body->link_count;
+    state.counters["contacts"] = pli_body_get_rigid_contacts(body, 0, nullptr);
+    state.counters["time/link"] = *middle / body->link_count;
+}
+
 void bullet_links(benchmark::State& state, Kind kind) {
     Sample sample(kind, false, PLI_SIMD_BEST);
     const pli_body* source = sample.body;
@@ -307,6 +357,9 @@ int main(int argc, char** argv) {
         for (const auto& path : paths) {
             if (!is_available(path.simd)) { continue; }
             benchmark::RegisterBenchmark((name + "/colored " + path.name).c_str(), pliant_links, mesh.kind, true,
+                                         path.simd);
+            if (mesh.kind == Kind::rope || mesh.kind == Kind::long_rope) { continue; }
+            benchmark::RegisterBenchmark((name + "/touching " + path.name).c_str(), touching_links, mesh.kind,
                                          path.simd);
         }
     }

@@ -1,5 +1,6 @@
-// Whole steps of XPBD: a cube of tetrahedra that keep their volumes, and a sheet without compliance that has come to
-// rest. The counter `stretch` is the root mean square of length / rest - 1 of the links at the end.
+// Whole steps of XPBD: a cube of tetrahedra that keep their volumes, a sheet without compliance that has come to rest,
+// and a large sheet that hangs or lies on a ball. The counter `stretch` is the root mean square of length / rest - 1 of
+// the links at the end.
 
 extern "C" {
 #include "pliant/pliant.h"
@@ -146,6 +147,56 @@ void stiff_sheet(benchmark::State& state, int substeps) {
     state.counters["stretch"] = sample.stretch();
 }
 
+// 128x128 nodes, 1.27 m, structural, both shear and bending links, 10 substeps. It hangs by two corners, or has come to
+// rest on a ball with half of its nodes.
+void large_sheet(benchmark::State& state, bool lies) {
+    constexpr int size = 128;
+    constexpr float radius = 0.37f;
+    Sample sample;
+    for (int i = 0; i < size * size; ++i) {
+        const pli_vec3 position = pli_vec3_make(0.01f * static_cast<float>(i % size) - 0.635f, radius + 0.01f,
+                                                0.01f * static_cast<float>(i / size) - 0.635f);
+        const bool is_held = !lies && (i == 0 || i == size - 1);
+        check(pli_mesh_append_node(sample.mesh.get(), position, is_held ? 0.0f : 1e-4f, nullptr));
+    }
+    const int steps[][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}, {2, 0}, {0, 2}};
+    for (int i = 0; i < size * size; ++i) {
+        for (const auto& step : steps) {
+            const int x = i % size + step[0], y = i / size + step[1];
+            if (x < 0 || x >= size || y >= size) { continue; }
+            check(pli_mesh_append_link(sample.mesh.get(), i, y * size + x, 0, nullptr));
+        }
+    }
+    sample.make_body(10);
+    if (lies) {
+        check(pli_body_set_collision_margin(sample.body, 0.005f));
+        pli_shape* ball = nullptr;
+        check(pli_shape_create_sphere(sample.context.get(), radius, &ball));
+        pli_rigid_def rigid = pli_rigid_def_default();
+        rigid.shapes = &ball;
+        rigid.shape_count = 1;
+        pli_rigid* made = nullptr;
+        check(pli_rigid_create(sample.world.get(), &rigid, &made));
+        pli_shape_release(ball);
+        const pli_rigid_contacts_def found = pli_rigid_contacts_def_default();
+        check(pli_body_enable_rigid_contacts(sample.body, &found));
+        const pli_xpbd_contacts_def solved = pli_xpbd_contacts_def_default();
+        check(pli_body_enable_xpbd_rigid_contacts(sample.body, &solved));
+        pli_solver_settings settings = pli_body_get_solver_settings(sample.body);
+        settings.velocity_damping = 0.05f;
+        check(pli_body_set_solver_settings(sample.body, &settings));
+    }
+    for (int i = 0; i < 120; ++i) {
+        sample.step();
+    }
+    for (auto _ : state) {
+        sample.step();
+    }
+    state.counters["links"] = pli_body_get_view(sample.body).link_count;
+    state.counters["contacts"] = pli_body_get_rigid_contacts(sample.body, 0, nullptr);
+    state.counters["stretch"] = sample.stretch();
+}
+
 } // namespace
 
 BENCHMARK_CAPTURE(tetra_cube, volumes, false)->Unit(benchmark::kMillisecond);
@@ -154,4 +205,6 @@ BENCHMARK_CAPTURE(stiff_sheet, 10 substeps, 10)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 14 substeps, 14)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 20 substeps, 20)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(stiff_sheet, 40 substeps, 40)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(large_sheet, hanging, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(large_sheet, lying on a ball, true)->Unit(benchmark::kMillisecond);
 BENCHMARK_MAIN();
