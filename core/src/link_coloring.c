@@ -1,7 +1,6 @@
 /* Colours of links: runs in large grids, then quads in the order in which they were found, then links that are in none,
-   each with the lowest colour that is free at its nodes, small bodies with better ones. Linear time but for runs. */
+   each with the lowest colour that is free at its nodes. Linear time but for runs. */
 
-#include "link_color_search.h"
 #include "link_colors.h"
 #include "link_shares.h"
 #include "simd.h"
@@ -23,14 +22,13 @@ typedef struct link_colors_work {
     int node_count, link_count, tag_count; /* tags as key: material, then bending */
     plii_link_runs_work runs;
     plii_link_quads quads;
-    uint64_t* masks;           /* [node_count] colours of the links around */
-    int* counts;               /* [max(node_count, tag_count) + 1] */
-    int *order, *sorted;       /* [link_count] */
-    int count;                 /* of them */
-    uint8_t* colors;           /* [link_count] of those */
-    int* serial_links;         /* [link_count] */
-    uint8_t* kinds;            /* [link_count] pairs of the group of each of those */
-    plii_color_search* search; /* of small bodies */
+    uint64_t* masks;     /* [node_count] colours of the links around */
+    int* counts;         /* [max(node_count, tag_count) + 1] */
+    int *order, *sorted; /* [link_count] */
+    int count;           /* of them */
+    uint8_t* colors;     /* [link_count] of those */
+    int* serial_links;   /* [link_count] */
+    uint8_t* kinds;      /* [link_count] pairs of the group of each of those */
 } link_colors_work;
 
 typedef struct link_colors_item {
@@ -90,7 +88,6 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     work->order = link_colors_carve(carver, links * sizeof *work->order);
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
     work->colors = link_colors_carve(carver, links * sizeof *work->colors);
-    if (work->node_count <= PLII_COLOR_SEARCH_NODES) { work->search = link_colors_carve(carver, sizeof *work->search); }
     if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
     made->colors = link_colors_carve(carver, (4 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
     made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
@@ -149,31 +146,6 @@ static int link_colors_link_count(uint8_t pairs) {
 static int link_colors_tag_key(const link_colors_work* work, int index) {
     const int tag = link_colors_tag_at(work, index);
     return 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
-}
-
-static plii_color_item link_colors_search_item(const link_colors_work* work, int index) {
-    const link_colors_item item = link_colors_item_at(work, index);
-    plii_color_item made = {.color = work->colors[index]};
-    for (int k = 0; k < 4; ++k) {
-        const bool is_there = k == 0 || item.nodes[k] != item.nodes[0];
-        if (is_there) { made.nodes[made.node_count++] = item.nodes[k]; }
-    }
-    if (work->body->link_tags != NULL) { made.tag = (uint8_t)link_colors_tag_key(work, index); }
-    return made;
-}
-
-static void link_colors_search(link_colors_work* work) {
-    plii_color_search* search = work->search;
-    if (search == NULL || work->count > PLII_COLOR_SEARCH_ITEMS || work->tag_count > PLII_COLOR_SEARCH_TAGS) { return; }
-    search->node_count = work->node_count;
-    search->item_count = work->count;
-    for (int i = 0; i < work->count; ++i) {
-        search->items[i] = link_colors_search_item(work, work->order[i]);
-    }
-    plii_color_search_run(search);
-    for (int i = 0; i < work->count; ++i) {
-        work->colors[work->order[i]] = search->items[i].color;
-    }
 }
 
 /* Lists what gets a colour in `order`, the links of the rest as serial. */
@@ -454,7 +426,6 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     const bool is_grid = PLII_LINK_LANES * work.runs.made.group_count > body->link_count / 2;
     plii_link_quads_find(body, !is_grid && body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
     const int serial_count = link_colors_take_colors(&work);
-    link_colors_search(&work);
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
     if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }

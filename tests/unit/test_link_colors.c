@@ -322,30 +322,6 @@ static void test_meshes_become_quads_and_small_bodies_single_links(void** state)
     sample_destroy(&s);
 }
 
-static pli_mesh* make_short_rope(pli_context* context) {
-    pli_mesh* mesh = NULL;
-    assert_int_equal(
-        pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0), pli_vec3_make(2, 0, 0), 19, PLI_ROPE_PIN_FIRST, &mesh),
-        PLI_OK);
-    return mesh;
-}
-
-static void test_small_bodies_get_colors_that_fill_their_lanes(void** state) {
-    (void)state;
-    sample s;
-    assert_true(sample_create(&s, make_small_sphere, true, PLI_SIMD_BEST, NULL));
-    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
-    assert_true(colors->row_count <= 82); /* 75 are full; the first colours that are free come to 90 in 6 colours */
-    assert_int_equal(colors->color_count, 5);
-    sample_destroy(&s);
-    assert_true(sample_create(&s, make_short_rope, true, PLI_SIMD_BEST, NULL));
-    assert_int_equal(s.body->link_count, 20);
-    colors = plii_feature_state(s.body, &plii_link_colors_class);
-    assert_int_equal(colors->color_count, 3); /* two would have ten links each, in two groups */
-    assert_int_equal(colors->group_count, 3);
-    sample_destroy(&s);
-}
-
 /* Of the links in the last lane of a group. */
 static int lowest_node(const pli_body* body, const plii_link_colors* colors, int group) {
     const int end = group + 1 < colors->group_count ? colors->groups[group + 1].first_row : colors->row_count;
@@ -717,7 +693,6 @@ int main(void) {
         cmocka_unit_test(test_no_two_lanes_of_a_color_share_a_node),
         cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
-        cmocka_unit_test(test_small_bodies_get_colors_that_fill_their_lanes),
         cmocka_unit_test(test_groups_of_colors_go_from_region_to_region_for_threads),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
