@@ -201,15 +201,6 @@ static bool anchor_is_idle(const pli_body* body, const void* state) {
     return ((const anchor_state*)state)->item_count == 0;
 }
 
-static int anchor_first_node(const pli_body* body, const void* state) {
-    const anchor_state* anchors = state;
-    int first = body->node_count;
-    for (int i = 0; i < anchors->item_count; ++i) {
-        if (anchors->items[i].node < first) { first = anchors->items[i].node; }
-    }
-    return first;
-}
-
 static const plii_feature_class anchor_class = {
     .name = "anchors",
     .state_size = sizeof(anchor_state),
@@ -220,7 +211,6 @@ static const plii_feature_class anchor_class = {
     .list_holds = anchor_list_holds,
     .forget_rigid = anchor_forget_rigid,
     .is_idle = anchor_is_idle,
-    .first_node = anchor_first_node,
     .bytes = anchor_bytes,
     .topology_blocks = anchor_topology_blocks,
     .topology_commit = anchor_topology_commit,

@@ -105,10 +105,8 @@ extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
 
-/* Of the nodes that POSITION moves or reads in this step, links apart: node_count when there is nothing to do. */
-int plii_solver_first_busy_node(const pli_body* body);
-/* All of POSITION but links. */
-void plii_solver_run_between_sweeps(pli_body* body);
+/* POSITION has nothing but links to do in this step. */
+bool plii_solver_has_only_links(const pli_body* body);
 
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);

@@ -380,15 +380,6 @@ static bool rigid_contacts_is_idle(const pli_body* body, const void* data) {
     return ((const rigid_contacts_state*)data)->count == 0;
 }
 
-static int rigid_contacts_first_node(const pli_body* body, const void* data) {
-    const rigid_contacts_state* state = data;
-    int first = body->node_count;
-    for (int i = 0; i < state->count; ++i) {
-        if (state->contacts[i].node < first) { first = state->contacts[i].node; }
-    }
-    return first;
-}
-
 static const plii_feature_class rigid_contacts_class = {
     .name = "rigid_contacts",
     .state_size = sizeof(rigid_contacts_state),
@@ -399,7 +390,6 @@ static const plii_feature_class rigid_contacts_class = {
     .list_holds = rigid_contacts_list_holds,
     .forget_rigid = rigid_contacts_forget_rigid,
     .is_idle = rigid_contacts_is_idle,
-    .first_node = rigid_contacts_first_node,
     .bytes = rigid_contacts_bytes,
     .make_room = rigid_contacts_make_room,
     .topology_commit = rigid_contacts_topology_commit,

@@ -216,8 +216,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
-                                 const plii_feature_class* except) {
+static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                 const plii_step* step) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -233,7 +233,6 @@ static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, 
     };
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry* entry = &pipeline->entries[i];
-        if (entry->klass == except) { continue; }
         body->context->pass.feature = entry->klass;
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state, step);
@@ -241,16 +240,14 @@ static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, 
     }
 }
 
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
-                      const plii_feature_class* except) {
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
     if (body->world->profile != NULL) {
-        feature_run_profiled(body, pipeline, stage, step, except);
+        feature_run_profiled(body, pipeline, stage, step);
         return;
     }
     plii_pass* pass = &body->context->pass;
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry entry = pipeline->entries[i];
-        if (entry.klass == except) { continue; }
         pass->feature = entry.klass;
         entry.run(body, entry.state, step);
     }

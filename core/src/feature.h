@@ -129,9 +129,6 @@ typedef struct plii_feature_class {
     size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
     /* POSITION has nothing to do in this step; without it that is never so. */
     bool (*is_idle)(const pli_body* body, const void* state);
-    /* Of what comes before links in POSITION, when it is not idle: it reads and moves no node before this one in this
-       step. Without it that is node 0. */
-    int (*first_node)(const pli_body* body, const void* state);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*make_room)(pli_body* body, void* state);
@@ -184,12 +181,10 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 static inline bool plii_stage_is_empty(const plii_pipeline* pipeline, plii_stage stage) {
     return pipeline->begin[stage] == pipeline->begin[stage + 1];
 }
-/* What a stage has, but for one feature, or NULL. */
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step,
-                      const plii_feature_class* except);
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
 static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
                                   const plii_step* step) {
-    if (!plii_stage_is_empty(pipeline, stage)) { plii_run_entries(body, pipeline, stage, step, NULL); }
+    if (!plii_stage_is_empty(pipeline, stage)) { plii_run_entries(body, pipeline, stage, step); }
 }
 
 #endif

@@ -1,7 +1,6 @@
 /* Links on positions, colour by colour, with SIMD and threads. The arithmetic of a link is that of
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
-#include "link_chain.h"
 #include "link_shares.h"
 #include "links_kernel.h"
 #include "simd.h"
@@ -18,8 +17,7 @@ enum {
     COLORED_LINKS_BAND = 8192,         /* nodes at least */
     COLORED_LINKS_CACHE = 3 << 19,     /* bytes of nodes and rest lengths in the bands of sweeps at once */
     COLORED_LINKS_WIDEST_SKEW = 32768, /* nodes */
-    COLORED_LINKS_TURN_GRAIN = 4096,   /* nodes */
-    COLORED_LINKS_CHAIN_SWEEPS = 3 /* from which a chain with something between them takes less time than by colours */
+    COLORED_LINKS_TURN_GRAIN = 4096    /* nodes */
 };
 
 typedef struct colored_links_state {
@@ -33,7 +31,6 @@ typedef struct colored_links_state {
     int band_count;             /* 0: colour by colour over the whole body */
     int band_size;              /* nodes */
     int sweeps_at_once;         /* over bands */
-    plii_link_chain chain;      /* or empty */
     int* cuts;                  /* [band_count][color_count of runs] groups of a colour up to the end of a band */
     size_t cuts_size;           /* bytes */
 } colored_links_state;
@@ -217,7 +214,7 @@ static bool colored_links_sweep_together(const colored_links_part* whole, int co
 static bool colored_links_iterate_runs(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const int count = body->solver.position_iterations;
-    if (plii_solver_first_busy_node(body) < body->node_count) { return false; }
+    if (!plii_solver_has_only_links(body)) { return false; }
     const plii_planes planes = plii_planes_at(body->velocities, body->node_count, NULL);
     colored_links_turn turn = {body, &planes};
     colored_links_part part = {
@@ -235,15 +232,6 @@ static bool colored_links_iterate_runs(pli_body* body, void* data) {
     }
     plii_parallel_for(body->context, colored_links_give, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
     return true;
-}
-
-/* Also where the last node has something to do between sweeps: a rope that holds something. */
-static bool colored_links_iterate_chain(pli_body* body, void* data) {
-    colored_links_state* state = data;
-    const int count = body->solver.position_iterations, first_busy_node = plii_solver_first_busy_node(body);
-    if (first_busy_node == body->node_count) { return plii_link_chain_sweep(body, &state->chain, count, NULL); }
-    return first_busy_node >= state->chain.link_count && count >= COLORED_LINKS_CHAIN_SWEEPS &&
-           plii_link_chain_sweep(body, &state->chain, count, plii_solver_run_between_sweeps);
 }
 
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -349,26 +337,15 @@ static void colored_links_choose_sweep(pli_body* body, colored_links_state* stat
         body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
     body->iterate_links = NULL;
-    if (state->chain.link_count > 0) {
-        body->iterate_links = colored_links_iterate_chain;
-    } else if (is_worthwhile && plii_link_colors_have_only_runs(colors)) {
-        body->iterate_links = colored_links_iterate_runs;
-    }
+    if (is_worthwhile && plii_link_colors_have_only_runs(colors)) { body->iterate_links = colored_links_iterate_runs; }
     body->sweep_links_state = state;
     state->is_stale = true;
 }
 
 static void colored_links_release(const pli_body* body, colored_links_state* state) {
     colored_links_release_bands(body, state);
-    plii_link_chain_release(body, &state->chain);
     plii_link_slots_release(body, &state->rest_squared);
     plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
-}
-
-/* Shorter ones keep their order, in which their end is held better. */
-static bool colored_links_make_chain(const pli_body* body, colored_links_state* state) {
-    if (body->link_count < COLORED_LINKS_FEWEST || !plii_link_chain_fits(body)) { return true; }
-    return plii_link_chain_make(body, &state->chain);
 }
 
 static pli_status colored_links_enable(pli_body* body, void* data) {
@@ -377,8 +354,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     state->kernel = colored_links_kernel(body->context->simd);
     state->in_planes = colored_links_in_planes(body->context->simd);
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
-    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL ||
-        !colored_links_make_chain(body, state)) {
+    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
         colored_links_release(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -397,8 +373,7 @@ static void colored_links_disable(pli_body* body, void* data) {
 static size_t colored_links_bytes(const pli_body* body, const void* data) {
     const colored_links_state* state = data;
     const size_t cuts_size = state->cuts != NULL ? state->cuts_size : 0;
-    return state->rest_squared.size + colored_links_stiffness_size(body) + cuts_size +
-           plii_link_chain_bytes(&state->chain);
+    return state->rest_squared.size + colored_links_stiffness_size(body) + cuts_size;
 }
 
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
@@ -413,7 +388,6 @@ static void colored_links_topology_commit(pli_body* body, void* data, const plii
     colored_links_state* state = data;
     plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
     colored_links_release_bands(body, state); /* the colours are others now */
-    plii_link_chain_release(body, &state->chain);
     colored_links_choose_sweep(body, state);
 }
 

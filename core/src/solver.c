@@ -201,24 +201,14 @@ PLII_SIMD_INLINE void solver_add_velocities(int begin, int end, void* data) {
     }
 }
 
-int plii_solver_first_busy_node(const pli_body* body) {
+bool plii_solver_has_only_links(const pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
-    int first = body->node_count;
     for (int i = pipeline->begin[PLII_STAGE_POSITION]; i < pipeline->begin[PLII_STAGE_POSITION + 1]; ++i) {
         const plii_feature_class* klass = pipeline->entries[i].klass;
-        const void* state = pipeline->entries[i].state;
-        if (klass == &plii_links_class || (klass->is_idle != NULL && klass->is_idle(body, state))) { continue; }
-        if (klass->first_node == NULL) { return 0; }
-        const int own = klass->first_node(body, state);
-        if (own < first) { first = own; }
+        const bool is_idle = klass->is_idle != NULL && klass->is_idle(body, pipeline->entries[i].state);
+        if (klass != &plii_links_class && !is_idle) { return false; }
     }
-    return first;
-}
-
-void plii_solver_run_between_sweeps(pli_body* body) {
-    plii_world_profile(body->world, "position", plii_links_class.name, false);
-    plii_run_entries(body, &body->pipeline, PLII_STAGE_POSITION, &body->step, &plii_links_class);
-    plii_world_profile(body->world, "position", plii_links_class.name, true);
+    return true;
 }
 
 static bool solver_iterate_links(pli_body* body) {

@@ -623,6 +623,84 @@ static void test_few_links_that_all_meet_keep_their_order(void** state) {
     assert_true(hashes[0] == hashes[1]);
 }
 
+static pli_mesh* make_rope_of(pli_context* context, int link_count) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_rope(context, pli_vec3_make(0, 0, 0),
+                                          pli_vec3_make(0.1f * (float)link_count, 0, 0), link_count - 1,
+                                          PLI_ROPE_PIN_FIRST, &mesh),
+                     PLI_OK);
+    assert_int_equal(pli_mesh_get_view(mesh).link_count, link_count);
+    return mesh;
+}
+
+/* In two colours they would be held worse at their ends. */
+static void test_short_ropes_keep_their_order(void** state) {
+    (void)state;
+    pli_context* context = create_context(PLI_SIMD_BEST, NULL);
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    for (int link_count = 1; link_count < 16; ++link_count) {
+        uint64_t hashes[2];
+        for (int is_colored = 0; is_colored < 2; ++is_colored) {
+            pli_mesh* mesh = make_rope_of(context, link_count);
+            pli_body* body = NULL;
+            assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
+            pli_mesh_destroy(mesh);
+            assert_int_equal(pli_body_use_colored_links(body, is_colored == 1), PLI_OK);
+            for (int i = 0; i < 10; ++i) {
+                assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            }
+            hashes[is_colored] = pli_body_state_hash(body);
+            pli_body_destroy(body);
+        }
+        assert_true(hashes[0] == hashes[1]);
+    }
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+}
+
+static void test_a_box_hangs_on_a_long_rope(void** state) {
+    (void)state;
+    enum { links = 24 };
+    pli_context* context = create_context(PLI_SIMD_BEST, NULL);
+    pli_world* world = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
+    pli_mesh* mesh = make_rope_of(context, links);
+    pli_body_def body_def = pli_body_def_default();
+    body_def.solver.position_iterations = 60;
+    body_def.solver.velocity_damping = 0.02f;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(world, mesh, &body_def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = PLI_RIGID_DYNAMIC;
+    def.state.pose.origin = plii_xyz(body->positions[links]);
+    def.state.inverse_mass = 1.0f;
+    for (int i = 0; i < 3; ++i) {
+        def.state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], 100.0f);
+    }
+    pli_rigid* box = NULL;
+    assert_int_equal(pli_rigid_create(world, &def, &box), PLI_OK);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.node = links;
+    anchor.rigid = box;
+    assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
+    for (int i = 0; i < 600; ++i) {
+        pli_rigid_state own = pli_rigid_get_state(box);
+        own.linear_velocity.y -= 10.0f * dt;
+        own.linear_velocity = pli_vec3_scale(own.linear_velocity, 0.99f);
+        own.pose.origin = pli_vec3_add(own.pose.origin, pli_vec3_scale(own.linear_velocity, dt));
+        assert_int_equal(pli_rigid_set_state(box, &own), PLI_OK);
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    const float length = 0.1f * (float)links;
+    check_near(pli_vec3_length(plii_xyz(body->positions[links])), length, 0.03f * length);
+    check_near(body->positions[links].y, -length, 0.05f * length);
+    pli_world_destroy(world);
+    pli_context_destroy(context);
+}
+
 static void test_steps_allocate_nothing(void** state) {
     (void)state;
     sample s;
@@ -702,6 +780,8 @@ int main(void) {
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
         cmocka_unit_test(test_unknown_instruction_sets_are_refused),
         cmocka_unit_test(test_few_links_that_all_meet_keep_their_order),
+        cmocka_unit_test(test_short_ropes_keep_their_order),
+        cmocka_unit_test(test_a_box_hangs_on_a_long_rope),
         cmocka_unit_test(test_steps_allocate_nothing),
         cmocka_unit_test(test_switching_back_restores_the_ordered_links),
         cmocka_unit_test(test_coloring_survives_a_lack_of_memory),
