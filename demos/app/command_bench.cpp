@@ -1,13 +1,12 @@
 // pliant bench: what the soft bodies of scenes cost in Pliant and in btSoftBody.
 
 #include "commands.h"
+#include "engines/bullet_memory.h"
+#include "measure/bench.h"
 #include "progress.h"
 #include "report/output_file.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
-
-#include "engines/bullet_memory.h"
-#include "measure/bench.h"
 
 #include <nlohmann/json.hpp>
 
@@ -111,7 +110,9 @@ static std::string csv_line(const BenchResult& result) {
     for (const int value : {result.nodes, result.links, result.clusters, result.bodies}) {
         line += "," + std::to_string(value);
     }
-    const auto add = [&](bool is_there, double value) { line += "," + (is_there ? exact(value) : std::string()); };
+    const auto add = [&](bool is_there, double value) {
+        line += "," + (is_there ? report::exact(value) : std::string());
+    };
     add(has_ratio, result.ratio());
     add(has_reference, result.reference_ratio());
     add(has_ratio, result.whole_ratio());
@@ -131,33 +132,35 @@ static std::string csv_line(const BenchResult& result) {
 // --------------------------------------------------------------------------------------------------------- text
 
 static std::string or_dash(bool is_there, double value, int decimals) {
-    return is_there ? fixed(value, decimals) : "-";
+    return is_there ? report::fixed(value, decimals) : "-";
 }
 
 static std::string summary_text(const std::vector<BenchResult>& results) {
-    Table table({"scene", "nodes", "links", "Pliant ms", "predict", "collide", "solve", "reference ms", "Bullet ms",
-                 "ratio", "ref. ratio", "world ratio", "ns/link", "stretch", "Bullet's", "B/node", "Bullet's",
-                 "alloc/step", "Bullet's"});
+    report::Table table({"scene", "nodes", "links", "Pliant ms", "predict", "collide", "solve", "reference ms",
+                         "Bullet ms", "ratio", "ref. ratio", "world ratio", "ns/link", "stretch", "Bullet's", "B/node",
+                         "Bullet's", "alloc/step", "Bullet's"});
     for (const BenchResult& result : results) {
         const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
         table.add(
-            {result.scene, std::to_string(result.nodes), std::to_string(result.links), fixed(result.pliant.median, 4),
-             fixed(result.pliant.parts[0], 4), fixed(result.pliant.parts[1], 4), fixed(result.pliant.parts[2], 4),
+            {result.scene, std::to_string(result.nodes), std::to_string(result.links),
+             report::fixed(result.pliant.median, 4), report::fixed(result.pliant.parts[0], 4),
+             report::fixed(result.pliant.parts[1], 4), report::fixed(result.pliant.parts[2], 4),
              or_dash(has_reference, result.reference.median, 4), or_dash(has_bullet, result.bullet.median, 4),
              or_dash(has_bullet, result.ratio(), 2), or_dash(has_bullet && has_reference, result.reference_ratio(), 2),
              or_dash(has_bullet, result.whole_ratio(), 2), or_dash(result.ns_per_link >= 0.0, result.ns_per_link, 2),
-             fixed(result.pliant.rms_stretch, 4), or_dash(has_bullet, result.bullet.rms_stretch, 4),
-             fixed(bytes_per_node(result, result.pliant), 0),
+             report::fixed(result.pliant.rms_stretch, 4), or_dash(has_bullet, result.bullet.rms_stretch, 4),
+             report::fixed(bytes_per_node(result, result.pliant), 0),
              or_dash(has_bullet, bytes_per_node(result, result.bullet), 0),
-             fixed(result.pliant.allocations_per_step, 2), or_dash(has_bullet, result.bullet.allocations_per_step, 2)});
+             report::fixed(result.pliant.allocations_per_step, 2),
+             or_dash(has_bullet, result.bullet.allocations_per_step, 2)});
     }
     return table.text();
 }
 
 static std::string stages_text(const BenchResult& result) {
-    Table table({"us per step", "stage", "feature"});
+    report::Table table({"us per step", "stage", "feature"});
     for (const demos::StageCost& stage : result.stages) {
-        table.add({fixed(stage.microseconds, 2), stage.stage, stage.feature});
+        table.add({report::fixed(stage.microseconds, 2), stage.stage, stage.feature});
     }
     return table.text();
 }
@@ -166,9 +169,9 @@ static void print_text(const std::vector<BenchResult>& results) {
     std::cout << summary_text(results);
     const double mean = mean_ratio(results, &BenchResult::ratio, &BenchResult::pliant);
     if (mean > 0.0 && results.size() > 1) {
-        std::cout << "geometric mean of the ratios: " << fixed(mean, 2);
+        std::cout << "geometric mean of the ratios: " << report::fixed(mean, 2);
         const double reference = mean_ratio(results, &BenchResult::reference_ratio, &BenchResult::reference);
-        if (reference > 0.0) { std::cout << ", in reference mode " << fixed(reference, 2); }
+        if (reference > 0.0) { std::cout << ", in reference mode " << report::fixed(reference, 2); }
         std::cout << '\n';
     }
     if (results.size() == 1) { std::cout << '\n' << stages_text(results[0]); }
@@ -180,7 +183,7 @@ static void print_text(const std::vector<BenchResult>& results) {
 // ------------------------------------------------------------------------------------------------------ command
 
 static std::vector<BenchResult> bench_scenes(const BenchOptions& options) {
-    const std::vector<const scene*> scenes = choose_scenes(options.scenes);
+    const std::vector<const scene*> scenes = demos::choose_scenes(options.scenes);
     demos::BenchOptions bench;
     bench.frames = options.frames > 0 ? options.frames : options.is_quick ? 60 : 300;
     bench.rounds = options.is_quick ? 1 : 3;
@@ -220,8 +223,8 @@ int run_bench(const BenchOptions& options) {
     if (options.scenes.empty() == options.series.empty()) {
         throw demos::Error("bench takes either names of scenes or --series");
     }
-    if (!options.scenes.empty()) { choose_scenes(options.scenes); } // an unknown name before the work
-    const OutputFile csv(options.csv_file);
+    if (!options.scenes.empty()) { demos::choose_scenes(options.scenes); } // an unknown name before the work
+    const report::OutputFile csv(options.csv_file);
     demos::count_bullet_memory();
     const std::vector<BenchResult> results = options.series.empty() ? bench_scenes(options) : bench_sizes(options);
     std::string lines = csv_heading();

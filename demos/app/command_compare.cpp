@@ -1,12 +1,11 @@
 // pliant compare: how far Pliant is from btSoftBody, per scene.
 
 #include "commands.h"
+#include "measure/compare.h"
 #include "progress.h"
 #include "report/output_file.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
-
-#include "measure/compare.h"
 
 #include <nlohmann/json.hpp>
 
@@ -66,11 +65,11 @@ static constexpr size_t one_step_cells = 9;
 static std::vector<std::string> csv_cells(const std::optional<demos::OneStep>& one_step) {
     if (!one_step.has_value()) { return std::vector<std::string>(one_step_cells); }
     return {std::to_string(one_step->frames),
-            exact(one_step->median),
-            exact(one_step->p99),
-            exact(one_step->maximum),
+            report::exact(one_step->median),
+            report::exact(one_step->p99),
+            report::exact(one_step->maximum),
             std::to_string(worst_frame(*one_step)),
-            exact(one_step->bit_equal_share),
+            report::exact(one_step->bit_equal_share),
             std::to_string(one_step->frames_with_lone_contacts),
             std::to_string(one_step->frames_above_limit),
             std::to_string(one_step->unexplained_frames)};
@@ -78,12 +77,13 @@ static std::vector<std::string> csv_cells(const std::optional<demos::OneStep>& o
 
 static std::string csv_line(const Comparison& comparison) {
     const demos::FreeRun& free_run = comparison.free_run;
-    const auto error_cell = [](double error) { return error < 0.0 ? std::string() : exact(error); };
+    const auto error_cell = [](double error) { return error < 0.0 ? std::string() : report::exact(error); };
     std::vector<std::string> cells = csv_cells(comparison.one_step);
     cells.insert(cells.begin(), {comparison.scene, std::to_string(comparison.nodes)});
-    cells.insert(cells.end(), {error_cell(free_run.error_30), error_cell(free_run.error_60),
-                               error_cell(free_run.error_300), exact(comparison.bullet_ms), exact(comparison.pliant_ms),
-                               exact(comparison.time_ratio), solver_name(comparison.solver.kind)});
+    cells.insert(cells.end(),
+                 {error_cell(free_run.error_30), error_cell(free_run.error_60), error_cell(free_run.error_300),
+                  report::exact(comparison.bullet_ms), report::exact(comparison.pliant_ms),
+                  report::exact(comparison.time_ratio), solver_name(comparison.solver.kind)});
     std::string line;
     for (const std::string& cell : cells) {
         line += (line.empty() ? "" : ",") + cell;
@@ -97,10 +97,10 @@ static const char* const csv_heading =
 
 static std::vector<std::string> text_cells(const std::optional<demos::OneStep>& one_step) {
     if (!one_step.has_value()) { return {"-", "-", "-", "-", "-", "-", "-"}; }
-    return {short_error(one_step->median),
-            short_error(one_step->p99),
-            short_error(one_step->maximum),
-            fixed(100.0 * one_step->bit_equal_share, 1) + "%",
+    return {report::short_error(one_step->median),
+            report::short_error(one_step->p99),
+            report::short_error(one_step->maximum),
+            report::fixed(100.0 * one_step->bit_equal_share, 1) + "%",
             std::to_string(one_step->frames_with_lone_contacts),
             std::to_string(one_step->frames_above_limit),
             std::to_string(one_step->unexplained_frames)};
@@ -108,14 +108,16 @@ static std::vector<std::string> text_cells(const std::optional<demos::OneStep>& 
 
 static void print_text(const std::vector<Comparison>& comparisons) {
     bool has_other_solver = false;
-    Table table({"scene", "nodes", "median", "p99", "maximum", "bit-equal", "lone", "above", "unexplained", "free 30",
-                 "free 60", "free 300", "Bullet ms", "Pliant ms", "ratio"});
+    report::Table table({"scene", "nodes", "median", "p99", "maximum", "bit-equal", "lone", "above", "unexplained",
+                         "free 30", "free 60", "free 300", "Bullet ms", "Pliant ms", "ratio"});
     for (const Comparison& comparison : comparisons) {
         std::vector<std::string> cells = text_cells(comparison.one_step);
         cells.insert(cells.begin(), {comparison.scene, std::to_string(comparison.nodes)});
-        cells.insert(cells.end(), {short_error(comparison.free_run.error_30), short_error(comparison.free_run.error_60),
-                                   short_error(comparison.free_run.error_300), fixed(comparison.bullet_ms, 3),
-                                   fixed(comparison.pliant_ms, 3), fixed(comparison.time_ratio, 2)});
+        cells.insert(cells.end(),
+                     {report::short_error(comparison.free_run.error_30),
+                      report::short_error(comparison.free_run.error_60),
+                      report::short_error(comparison.free_run.error_300), report::fixed(comparison.bullet_ms, 3),
+                      report::fixed(comparison.pliant_ms, 3), report::fixed(comparison.time_ratio, 2)});
         table.add(std::move(cells));
         has_other_solver = has_other_solver || !comparison.one_step.has_value();
     }
@@ -132,8 +134,8 @@ static void print_text(const std::vector<Comparison>& comparisons) {
 }
 
 int run_compare(const CompareOptions& options) {
-    const std::vector<const scene*> scenes = choose_scenes(options.scenes);
-    const OutputFile csv(options.csv_file);
+    const std::vector<const scene*> scenes = demos::choose_scenes(options.scenes);
+    const report::OutputFile csv(options.csv_file);
     const demos::EngineOptions settings = engine_options(options.step);
     std::vector<Comparison> comparisons;
     {

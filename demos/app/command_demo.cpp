@@ -1,16 +1,15 @@
 // pliant demo: four scenes on both engines, side by side, as a page of pictures with a table.
 
 #include "commands.h"
+#include "measure/compare.h"
+#include "measure/measure.h"
+#include "measure/statistics.h"
 #include "progress.h"
 #include "render/picture.h"
 #include "report/demo_page.h"
 #include "report/output_file.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
-
-#include "measure/compare.h"
-#include "measure/measure.h"
-#include "measure/statistics.h"
 
 #include <algorithm>
 #include <cctype>
@@ -22,7 +21,7 @@ static constexpr int panel_width = 800, panel_height = 720;
 static constexpr const char* demo_scenes[] = {"Bunny", "RopeAttach", "TetraBunny", "Cutting1"};
 
 struct DemoRun {
-    picture::Snapshot snapshot; // at the frame of the picture
+    render::Snapshot snapshot; // at the frame of the picture
     double ms_per_step = 0;
     int nodes = 0;
 };
@@ -36,7 +35,7 @@ static DemoRun run_engine(demos::EngineKind kind, const demos::Description& desc
     for (int frame = 1; frame <= frames; ++frame) {
         engine->step();
         milliseconds.push_back(engine->step_milliseconds());
-        if (frame == picture_frame) { run.snapshot = picture::take_snapshot(*engine); }
+        if (frame == picture_frame) { run.snapshot = render::take_snapshot(*engine); }
         progress.show(frame, frames);
     }
     const demos::Measures measures = demos::measure(*engine);
@@ -55,27 +54,28 @@ static std::string lower_case(std::string text) {
 }
 
 static std::string time_text(double milliseconds) {
-    return fixed(milliseconds, 3) + " ms per step";
+    return report::fixed(milliseconds, 3) + " ms per step";
 }
 
 int run_demo(const DemoOptions& options) {
     namespace fs = std::filesystem;
     std::vector<const scene*> scenes;
     for (const char* name : demo_scenes) {
-        scenes.push_back(&choose_scene(name));
+        scenes.push_back(&demos::choose_scene(name));
     }
-    make_folder(options.folder);
+    report::make_folder(options.folder);
     const fs::path folder = fs::canonical(options.folder);
-    const OutputFile page(folder / "index.html");
-    std::vector<DemoPicture> pictures;
-    std::vector<OutputFile> files;
+    const report::OutputFile page(folder / "index.html");
+    std::vector<report::DemoPicture> pictures;
+    std::vector<report::OutputFile> files;
     for (const scene* which : scenes) {
         pictures.push_back({which->name, which->summary, lower_case(which->name) + ".png"});
         files.emplace_back(folder / pictures.back().file);
     }
 
-    const picture::Painter painter;
-    Table table({"scene", "nodes", "Pliant ms", "Bullet ms", "ratio", "error median", "error p99", "bit-equal"});
+    const render::Painter painter;
+    report::Table table(
+        {"scene", "nodes", "Pliant ms", "Bullet ms", "ratio", "error median", "error p99", "bit-equal"});
     Progress progress(false);
     for (size_t i = 0; i < scenes.size(); ++i) {
         const scene& which = *scenes[i];
@@ -95,17 +95,18 @@ int run_demo(const DemoOptions& options) {
                                   {&bullet.snapshot, "Bullet (btSoftBody)", time_text(bullet.ms_per_step)}},
                                  panel_width, panel_height)
                            .to_png());
-        table.add({which.name, std::to_string(pliant.nodes), fixed(pliant.ms_per_step, 3), fixed(bullet.ms_per_step, 3),
-                   pliant.ms_per_step > 0.0 ? fixed(bullet.ms_per_step / pliant.ms_per_step, 2) : "-",
-                   short_error(one_step.median), short_error(one_step.p99),
-                   fixed(100.0 * one_step.bit_equal_share, 1) + "%"});
+        table.add({which.name, std::to_string(pliant.nodes), report::fixed(pliant.ms_per_step, 3),
+                   report::fixed(bullet.ms_per_step, 3),
+                   pliant.ms_per_step > 0.0 ? report::fixed(bullet.ms_per_step / pliant.ms_per_step, 2) : "-",
+                   report::short_error(one_step.median), report::short_error(one_step.p99),
+                   report::fixed(100.0 * one_step.bit_equal_share, 1) + "%"});
     }
     progress.clear();
     const std::string notes =
         "Times: median per step of 1/60 s, " + std::to_string(options.frames) +
         " frames, with the rigid bodies. Ratio: time of Bullet / time of Pliant. Error: of one step "
         "from the same state, as a share of the size of the soft bodies.";
-    page.write(demo_page(pictures, table, notes));
+    page.write(report::demo_page(pictures, table, notes));
     std::cout << '\n' << table.text() << '\n' << notes << "\n\nOpen this page:\n" << page.path().string() << '\n';
     return 0;
 }

@@ -1,7 +1,6 @@
 // pliant list: the scenes.
 
 #include "commands.h"
-
 #include "scenes/scenes.h"
 
 #include <nlohmann/json.hpp>

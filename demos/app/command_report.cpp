@@ -2,13 +2,12 @@
 // from the JSON document that it prints and from the pictures that it writes.
 
 #include "commands.h"
+#include "engines/bullet_memory.h"
 #include "render/picture.h"
 #include "report/machine_facts.h"
 #include "report/output_file.h"
 #include "report/report_page.h"
 #include "scenes/scene_choice.h"
-
-#include "engines/bullet_memory.h"
 
 #include <algorithm>
 #include <fstream>
@@ -64,7 +63,7 @@ static json document_of(const std::function<void()>& command, const fs::path& fi
         command();
         text = output.text();
     }
-    if (!file.empty()) { OutputFile(file.string()).write(text); }
+    if (!file.empty()) { report::OutputFile(file.string()).write(text); }
     return json::parse(text);
 }
 
@@ -78,18 +77,18 @@ static std::string file_text(const fs::path& path) {
 
 // ---------------------------------------------------------------------------------------------------- pictures
 
-static picture::Snapshot snapshot_of(demos::EngineKind kind, const demos::Description& description, int frames) {
+static render::Snapshot snapshot_of(demos::EngineKind kind, const demos::Description& description, int frames) {
     const std::unique_ptr<demos::Engine> engine = demos::make_engine(kind, description, {});
     for (int frame = 0; frame < frames; ++frame) {
         engine->step();
     }
-    return picture::take_snapshot(*engine);
+    return render::take_snapshot(*engine);
 }
 
-static void draw_pictures(const std::vector<const scene*>& scenes, ReportContent& content) {
-    std::unique_ptr<picture::Painter> painter;
+static void draw_pictures(const std::vector<const scene*>& scenes, report::ReportContent& content) {
+    std::unique_ptr<render::Painter> painter;
     try {
-        painter = std::make_unique<picture::Painter>();
+        painter = std::make_unique<render::Painter>();
     } catch (const demos::Error& error) {
         content.picture_problem = error.what();
         return;
@@ -97,8 +96,8 @@ static void draw_pictures(const std::vector<const scene*>& scenes, ReportContent
     for (const scene* which : scenes) {
         const std::unique_ptr<demos::Description> description = demos::Description::build(*which, {});
         const int frames = std::max(which->picture_frame, 1);
-        const picture::Snapshot pliant = snapshot_of(demos::EngineKind::pliant, *description, frames);
-        const picture::Snapshot bullet = snapshot_of(demos::EngineKind::bullet, *description, frames);
+        const render::Snapshot pliant = snapshot_of(demos::EngineKind::pliant, *description, frames);
+        const render::Snapshot bullet = snapshot_of(demos::EngineKind::bullet, *description, frames);
         const std::string detail = "frame " + std::to_string(frames);
         content.pictures.push_back({which->name, which->summary,
                                     painter
@@ -125,7 +124,7 @@ static json speed_of(const ReportPlan& plan, const fs::path& data) {
     return document_of([&] { run_bench(options); }, data / "bench.json");
 }
 
-static void measure_precision(const ReportPlan& plan, const fs::path& data, ReportContent& content) {
+static void measure_precision(const ReportPlan& plan, const fs::path& data, report::ReportContent& content) {
     WorkprecOptions options;
     options.scenes = plan.precision_scenes;
     options.is_quick = options.json = true;
@@ -140,7 +139,7 @@ static void measure_precision(const ReportPlan& plan, const fs::path& data, Repo
     }
 }
 
-static void measure_stability(const ReportPlan& plan, const fs::path& data, ReportContent& content) {
+static void measure_stability(const ReportPlan& plan, const fs::path& data, report::ReportContent& content) {
     StabilityOptions options;
     options.groups = plan.stability_groups;
     options.rest_steps = plan.rest_steps;
@@ -150,28 +149,29 @@ static void measure_stability(const ReportPlan& plan, const fs::path& data, Repo
     content.stability_svg = file_text(data / "stability.svg");
 }
 
-static void measure_costs(const std::vector<const scene*>& scenes, const fs::path& data, ReportContent& content) {
+static void measure_costs(const std::vector<const scene*>& scenes, const fs::path& data,
+                          report::ReportContent& content) {
     for (const scene* which : scenes) {
         RunOptions options;
         options.scene = which->name;
         options.has_costs = options.json = true;
         content.costs.push_back(document_of([&] { run_scene(options); }));
     }
-    OutputFile((data / "costs.json").string()).write(json{{"scenes", content.costs}}.dump(2) + "\n");
-    OutputFile((data / "costs.md").string()).write(costs_markdown(content.costs));
+    report::OutputFile((data / "costs.json").string()).write(json{{"scenes", content.costs}}.dump(2) + "\n");
+    report::OutputFile((data / "costs.md").string()).write(report::costs_markdown(content.costs));
 }
 
 int run_report(const ReportOptions& options) {
     const ReportPlan& plan = options.is_quick ? quick_plan : full_plan;
-    const std::vector<const scene*> scenes = choose_scenes(plan.scenes);
-    make_folder(options.folder);
+    const std::vector<const scene*> scenes = demos::choose_scenes(plan.scenes);
+    report::make_folder(options.folder);
     const fs::path folder = fs::canonical(options.folder), data = folder / "data";
-    make_folder(data);
-    const OutputFile page((folder / "index.html").string());
+    report::make_folder(data);
+    const report::OutputFile page((folder / "index.html").string());
     demos::count_bullet_memory(); // before Bullet allocates anything
-    ReportContent content;
+    report::ReportContent content;
     content.is_quick = options.is_quick;
-    content.facts = machine_facts();
+    content.facts = report::machine_facts();
     const auto is_wanted = [&](const std::string& part) {
         const std::vector<std::string>& wanted = options.parts;
         return wanted.empty() || std::find(wanted.begin(), wanted.end(), part) != wanted.end();
@@ -191,7 +191,7 @@ int run_report(const ReportOptions& options) {
         std::cerr << "[" << number << "/" << std::size(parts) << "] " << name << std::endl;
         measure();
     }
-    page.write(report_page(content));
+    page.write(report::report_page(content));
     std::cout << "Open this page:\n" << page.path().string() << '\n';
     return 0;
 }

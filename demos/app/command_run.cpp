@@ -1,15 +1,14 @@
 // pliant run: one scene in one engine, its measures, and a picture of its end.
 
 #include "commands.h"
+#include "measure/costs.h"
+#include "measure/measure.h"
+#include "measure/statistics.h"
 #include "progress.h"
 #include "render/picture.h"
 #include "report/output_file.h"
 #include "report/table.h"
 #include "scenes/scene_choice.h"
-
-#include "measure/costs.h"
-#include "measure/measure.h"
-#include "measure/statistics.h"
 
 #include <nlohmann/json.hpp>
 
@@ -50,7 +49,7 @@ static std::string csv_line(const demos::Engine& engine, const demos::Measures& 
                              static_cast<double>(center.z)};
     std::string line = std::to_string(frame);
     for (const double value : values) {
-        line += "," + exact(value);
+        line += "," + report::exact(value);
     }
     return line + "\n";
 }
@@ -118,15 +117,17 @@ static nlohmann::ordered_json to_json(const demos::SceneCosts& costs) {
 }
 
 static std::string costs_text(const demos::SceneCosts& costs) {
-    Table features({"feature", "bytes", "us per step", ""});
+    report::Table features({"feature", "bytes", "us per step", ""});
     for (const demos::FeatureCost& feature : costs.features) {
         features.add({feature.name, std::to_string(feature.bytes),
-                      feature.has_passes ? fixed(feature.microseconds, 2) : "-", feature.is_needed ? "needed" : ""});
+                      feature.has_passes ? report::fixed(feature.microseconds, 2) : "-",
+                      feature.is_needed ? "needed" : ""});
     }
-    features.add({"all, bodies included", std::to_string(costs.bytes), fixed(costs.microseconds, 2), ""});
-    Table passes({"pass", "us per step"});
+    features.add({"all, bodies included", std::to_string(costs.bytes), report::fixed(costs.microseconds, 2), ""});
+    report::Table passes({"pass", "us per step"});
     for (const demos::StageCost& pass : costs.passes) {
-        passes.add({pass.stage + (pass.feature.empty() ? "" : ": " + pass.feature), fixed(pass.microseconds, 2)});
+        passes.add(
+            {pass.stage + (pass.feature.empty() ? "" : ": " + pass.feature), report::fixed(pass.microseconds, 2)});
     }
     std::string text = "\n" + features.text() + "\n" + passes.text() + "\nleft out: ";
     for (size_t i = 0; i < costs.left_out.size(); ++i) {
@@ -182,20 +183,20 @@ static void print_text(const RunOptions& options, const scene& which, const demo
     line("faces", std::to_string(measures.faces));
     if (measures.tetras > 0) { line("tetras", std::to_string(measures.tetras)); }
     if (measures.clusters > 0) { line("clusters", std::to_string(measures.clusters)); }
-    line("ms per step", fixed(result.ms_per_step, 3) + " (median)");
-    line("max stretch", fixed(measures.max_stretch, 4));
-    line("kinetic energy", fixed(measures.kinetic_energy, 4) + " J");
+    line("ms per step", report::fixed(result.ms_per_step, 3) + " (median)");
+    line("max stretch", report::fixed(measures.max_stretch, 4));
+    line("kinetic energy", report::fixed(measures.kinetic_energy, 4) + " J");
     if (result.crossings.has_value()) {
         line("self-collision", self_collision_name(result.self_collision));
         line("crossing faces", std::to_string(*result.crossings) + " pairs");
-        line("speed", fixed(measures.rms_speed, 4) + " m/s (root mean square)");
+        line("speed", report::fixed(measures.rms_speed, 4) + " m/s (root mean square)");
     }
     line("state hash", hash_text(measures.state_hash));
     if (result.costs.has_value()) { std::cout << costs_text(*result.costs); }
 }
 
 int run_scene(const RunOptions& options) {
-    const scene& which = choose_scene(options.scene);
+    const scene& which = demos::choose_scene(options.scene);
     const bool is_bullet = options.engine == "bullet";
     if (options.reference && is_bullet) {
         throw demos::Error("--reference is a mode of Pliant and does not go with --engine bullet");
@@ -203,11 +204,11 @@ int run_scene(const RunOptions& options) {
     if (options.has_costs && is_bullet) {
         throw demos::Error("--costs are those of Pliant and do not go with --engine bullet");
     }
-    const OutputFile png(options.png_file), csv(options.csv_file);
+    const report::OutputFile png(options.png_file), csv(options.csv_file);
     if (png.is_wanted() && png.path() == csv.path()) {
         throw demos::Error("--png and --csv name the same file: " + options.png_file);
     }
-    const std::unique_ptr<picture::Painter> painter = png.is_wanted() ? std::make_unique<picture::Painter>() : nullptr;
+    const std::unique_ptr<render::Painter> painter = png.is_wanted() ? std::make_unique<render::Painter>() : nullptr;
     demos::SceneOptions scene_settings = scene_options(options.changes);
     scene_settings.mesh_file = options.mesh_file;
     scene_settings.tetra_base = options.tetra_base;
@@ -239,10 +240,10 @@ int run_scene(const RunOptions& options) {
 
     csv.write(result.csv);
     if (painter != nullptr && result.measures.finite) {
-        const picture::Snapshot snapshot = picture::take_snapshot(*engine);
+        const render::Snapshot snapshot = render::take_snapshot(*engine);
         const std::string title = std::string(which.name) + ": " + engine_title(options, solver.kind);
         const std::string detail =
-            "frame " + std::to_string(result.frames) + ", " + fixed(result.ms_per_step, 3) + " ms per step";
+            "frame " + std::to_string(result.frames) + ", " + report::fixed(result.ms_per_step, 3) + " ms per step";
         png.write(painter->draw({{&snapshot, title, detail}}, picture_width, picture_height).to_png());
     }
     if (options.json) {

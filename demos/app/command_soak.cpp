@@ -1,12 +1,11 @@
 // pliant stability --soak: random worlds built, stepped, cut, set back and torn down, for as long as is wanted.
 
 #include "commands.h"
-#include "progress.h"
-#include "report/output_file.h"
-
 #include "description/error.h"
 #include "engines/stopwatch.h"
 #include "measure/stability/child_process.h"
+#include "progress.h"
+#include "report/output_file.h"
 
 #include <nlohmann/json.hpp>
 #include <random_calls.h>
@@ -115,10 +114,10 @@ Finding run_in_block(uint64_t seed, uint64_t first, uint64_t count, random_calls
 }
 
 std::string save_bytes(const SoakOptions& options, uint64_t index) {
-    if (!options.folder.empty()) { make_folder(options.folder); }
+    if (!options.folder.empty()) { report::make_folder(options.folder); }
     const std::string name = "pliant-finding-" + std::to_string(options.seed) + "-" + std::to_string(index) + ".bin";
     const std::string path = options.folder.empty() ? name : (std::filesystem::path(options.folder) / name).string();
-    OutputFile(path).write(sequence_bytes(options.seed, index));
+    report::OutputFile(path).write(sequence_bytes(options.seed, index));
     return path;
 }
 

@@ -1,13 +1,12 @@
 // pliant stability: extreme cases with btSoftBody and the three solvers; who survives, and how well.
 
 #include "commands.h"
-#include "progress.h"
-#include "report/output_file.h"
-#include "report/table.h"
-
 #include "measure/stability/stability.h"
+#include "progress.h"
 #include "report/csv.h"
 #include "report/map_picture.h"
+#include "report/output_file.h"
+#include "report/table.h"
 
 #include <nlohmann/json.hpp>
 
@@ -61,7 +60,8 @@ static std::string csv_text(const std::vector<MapRow>& rows) {
             const Cell& cell = row.cells[k];
             text += report::csv_line({row.which->group, row.which->name, column_name(demos::all_columns[k]),
                                       demos::verdict_name(cell.verdict), is_survival(cell.verdict) ? "1" : "0",
-                                      row.which->figure_name, cell.figure < 0.0 ? "" : exact(cell.figure), cell.note});
+                                      row.which->figure_name, cell.figure < 0.0 ? "" : report::exact(cell.figure),
+                                      cell.note});
         }
     }
     return text;
@@ -111,7 +111,7 @@ static void print_text(const std::vector<MapRow>& rows) {
     for (const demos::Column column : demos::all_columns) {
         headings.push_back(column_name(column));
     }
-    Table table(std::move(headings));
+    report::Table table(std::move(headings));
     std::string notes;
     size_t survivors[std::size(demos::all_columns)] = {};
     for (const MapRow& row : rows) {
@@ -140,11 +140,11 @@ int run_stability(const StabilityOptions& options) {
     if (options.rest_steps > 0) { settings.rest_steps = options.rest_steps; }
     const std::vector<StabilityCase> all = stability_cases(settings);
     const std::vector<const StabilityCase*> chosen = choose_cases(all, options.groups);
-    if (!options.folder.empty()) { make_folder(options.folder); }
+    if (!options.folder.empty()) { report::make_folder(options.folder); }
     const auto path = [&](const char* name) {
         return options.folder.empty() ? std::string() : (fs::path(options.folder) / name).string();
     };
-    const OutputFile csv(path("stability.csv")), svg(path("stability.svg"));
+    const report::OutputFile csv(path("stability.csv")), svg(path("stability.svg"));
     std::vector<MapRow> rows;
     {
         Progress progress(options.json);

@@ -18,7 +18,7 @@ static ordered_json vector_json(pli_vec3 v) {
     return {v.x, v.y, v.z};
 }
 
-static ordered_json engine_json(const view::Run& run, const view::Place& place) {
+static ordered_json engine_json(const viewer::Run& run, const viewer::Place& place) {
     ordered_json softs = ordered_json::array(), rigids = ordered_json::array();
     for (const demos::SoftState& soft : run.snapshot.softs) {
         pli_vec3 sum = pli_vec3_make(0, 0, 0);
@@ -36,7 +36,7 @@ static ordered_json engine_json(const view::Run& run, const view::Place& place) 
         rigids.push_back(vector_json(rigid.pose.origin));
     }
     ordered_json node = nullptr;
-    if (place.kind == view::Place::Kind::node && place.soft < run.engine->soft_count()) {
+    if (place.kind == viewer::Place::Kind::node && place.soft < run.engine->soft_count()) {
         node = vector_json(run.engine->node_position(place.soft, place.node));
     }
     return {{"engine", run.engine->name()},
@@ -48,9 +48,9 @@ static ordered_json engine_json(const view::Run& run, const view::Place& place) 
             {"rigids", rigids}};
 }
 
-static ordered_json report_json(const view::Session& session, const view::Place& place) {
+static ordered_json report_json(const viewer::Session& session, const viewer::Place& place) {
     ordered_json engines = ordered_json::array(), controls = ordered_json::object();
-    for (const view::Run& run : session.runs()) {
+    for (const viewer::Run& run : session.runs()) {
         engines.push_back(engine_json(run, place));
     }
     for (size_t i = 0; i < session.description().controls.size(); ++i) {
@@ -63,30 +63,32 @@ static ordered_json report_json(const view::Session& session, const view::Place&
             {"engines", engines}};
 }
 
-static view::Engines engines_of(const std::string& name) {
-    return name == "bullet" ? view::Engines::bullet : name == "both" ? view::Engines::both : view::Engines::pliant;
+static viewer::Engines engines_of(const std::string& name) {
+    return name == "bullet" ? viewer::Engines::bullet
+           : name == "both" ? viewer::Engines::both
+                            : viewer::Engines::pliant;
 }
 
 int run_view(const ViewOptions& options) {
-    view::ViewerOptions viewer_options;
-    viewer_options.first = &choose_scene(options.scene.empty() ? "Cloth" : options.scene);
+    viewer::ViewerOptions viewer_options;
+    viewer_options.first = &demos::choose_scene(options.scene.empty() ? "Cloth" : options.scene);
     viewer_options.meshes = {options.mesh_file, options.tetra_base};
     viewer_options.session.engines = engines_of(options.engine);
     viewer_options.session.engine = engine_options(options.step);
     viewer_options.width = options.width;
     viewer_options.height = options.height;
     viewer_options.frames = options.frames;
-    if (!options.script_file.empty()) { viewer_options.script = view::read_script(options.script_file); }
+    if (!options.script_file.empty()) { viewer_options.script = viewer::read_script(options.script_file); }
     if (options.frames == 0 && (!options.png_file.empty() || options.json)) {
         throw demos::Error("--png and --json need --frames, after which the window closes");
     }
-    const OutputFile png(options.png_file);
+    const report::OutputFile png(options.png_file);
     ordered_json reports = ordered_json::array();
-    viewer_options.report = [&](const view::Session& session, const view::Place& place) {
+    viewer_options.report = [&](const viewer::Session& session, const viewer::Place& place) {
         reports.push_back(report_json(session, place));
     };
 
-    view::Viewer viewer(viewer_options);
+    viewer::Viewer viewer(viewer_options);
     viewer.run();
     if (options.frames > 0) { png.write(viewer.last_picture().to_png()); }
     if (options.json) {

@@ -1,7 +1,6 @@
 // pliant view where there are no windows.
 
 #include "commands.h"
-
 #include "description/error.h"
 
 namespace app {

@@ -1,13 +1,12 @@
 // pliant workprec: error against run time of every solver, as tables, CSV and plots.
 
 #include "commands.h"
-#include "progress.h"
-#include "report/output_file.h"
-#include "report/table.h"
-
 #include "measure/workprec/workprec.h"
+#include "progress.h"
 #include "report/csv.h"
 #include "report/error_plot.h"
+#include "report/output_file.h"
+#include "report/table.h"
 
 #include <nlohmann/json.hpp>
 
@@ -62,11 +61,11 @@ static std::string csv_text(const std::vector<SceneResult>& results) {
             for (const PrecisionPoint& point : result.points) {
                 const Setting& setting = point.setting;
                 const double error = point.errors[metric];
-                text +=
-                    report::csv_line({result.which->name, result.which->metrics[metric].id, family_name(setting.family),
-                                      exact(1.0 / setting.steps_per_second), std::to_string(setting.substeps),
-                                      std::to_string(setting.iterations), exact(point.cost),
-                                      std::isfinite(error) ? exact(error) : "", point.on_front(metric) ? "1" : "0"});
+                text += report::csv_line({result.which->name, result.which->metrics[metric].id,
+                                          family_name(setting.family), report::exact(1.0 / setting.steps_per_second),
+                                          std::to_string(setting.substeps), std::to_string(setting.iterations),
+                                          report::exact(point.cost), std::isfinite(error) ? report::exact(error) : "",
+                                          point.on_front(metric) ? "1" : "0"});
             }
         }
     }
@@ -81,9 +80,9 @@ static std::string plot(const SceneResult& result, size_t metric) {
         for (const PrecisionPoint& point : result.points) {
             const double error = point.errors[metric];
             if (point.setting.family != family || !std::isfinite(error)) { continue; }
-            curves.back().points.push_back(
-                {point.cost, error, point.on_front(metric),
-                 setting_text(point.setting) + ": " + fixed(point.cost, 2) + " ms, " + short_error(error)});
+            curves.back().points.push_back({point.cost, error, point.on_front(metric),
+                                            setting_text(point.setting) + ": " + report::fixed(point.cost, 2) +
+                                                " ms, " + report::short_error(error)});
         }
     }
     return report::error_plot(result.which->name + ": " + result.which->summary,
@@ -94,14 +93,15 @@ static std::string plot(const SceneResult& result, size_t metric) {
 // "0.31 ms (1/60 s, 10)"
 static std::string cheapest_text(const SceneResult& result, Family family, size_t metric, double error) {
     const PrecisionPoint* point = cheapest(result.points, family, metric, error);
-    return point == nullptr ? "-" : fixed(point->cost, 2) + " ms (" + setting_text(point->setting) + ")";
+    return point == nullptr ? "-" : report::fixed(point->cost, 2) + " ms (" + setting_text(point->setting) + ")";
 }
 
 // "4.6 (3.9 to 5.2)"
 static std::string ratio_text(const SceneResult& result, Family family, size_t metric) {
     const std::optional<demos::TimeRatio> ratio = time_ratio(result.points, family, metric);
     if (!ratio) { return "-"; }
-    return fixed(ratio->median, 1) + " (" + fixed(ratio->least, 1) + " to " + fixed(ratio->most, 1) + ")";
+    return report::fixed(ratio->median, 1) + " (" + report::fixed(ratio->least, 1) + " to " +
+           report::fixed(ratio->most, 1) + ")";
 }
 
 static void print_text(const std::vector<SceneResult>& results) {
@@ -109,7 +109,7 @@ static void print_text(const std::vector<SceneResult>& results) {
         for (size_t metric = 0; metric < result.which->metrics.size(); ++metric) {
             const demos::Metric& shown = result.which->metrics[metric];
             std::cout << result.which->name << ", " << shown.id << " " << shown.title << '\n';
-            Table table({"  solver", "10 %", "1 %", "0.1 %", "ratio"});
+            report::Table table({"  solver", "10 %", "1 %", "0.1 %", "ratio"});
             for (int k = 0; k < demos::family_count; ++k) {
                 const auto family = static_cast<Family>(k);
                 std::vector<std::string> cells{std::string("  ") + family_name(family)};
@@ -172,11 +172,11 @@ static nlohmann::ordered_json to_json(const std::vector<SceneResult>& results) {
 int run_workprec(const WorkprecOptions& options) {
     namespace fs = std::filesystem;
     const std::vector<const PrecisionScene*> scenes = choose(options.scenes);
-    if (!options.folder.empty()) { make_folder(options.folder); }
+    if (!options.folder.empty()) { report::make_folder(options.folder); }
     const auto file = [&](const std::string& name) {
-        return OutputFile(options.folder.empty() ? std::string() : (fs::path(options.folder) / name).string());
+        return report::OutputFile(options.folder.empty() ? std::string() : (fs::path(options.folder) / name).string());
     };
-    const OutputFile csv = file("workprec.csv");
+    const report::OutputFile csv = file("workprec.csv");
     std::vector<SceneResult> results;
     {
         Progress progress(options.json);

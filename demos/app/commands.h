@@ -1,5 +1,5 @@
-#ifndef PLIANT_APP_COMMANDS_H
-#define PLIANT_APP_COMMANDS_H
+#ifndef DEMOS_APP_COMMANDS_H
+#define DEMOS_APP_COMMANDS_H
 
 // The subcommands. Each returns the exit status; failures are thrown as demos::Error.
 

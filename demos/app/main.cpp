@@ -2,7 +2,6 @@
 // and an exit status (1: the work failed, 2: the command line is wrong).
 
 #include "commands.h"
-
 #include "engines/engine.h"
 
 #include <CLI/CLI.hpp>

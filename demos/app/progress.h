@@ -1,5 +1,5 @@
-#ifndef PLIANT_APP_PROGRESS_H
-#define PLIANT_APP_PROGRESS_H
+#ifndef DEMOS_APP_PROGRESS_H
+#define DEMOS_APP_PROGRESS_H
 
 // How far long work has come, on stderr: one line that is overwritten on a terminal, otherwise a line every few
 // seconds.

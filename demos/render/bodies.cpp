@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-namespace picture {
+namespace render {
 
 // Warm, saturated colours for what is soft, cool greys and blues for what is rigid; sRGB.
 static constexpr unsigned soft_colors[] = {0xe4572e, 0xf2a31b, 0xc43d8b, 0x8f2d56,
@@ -238,4 +238,4 @@ std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, 
     return batches;
 }
 
-} // namespace picture
+} // namespace render

@@ -1,12 +1,12 @@
-#ifndef DEMOS_PICTURE_BODIES_H
-#define DEMOS_PICTURE_BODIES_H
+#ifndef DEMOS_RENDER_BODIES_H
+#define DEMOS_RENDER_BODIES_H
 
 // What the bodies of a snapshot look like.
 
 #include "geometry.h"
 #include "picture.h"
 
-namespace picture {
+namespace render {
 
 // Soft nodes, and every rigid body's bounds with whether it is part of the surroundings (ground, walls).
 struct Extent {
@@ -30,5 +30,5 @@ bool is_ground(const Extent::Rigid& rigid, const Box& soft);
 std::vector<Batch> make_batches(const Snapshot& snapshot, const Extent& extent, const Box& soft, float pixel,
                                 const Look& look);
 
-} // namespace picture
+} // namespace render
 #endif

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace picture {
+namespace render {
 
 static constexpr float radians_per_degree = 0.01745329252f;
 static constexpr float default_yaw = 215.0f, default_pitch = -20.0f; // degrees
@@ -119,4 +119,4 @@ Camera choose_camera(const demos::Description& description, const View& view, fl
                                               : fitted_camera(view, wanted.yaw_degrees, wanted.pitch_degrees, aspect);
 }
 
-} // namespace picture
+} // namespace render

@@ -1,11 +1,11 @@
-#ifndef DEMOS_PICTURE_CAMERA_H
-#define DEMOS_PICTURE_CAMERA_H
+#ifndef DEMOS_RENDER_CAMERA_H
+#define DEMOS_RENDER_CAMERA_H
 
 // Where a picture is taken from.
 
 #include "bodies.h"
 
-namespace picture {
+namespace render {
 
 struct Camera {
     pli_vec3 eye, right, up, forward; // unit vectors
@@ -34,5 +34,5 @@ Camera turned_camera(float yaw_degrees, float pitch_degrees, float aspect);
 // that shows all points of the view.
 Camera choose_camera(const demos::Description& description, const View& view, float aspect);
 
-} // namespace picture
+} // namespace render
 #endif

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace picture {
+namespace render {
 
 static void check_framebuffer() {
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
@@ -173,4 +173,4 @@ void Triangles::draw() const {
     glDrawArrays(GL_TRIANGLES, 0, count_);
 }
 
-} // namespace picture
+} // namespace render

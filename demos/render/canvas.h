@@ -1,5 +1,5 @@
-#ifndef DEMOS_PICTURE_CANVAS_H
-#define DEMOS_PICTURE_CANVAS_H
+#ifndef DEMOS_RENDER_CANVAS_H
+#define DEMOS_RENDER_CANVAS_H
 
 // Buffers of the graphics card: what is drawn to and what is drawn.
 
@@ -8,7 +8,7 @@
 
 #include <epoxy/gl.h>
 
-namespace picture {
+namespace render {
 
 // Drawn to with `scale` times the width and height and four samples per pixel, read back at the size of the picture.
 class Canvas {
@@ -69,5 +69,5 @@ private:
     GLsizei count_;
 };
 
-} // namespace picture
+} // namespace render
 #endif

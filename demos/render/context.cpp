@@ -6,7 +6,7 @@
 
 #include <cstdlib>
 
-namespace picture {
+namespace render {
 
 Context::Context() {
     setenv("EGL_LOG_LEVEL", "fatal", 0); // the reasons below are enough; Mesa would print its own
@@ -37,4 +37,4 @@ Context::~Context() {
     eglDestroyContext(display_, context_);
 }
 
-} // namespace picture
+} // namespace render

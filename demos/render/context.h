@@ -1,9 +1,9 @@
-#ifndef DEMOS_PICTURE_CONTEXT_H
-#define DEMOS_PICTURE_CONTEXT_H
+#ifndef DEMOS_RENDER_CONTEXT_H
+#define DEMOS_RENDER_CONTEXT_H
 
 // An OpenGL 3.3 context without window or display, current while the object lives.
 
-namespace picture {
+namespace render {
 
 class Context {
 public:
@@ -18,5 +18,5 @@ private:
     void* context_ = nullptr;
 };
 
-} // namespace picture
+} // namespace render
 #endif

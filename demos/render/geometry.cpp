@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace picture {
+namespace render {
 
 static constexpr float pi = 3.14159265f;
 
@@ -164,4 +164,4 @@ void append_mesh(Batch& batch, const std::vector<pli_vec3>& points, const std::v
     }
 }
 
-} // namespace picture
+} // namespace render

@@ -1,5 +1,5 @@
-#ifndef DEMOS_PICTURE_GEOMETRY_H
-#define DEMOS_PICTURE_GEOMETRY_H
+#ifndef DEMOS_RENDER_GEOMETRY_H
+#define DEMOS_RENDER_GEOMETRY_H
 
 // Triangles ready for drawing, and the primitive solids.
 
@@ -7,7 +7,7 @@
 
 #include <vector>
 
-namespace picture {
+namespace render {
 
 struct Vertex {
     pli_vec3 position, normal;
@@ -44,5 +44,5 @@ void append_mesh(Batch& batch, const std::vector<pli_vec3>& points, const std::v
 // Area-weighted unit normals of the points of a triangle mesh.
 std::vector<pli_vec3> smooth_normals(const std::vector<pli_vec3>& points, const std::vector<int>& triangles);
 
-} // namespace picture
+} // namespace render
 #endif

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <stdexcept>
 
-namespace picture {
+namespace render {
 
 Image::Image(int width_, int height_)
     : width(width_), height(height_), pixels(3 * static_cast<size_t>(width_) * static_cast<size_t>(height_)) {}
@@ -31,4 +31,4 @@ std::string Image::to_png() const {
     return bytes;
 }
 
-} // namespace picture
+} // namespace render

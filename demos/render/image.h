@@ -1,12 +1,12 @@
-#ifndef DEMOS_PICTURE_IMAGE_H
-#define DEMOS_PICTURE_IMAGE_H
+#ifndef DEMOS_RENDER_IMAGE_H
+#define DEMOS_RENDER_IMAGE_H
 
 // Pixels, and their form as a PNG file.
 
 #include <string>
 #include <vector>
 
-namespace picture {
+namespace render {
 
 struct Image {
     int width = 0, height = 0;
@@ -18,5 +18,5 @@ struct Image {
     std::string to_png() const;
 };
 
-} // namespace picture
+} // namespace render
 #endif

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace picture {
+namespace render {
 
 static constexpr pli_vec3 normal_color{0.02f, 0.25f, 0.60f}; // linear
 static constexpr pli_vec3 contact_color{0.75f, 0.02f, 0.02f};
@@ -83,4 +83,4 @@ void append_marks(std::vector<Batch>& batches, const Snapshot& snapshot, float p
     if (look.clusters) { append_clusters(batches, snapshot, pixel); }
 }
 
-} // namespace picture
+} // namespace render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace picture {
+namespace render {
 
 pli_vec3 normalized(pli_vec3 v) {
     const float length = pli_vec3_length(v);
@@ -86,4 +86,4 @@ pli_vec3 Box::corner(int index) const {
                          (index & 4) != 0 ? max.z : min.z);
 }
 
-} // namespace picture
+} // namespace render

@@ -1,5 +1,5 @@
-#ifndef DEMOS_PICTURE_MATRIX_H
-#define DEMOS_PICTURE_MATRIX_H
+#ifndef DEMOS_RENDER_MATRIX_H
+#define DEMOS_RENDER_MATRIX_H
 
 // The few vector and matrix functions that drawing needs beyond pliant/math.h.
 
@@ -7,7 +7,7 @@
 
 #include <array>
 
-namespace picture {
+namespace render {
 
 inline pli_vec3 operator+(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_add(a, b);
@@ -45,5 +45,5 @@ struct Box {
     pli_vec3 corner(int index) const;
 };
 
-} // namespace picture
+} // namespace render
 #endif

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-namespace picture {
+namespace render {
 
 Snapshot take_snapshot(const demos::Engine& engine, const Look& look) {
     Snapshot snapshot{&engine.description(), {}, {}, {}, {}, {}};
@@ -52,4 +52,4 @@ Image Painter::draw(const std::vector<Panel>& panels, int width, int height) con
     return image;
 }
 
-} // namespace picture
+} // namespace render

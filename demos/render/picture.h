@@ -1,17 +1,16 @@
-#ifndef DEMOS_PICTURE_H
-#define DEMOS_PICTURE_H
+#ifndef DEMOS_RENDER_PICTURE_H
+#define DEMOS_RENDER_PICTURE_H
 
 // Pictures of scenes, drawn with OpenGL without a display.
 
-#include "image.h"
-
 #include "engines/engine.h"
+#include "image.h"
 
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace picture {
+namespace render {
 
 // A scene at one moment, detached from the engine that made it.
 struct Snapshot {
@@ -59,5 +58,5 @@ private:
     std::unique_ptr<Tools> tools_;
 };
 
-} // namespace picture
+} // namespace render
 #endif

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace picture {
+namespace render {
 
 static std::string first_line(const char* text) {
     const std::string all(text);
@@ -71,4 +71,4 @@ void Program::set_unit(const char* name, int texture_unit) const {
     glUniform1i(glGetUniformLocation(id_, name), texture_unit);
 }
 
-} // namespace picture
+} // namespace render

@@ -1,5 +1,5 @@
-#ifndef DEMOS_PICTURE_PROGRAM_H
-#define DEMOS_PICTURE_PROGRAM_H
+#ifndef DEMOS_RENDER_PROGRAM_H
+#define DEMOS_RENDER_PROGRAM_H
 
 // A linked pair of shaders.
 
@@ -7,7 +7,7 @@
 
 #include <epoxy/gl.h>
 
-namespace picture {
+namespace render {
 
 class Program {
 public:
@@ -28,5 +28,5 @@ private:
     GLuint id_;
 };
 
-} // namespace picture
+} // namespace render
 #endif

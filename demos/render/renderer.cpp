@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace picture {
+namespace render {
 
 static constexpr pli_vec3 horizon_color{0.80f, 0.84f, 0.88f}; // linear
 static constexpr pli_vec3 zenith_color{0.20f, 0.36f, 0.62f};
@@ -163,4 +163,4 @@ void Renderer::draw_caption(const Canvas& canvas, const std::string& title, cons
     glEnable(GL_DEPTH_TEST);
 }
 
-} // namespace picture
+} // namespace render

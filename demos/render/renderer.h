@@ -1,5 +1,5 @@
-#ifndef DEMOS_PICTURE_RENDERER_H
-#define DEMOS_PICTURE_RENDERER_H
+#ifndef DEMOS_RENDER_RENDERER_H
+#define DEMOS_RENDER_RENDERER_H
 
 // Draws snapshots in the OpenGL 3.3 context that is current, be it one of a window or one without.
 
@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-namespace picture {
+namespace render {
 
 struct ShadowQuality {
     int size; // of the map, texels
@@ -35,5 +35,5 @@ private:
     std::unique_ptr<Tools> tools_;
 };
 
-} // namespace picture
+} // namespace render
 #endif

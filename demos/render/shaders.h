@@ -1,9 +1,9 @@
-#ifndef DEMOS_PICTURE_SHADERS_H
-#define DEMOS_PICTURE_SHADERS_H
+#ifndef DEMOS_RENDER_SHADERS_H
+#define DEMOS_RENDER_SHADERS_H
 
 // The shaders, in GLSL 3.30. Colours are linear until the last line of each fragment shader.
 
-namespace picture {
+namespace render {
 
 // ------------------------------------------------------------------------------------------- depth from the light
 inline constexpr const char* depth_vertex_shader = R"(#version 330 core
@@ -164,5 +164,5 @@ out vec4 color;
 void main() { color = vec4(ink, opacity); }
 )";
 
-} // namespace picture
+} // namespace render
 #endif

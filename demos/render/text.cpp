@@ -2,7 +2,7 @@
 
 #include <stb_easy_font.h>
 
-namespace picture {
+namespace render {
 
 // What stb_easy_font_print writes per corner.
 struct FontVertex {
@@ -44,4 +44,4 @@ float text_height(float scale) {
     return 8.0f * scale;
 }
 
-} // namespace picture
+} // namespace render

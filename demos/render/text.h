@@ -1,12 +1,12 @@
-#ifndef DEMOS_PICTURE_TEXT_H
-#define DEMOS_PICTURE_TEXT_H
+#ifndef DEMOS_RENDER_TEXT_H
+#define DEMOS_RENDER_TEXT_H
 
 // Words in a picture.
 
 #include <string>
 #include <vector>
 
-namespace picture {
+namespace render {
 
 // Corners x, y of triangles, in pixels from the top left corner of the picture, y down.
 std::vector<float> text_triangles(const std::string& text, float x, float y, float scale);
@@ -14,5 +14,5 @@ float text_width(const std::string& text, float scale);
 // Of one line of capitals.
 float text_height(float scale);
 
-} // namespace picture
+} // namespace render
 #endif

@@ -1,12 +1,9 @@
 #include "demo_page.h"
 
 #include "html.h"
-
 #include "svg.h"
 
-namespace app {
-
-using report::escaped;
+namespace report {
 
 std::string demo_page(const std::vector<DemoPicture>& pictures, const Table& table, const std::string& notes) {
     std::string html = page_head("Pliant beside Bullet");
@@ -21,4 +18,4 @@ std::string demo_page(const std::vector<DemoPicture>& pictures, const Table& tab
     return html + page_end();
 }
 
-} // namespace app
+} // namespace report

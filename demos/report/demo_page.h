@@ -1,11 +1,11 @@
-#ifndef PLIANT_APP_DEMO_PAGE_H
-#define PLIANT_APP_DEMO_PAGE_H
+#ifndef DEMOS_REPORT_DEMO_PAGE_H
+#define DEMOS_REPORT_DEMO_PAGE_H
 
 // The page that `pliant demo` leaves: pictures and a table, in one folder, without network.
 
 #include "table.h"
 
-namespace app {
+namespace report {
 
 struct DemoPicture {
     std::string scene, summary, file; // the file's name beside the page
@@ -13,5 +13,5 @@ struct DemoPicture {
 
 std::string demo_page(const std::vector<DemoPicture>& pictures, const Table& table, const std::string& notes);
 
-} // namespace app
+} // namespace report
 #endif

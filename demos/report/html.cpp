@@ -2,9 +2,7 @@
 
 #include "svg.h"
 
-namespace app {
-
-using report::escaped;
+namespace report {
 
 static const char* const head_start = R"(<!DOCTYPE html>
 <html lang="en">
@@ -71,4 +69,4 @@ std::string png_uri(const std::string& bytes) {
     return text;
 }
 
-} // namespace app
+} // namespace report

@@ -1,11 +1,11 @@
-#ifndef PLIANT_APP_HTML_H
-#define PLIANT_APP_HTML_H
+#ifndef DEMOS_REPORT_HTML_H
+#define DEMOS_REPORT_HTML_H
 
 // Parts of pages that need nothing beside themselves: no scripts, no network.
 
 #include "table.h"
 
-namespace app {
+namespace report {
 
 // Up to and with the beginning of the body; `style` is added to the common one.
 std::string page_head(const std::string& title, const std::string& style = "");
@@ -15,5 +15,5 @@ std::string table_html(const Table& table);
 // "data:image/png;base64,..."
 std::string png_uri(const std::string& bytes);
 
-} // namespace app
+} // namespace report
 #endif

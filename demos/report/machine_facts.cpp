@@ -9,7 +9,7 @@
 #include <fstream>
 #include <thread>
 
-namespace app {
+namespace report {
 
 static std::string processor_name() {
     std::ifstream file("/proc/cpuinfo");
@@ -53,4 +53,4 @@ std::vector<std::pair<std::string, std::string>> machine_facts() {
             {"Made", now()}};
 }
 
-} // namespace app
+} // namespace report

@@ -1,5 +1,5 @@
-#ifndef PLIANT_APP_MACHINE_FACTS_H
-#define PLIANT_APP_MACHINE_FACTS_H
+#ifndef DEMOS_REPORT_MACHINE_FACTS_H
+#define DEMOS_REPORT_MACHINE_FACTS_H
 
 // What measurements were made with.
 
@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-namespace app {
+namespace report {
 
 // Names and values: processor, system, compiler, versions.
 std::vector<std::pair<std::string, std::string>> machine_facts();
 
-} // namespace app
+} // namespace report
 #endif

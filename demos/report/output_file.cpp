@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace app {
+namespace report {
 
 namespace fs = std::filesystem;
 
@@ -89,4 +89,4 @@ void make_folder(const fs::path& folder) {
     if (!fs::is_directory(folder)) { throw demos::Error(folder.string() + " is not a folder"); }
 }
 
-} // namespace app
+} // namespace report

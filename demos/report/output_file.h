@@ -1,12 +1,12 @@
-#ifndef PLIANT_APP_OUTPUT_FILE_H
-#define PLIANT_APP_OUTPUT_FILE_H
+#ifndef DEMOS_REPORT_OUTPUT_FILE_H
+#define DEMOS_REPORT_OUTPUT_FILE_H
 
 // A file that is either written whole or left as it was.
 
 #include <filesystem>
 #include <string>
 
-namespace app {
+namespace report {
 
 class OutputFile {
 public:
@@ -27,5 +27,5 @@ private:
 // Makes the folder and those above it. Throws demos::Error.
 void make_folder(const std::filesystem::path& folder);
 
-} // namespace app
+} // namespace report
 #endif

@@ -1,13 +1,11 @@
 #include "report_page.h"
 
 #include "html.h"
-
 #include "svg.h"
 
-namespace app {
+namespace report {
 
 using nlohmann::json;
-using report::escaped;
 
 static const char* const style = R"(:root { color-scheme: light; background: #fff; color: #1c2024; }
 body { max-width: 1000px; }
@@ -253,4 +251,4 @@ std::string report_page(const ReportContent& content) {
     return html + "<nav>" + links + "</nav>\n" + figures_part(content) + parts + page_end();
 }
 
-} // namespace app
+} // namespace report

@@ -1,5 +1,5 @@
-#ifndef PLIANT_APP_REPORT_PAGE_H
-#define PLIANT_APP_REPORT_PAGE_H
+#ifndef DEMOS_REPORT_REPORT_PAGE_H
+#define DEMOS_REPORT_REPORT_PAGE_H
 
 // The page that `pliant report` leaves, from the JSON documents of the subcommands: one file with everything in it.
 
@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace app {
+namespace report {
 
 struct ReportPicture {
     std::string scene, summary;
@@ -36,5 +36,5 @@ std::string report_page(const ReportContent& content);
 // The table of costs, for documents.
 std::string costs_markdown(const std::vector<nlohmann::json>& costs);
 
-} // namespace app
+} // namespace report
 #endif

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <utility>
 
-namespace app {
+namespace report {
 
 Table::Table(std::vector<std::string> headings) {
     rows_.push_back(std::move(headings));
@@ -51,4 +51,4 @@ std::string exact(double value) {
     return format("%.*g", 9, value);
 }
 
-} // namespace app
+} // namespace report

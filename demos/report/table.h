@@ -1,12 +1,12 @@
-#ifndef PLIANT_APP_TABLE_H
-#define PLIANT_APP_TABLE_H
+#ifndef DEMOS_REPORT_TABLE_H
+#define DEMOS_REPORT_TABLE_H
 
 // Text in columns, and numbers as text.
 
 #include <string>
 #include <vector>
 
-namespace app {
+namespace report {
 
 class Table {
 public:
@@ -28,5 +28,5 @@ std::string short_error(double value);
 // All digits, for files.
 std::string exact(double value);
 
-} // namespace app
+} // namespace report
 #endif

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <numeric>
 
-namespace app {
+namespace demos {
 
 static std::string lower_case(std::string text) {
     for (char& c : text) {
@@ -54,7 +54,7 @@ const scene& choose_scene(const std::string& name) {
     if (found != nullptr) { return *found; }
     const std::string names = nearest_names(name);
     const std::string hint = names.empty() ? "pliant list shows all" : "did you mean " + names + "?";
-    throw demos::Error("there is no scene named " + name + "; " + hint);
+    throw Error("there is no scene named " + name + "; " + hint);
 }
 
 std::vector<const scene*> choose_scenes(const std::vector<std::string>& names) {
@@ -72,4 +72,4 @@ std::vector<const scene*> choose_scenes(const std::vector<std::string>& names) {
     return chosen;
 }
 
-} // namespace app
+} // namespace demos

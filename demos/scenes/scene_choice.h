@@ -1,5 +1,5 @@
-#ifndef PLIANT_APP_SCENE_CHOICE_H
-#define PLIANT_APP_SCENE_CHOICE_H
+#ifndef DEMOS_SCENE_CHOICE_H
+#define DEMOS_SCENE_CHOICE_H
 
 // Scenes by the names that users type.
 
@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-namespace app {
+namespace demos {
 
-// Throws demos::Error, with the names that are nearest, when there is no such scene.
+// Throws Error, with the names that are nearest, when there is no such scene.
 const scene& choose_scene(const std::string& name);
 // The same for several; "all" stands for every scene. Each scene comes once.
 std::vector<const scene*> choose_scenes(const std::vector<std::string>& names);
 
-} // namespace app
+} // namespace demos
 #endif

@@ -2,7 +2,7 @@
 
 #include <map>
 
-namespace view {
+namespace viewer {
 
 Key key_of(const std::string& word) {
     static const std::map<std::string, Key> keys = {
@@ -20,4 +20,4 @@ Button button_of(const std::string& word) {
                               : Button::none;
 }
 
-} // namespace view
+} // namespace viewer

@@ -1,11 +1,11 @@
-#ifndef PLIANT_VIEW_INPUT_H
-#define PLIANT_VIEW_INPUT_H
+#ifndef DEMOS_VIEWER_INPUT_H
+#define DEMOS_VIEWER_INPUT_H
 
 // What comes from mouse and keyboard, or from a script in their place.
 
 #include <string>
 
-namespace view {
+namespace viewer {
 
 enum class Key { none, space, period, b, c, f, h, n, p, r, w, left, right, up, down, escape };
 enum class Button { none, left, middle, right };
@@ -24,5 +24,5 @@ struct Event {
 Key key_of(const std::string& word);
 Button button_of(const std::string& word);
 
-} // namespace view
+} // namespace viewer
 #endif

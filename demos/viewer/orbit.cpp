@@ -3,16 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-namespace view {
+namespace viewer {
 
-using picture::operator+;
-using picture::operator-;
-using picture::operator*;
+using render::operator+;
+using render::operator-;
+using render::operator*;
 
 static constexpr float degrees_per_radian = 57.29577951f;
 static constexpr float degrees_per_pixel = 0.35f;
 
-void Orbit::look_from(const picture::Camera& camera) {
+void Orbit::look_from(const render::Camera& camera) {
     distance_ = camera.distance;
     target_ = camera.eye + camera.forward * distance_;
     yaw_ = degrees_per_radian * std::atan2(camera.forward.x, camera.forward.z);
@@ -25,7 +25,7 @@ void Orbit::turn(float right, float down) {
 }
 
 void Orbit::pan(float right, float down, int height) {
-    const picture::Camera now = camera(1.0f);
+    const render::Camera now = camera(1.0f);
     const float pixel = now.pixel_size(height);
     target_ = target_ - now.right * (right * pixel) + now.up * (down * pixel);
 }
@@ -34,20 +34,20 @@ void Orbit::zoom(float steps) {
     distance_ = std::clamp(distance_ * std::pow(0.9f, steps), 0.01f, 10000.0f);
 }
 
-picture::Camera Orbit::camera(float aspect) const {
-    picture::Camera camera = picture::turned_camera(yaw_, pitch_, aspect);
+render::Camera Orbit::camera(float aspect) const {
+    render::Camera camera = render::turned_camera(yaw_, pitch_, aspect);
     camera.distance = distance_;
     camera.eye = target_ - camera.forward * distance_;
     return camera;
 }
 
-Ray ray_through(const picture::Camera& camera, float across, float up) {
+Ray ray_through(const render::Camera& camera, float across, float up) {
     const pli_vec3 direction =
         camera.forward + camera.right * (across * camera.tangent_x) + camera.up * (up * camera.tangent_y);
     return {camera.eye, camera.eye + direction * (100.0f * camera.distance)};
 }
 
-bool place_of(const picture::Camera& camera, pli_vec3 point, float& across, float& up) {
+bool place_of(const render::Camera& camera, pli_vec3 point, float& across, float& up) {
     const pli_vec3 offset = point - camera.eye;
     const float depth = pli_vec3_dot(offset, camera.forward);
     if (!(depth > 0.0f)) { return false; }
@@ -56,4 +56,4 @@ bool place_of(const picture::Camera& camera, pli_vec3 point, float& across, floa
     return true;
 }
 
-} // namespace view
+} // namespace viewer

@@ -1,11 +1,11 @@
-#ifndef PLIANT_VIEW_ORBIT_H
-#define PLIANT_VIEW_ORBIT_H
+#ifndef DEMOS_VIEWER_ORBIT_H
+#define DEMOS_VIEWER_ORBIT_H
 
 // The camera that the mouse turns around a point, and the rays that go out from it.
 
 #include "render/camera.h"
 
-namespace view {
+namespace viewer {
 
 struct Ray {
     pli_vec3 from, to;
@@ -14,7 +14,7 @@ struct Ray {
 class Orbit {
 public:
     // From where a picture would be taken.
-    void look_from(const picture::Camera& camera);
+    void look_from(const render::Camera& camera);
 
     // By pixels of the mouse, in a viewport of that height.
     void turn(float right, float down);
@@ -22,7 +22,7 @@ public:
     void zoom(float steps); // > 0: nearer
     void shift(pli_vec3 way) { target_ = pli_vec3_add(target_, way); }
 
-    picture::Camera camera(float aspect) const;
+    render::Camera camera(float aspect) const;
 
 private:
     pli_vec3 target_{};
@@ -30,9 +30,9 @@ private:
 };
 
 // Through a place of the viewport, -1 to 1 from left to right and from bottom to top.
-Ray ray_through(const picture::Camera& camera, float across, float up);
+Ray ray_through(const render::Camera& camera, float across, float up);
 // Where the camera sees a point: in `across` and `up` as above; false when it is behind the camera.
-bool place_of(const picture::Camera& camera, pli_vec3 point, float& across, float& up);
+bool place_of(const render::Camera& camera, pli_vec3 point, float& across, float& up);
 
-} // namespace view
+} // namespace viewer
 #endif

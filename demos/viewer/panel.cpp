@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-namespace view {
+namespace viewer {
 
 static const ImVec4 warning_color{1.0f, 0.55f, 0.35f, 1.0f};
 static const ImVec4 grab_color{0.24f, 0.52f, 0.88f, 0.45f};
@@ -135,9 +135,9 @@ static void describe_figures(const Session& session, const PanelState& state) {
         }
     };
     if (runs.size() > 1) { row("", short_name); }
-    row("ms per step", [](const Run& run) { return app::fixed(run.ms_per_step, 3); });
-    row("energy (J)", [](const Run& run) { return app::fixed(run.measures.kinetic_energy, 2); });
-    row("stretch (%)", [](const Run& run) { return app::fixed(100.0 * run.measures.max_stretch, 1); });
+    row("ms per step", [](const Run& run) { return report::fixed(run.ms_per_step, 3); });
+    row("energy (J)", [](const Run& run) { return report::fixed(run.measures.kinetic_energy, 2); });
+    row("stretch (%)", [](const Run& run) { return report::fixed(100.0 * run.measures.max_stretch, 1); });
     ImGui::EndTable();
     const std::string sizes = sizes_of(runs.front().measures);
     const bool are_alike = sizes == sizes_of(runs.back().measures);
@@ -147,8 +147,8 @@ static void describe_figures(const Session& session, const PanelState& state) {
                      quiet_color);
     }
     const double seconds = static_cast<double>(session.frame()) * static_cast<double>(session.step_seconds());
-    text("frame " + std::to_string(session.frame()) + " (" + app::fixed(seconds, 1) + " s), " +
-         app::fixed(state.frames_per_second, 0) + " pictures/s" + (state.is_paused ? ", paused" : ""));
+    text("frame " + std::to_string(session.frame()) + " (" + report::fixed(seconds, 1) + " s), " +
+         report::fixed(state.frames_per_second, 0) + " pictures/s" + (state.is_paused ? ", paused" : ""));
 }
 
 static void describe_controls(Session& session) {
@@ -170,7 +170,7 @@ static void describe_controls(Session& session) {
 }
 
 static void describe_look(PanelState& state, PanelWishes& wishes) {
-    picture::Look& look = state.look;
+    render::Look& look = state.look;
     heading("Show");
     const auto box = [&](const char* label, bool& value, bool is_first) {
         if (!is_first) { ImGui::SameLine(ImGui::GetContentRegionAvail().x * 0.5f); }
@@ -260,4 +260,4 @@ void describe_title(const std::string& title, int left, int width) {
     list->AddText(ImVec2(x, y), IM_COL32_WHITE, title.c_str());
 }
 
-} // namespace view
+} // namespace viewer

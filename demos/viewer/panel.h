@@ -1,5 +1,5 @@
-#ifndef PLIANT_VIEW_PANEL_H
-#define PLIANT_VIEW_PANEL_H
+#ifndef DEMOS_VIEWER_PANEL_H
+#define DEMOS_VIEWER_PANEL_H
 
 // The panel beside the picture.
 
@@ -8,13 +8,13 @@
 
 #include <optional>
 
-namespace view {
+namespace viewer {
 
 // What the panel shows and changes in place.
 struct PanelState {
     bool is_hidden = false;
     bool is_paused = false;
-    picture::Look look;
+    render::Look look;
     bool follows = false;    // the camera goes along with the soft bodies
     float cut_radius = 1.0f; // m
     BallSettings ball;
@@ -35,5 +35,5 @@ PanelWishes describe_panel(Session& session, PanelState& state, const SessionOpt
 // The name of an engine at the top of its picture.
 void describe_title(const std::string& title, int left, int width);
 
-} // namespace view
+} // namespace viewer
 #endif

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <sstream>
 
-namespace view {
+namespace viewer {
 
 // The words of one line, taken one after the other.
 class Words {
@@ -150,4 +150,4 @@ std::vector<Command> read_script(const std::string& path) {
     return commands;
 }
 
-} // namespace view
+} // namespace viewer

@@ -1,5 +1,5 @@
-#ifndef PLIANT_VIEW_SCRIPT_H
-#define PLIANT_VIEW_SCRIPT_H
+#ifndef DEMOS_VIEWER_SCRIPT_H
+#define DEMOS_VIEWER_SCRIPT_H
 
 // A file that does what mouse and keys would do, frame by frame. docs/program.md describes it.
 
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace view {
+namespace viewer {
 
 // Where the cursor goes.
 struct Place {
@@ -34,5 +34,5 @@ struct Command {
 // Commands in the order of frames. Throws demos::Error with the file and the line.
 std::vector<Command> read_script(const std::string& path);
 
-} // namespace view
+} // namespace viewer
 #endif

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace view {
+namespace viewer {
 
 Session::Session(const scene& which, const demos::SceneOptions& scene_options, const SessionOptions& options)
     : description_(demos::Description::build(which, scene_options)), options_(options) {
@@ -25,7 +25,7 @@ void Session::restart() {
             Run run;
             run.solver = demos::choose_solver(*description_, kind, settings);
             run.engine = demos::make_engine(kind, *description_, settings);
-            run.snapshot = picture::take_snapshot(*run.engine, look_);
+            run.snapshot = render::take_snapshot(*run.engine, look_);
             run.measures = demos::measure(*run.engine);
             started.push_back(std::move(run));
         } catch (const demos::Error& error) {
@@ -67,11 +67,11 @@ void Session::step() {
     if (!is_over_) { take_snapshots(look_); }
 }
 
-void Session::take_snapshots(const picture::Look& look) {
+void Session::take_snapshots(const render::Look& look) {
     look_ = look;
     if (is_over_) { return; }
     for (Run& run : runs_) {
-        run.snapshot = picture::take_snapshot(*run.engine, look);
+        run.snapshot = render::take_snapshot(*run.engine, look);
         run.measures = demos::measure(*run.engine);
     }
 }
@@ -112,4 +112,4 @@ void Session::move_controls() {
     }
 }
 
-} // namespace view
+} // namespace viewer

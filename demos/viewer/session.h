@@ -1,17 +1,16 @@
-#ifndef PLIANT_VIEW_SESSION_H
-#define PLIANT_VIEW_SESSION_H
+#ifndef DEMOS_VIEWER_SESSION_H
+#define DEMOS_VIEWER_SESSION_H
 
 // A scene that runs on one engine or on two beside each other, and what goes wrong with it.
 
 #include "input.h"
-
 #include "measure/measure.h"
 #include "render/picture.h"
 
 #include <functional>
 #include <set>
 
-namespace view {
+namespace viewer {
 
 enum class Engines { pliant, bullet, both };
 
@@ -24,7 +23,7 @@ struct SessionOptions {
 struct Run {
     std::unique_ptr<demos::Engine> engine;
     demos::SolverRun solver;
-    picture::Snapshot snapshot; // the last state that was finite
+    render::Snapshot snapshot; // the last state that was finite
     demos::Measures measures;
     double ms_per_step = 0; // smoothed
 };
@@ -47,7 +46,7 @@ public:
     void restart();
     void step();
     // What is drawn of contacts and clusters changes with the look, without a step.
-    void take_snapshots(const picture::Look& look);
+    void take_snapshots(const render::Look& look);
 
     // Does something to the engine of each run. Failures become the message, the others go on.
     void for_each(const std::function<void(demos::Engine&, size_t run)>& action);
@@ -62,7 +61,7 @@ private:
 
     std::unique_ptr<demos::Description> description_;
     SessionOptions options_;
-    picture::Look look_;
+    render::Look look_;
     std::vector<Run> runs_;
     std::set<Key> keys_;
     std::vector<bool> moved_by_keys_; // controls that spring back when the keys are let go
@@ -71,5 +70,5 @@ private:
     bool is_over_ = false;
 };
 
-} // namespace view
+} // namespace viewer
 #endif

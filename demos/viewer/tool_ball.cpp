@@ -1,24 +1,24 @@
 #include "tools.h"
 
-namespace view {
+namespace viewer {
 
-using picture::operator+;
-using picture::operator-;
-using picture::operator*;
+using render::operator+;
+using render::operator-;
+using render::operator*;
 
 // In proportion to what the camera sees: such a ball crosses the scene in about a second.
-BallSettings usual_ball(const picture::Camera& camera) {
+BallSettings usual_ball(const render::Camera& camera) {
     BallSettings ball;
     ball.radius = 0.02f * camera.distance;
     ball.speed = camera.distance;
     return ball;
 }
 
-void shoot_ball(Session& session, const picture::Camera& camera, const Ray& ray, const BallSettings& ball) {
-    const pli_vec3 direction = picture::normalized(ray.to - ray.from);
+void shoot_ball(Session& session, const render::Camera& camera, const Ray& ray, const BallSettings& ball) {
+    const pli_vec3 direction = render::normalized(ray.to - ray.from);
     const pli_vec3 start = camera.eye + direction * (0.15f * camera.distance);
     session.for_each(
         [&](demos::Engine& engine, size_t) { engine.shoot(start, direction * ball.speed, ball.radius, ball.mass); });
 }
 
-} // namespace view
+} // namespace viewer

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace view {
+namespace viewer {
 
 void SweptCut::begin(const Ray& ray) {
     last_ = ray;
@@ -32,4 +32,4 @@ float usual_cut_radius(const demos::Description& description) {
     return std::isfinite(radius) && radius > 0.0f ? radius : 1.0f;
 }
 
-} // namespace view
+} // namespace viewer

@@ -2,13 +2,13 @@
 
 #include <cmath>
 
-namespace view {
+namespace viewer {
 
-using picture::operator+;
-using picture::operator-;
-using picture::operator*;
+using render::operator+;
+using render::operator-;
+using render::operator*;
 
-bool DragTool::begin(Session& session, const picture::Camera& camera, const Ray& ray, float radius) {
+bool DragTool::begin(Session& session, const render::Camera& camera, const Ray& ray, float radius) {
     grips_.clear();
     normal_ = camera.forward;
     session.for_each([&](demos::Engine& engine, size_t run) {
@@ -38,4 +38,4 @@ void DragTool::end(Session& session) {
     grips_.clear();
 }
 
-} // namespace view
+} // namespace viewer

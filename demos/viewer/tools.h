@@ -1,18 +1,18 @@
-#ifndef PLIANT_VIEW_TOOLS_H
-#define PLIANT_VIEW_TOOLS_H
+#ifndef DEMOS_VIEWER_TOOLS_H
+#define DEMOS_VIEWER_TOOLS_H
 
 // What the mouse does to bodies. All tools act on every run of a session with the same ray.
 
 #include "orbit.h"
 #include "session.h"
 
-namespace view {
+namespace viewer {
 
 // Pulls a node, or a rigid body that moves, in the plane that faces the camera.
 class DragTool {
 public:
     // False when the ray meets nothing that can be dragged, in no run.
-    bool begin(Session& session, const picture::Camera& camera, const Ray& ray, float radius);
+    bool begin(Session& session, const render::Camera& camera, const Ray& ray, float radius);
     void move(Session& session, const Ray& ray) const;
     void end(Session& session);
     bool is_active() const { return !grips_.empty(); }
@@ -49,9 +49,9 @@ struct BallSettings {
     float radius = 0.5f, mass = 5.0f, speed = 25.0f; // m, kg, m/s
 };
 
-BallSettings usual_ball(const picture::Camera& camera);
+BallSettings usual_ball(const render::Camera& camera);
 // Away from the camera along the ray.
-void shoot_ball(Session& session, const picture::Camera& camera, const Ray& ray, const BallSettings& ball);
+void shoot_ball(Session& session, const render::Camera& camera, const Ray& ray, const BallSettings& ball);
 
-} // namespace view
+} // namespace viewer
 #endif

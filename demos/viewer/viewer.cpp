@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace view {
+namespace viewer {
 
 static constexpr int most_steps_per_picture = 4;
 
@@ -60,19 +60,19 @@ void Viewer::change_options(const SessionOptions& options) {
 
 // --------------------------------------------------------------------------------------------------- camera
 
-static picture::View view_of(const Session& session, std::vector<picture::Extent>& extents) {
+static render::View view_of(const Session& session, std::vector<render::Extent>& extents) {
     for (const Run& run : session.runs()) {
-        extents.push_back(picture::measure_extent(run.snapshot));
+        extents.push_back(render::measure_extent(run.snapshot));
     }
-    return picture::make_view(extents);
+    return render::make_view(extents);
 }
 
 void Viewer::frame_scene() {
-    std::vector<picture::Extent> extents;
-    const picture::View seen = view_of(*session_, extents);
+    std::vector<render::Extent> extents;
+    const render::View seen = view_of(*session_, extents);
     const Viewport viewport = viewports().front();
     const float aspect = static_cast<float>(viewport.width) / static_cast<float>(viewport.height);
-    orbit_.look_from(picture::choose_camera(session_->description(), seen, aspect));
+    orbit_.look_from(render::choose_camera(session_->description(), seen, aspect));
     center_ = seen.soft.center();
 }
 
@@ -92,7 +92,7 @@ std::vector<Viewer::Viewport> Viewer::viewports() const {
     return all;
 }
 
-picture::Camera Viewer::camera() const {
+render::Camera Viewer::camera() const {
     const Viewport viewport = viewports().front();
     return orbit_.camera(static_cast<float>(viewport.width) / static_cast<float>(viewport.height));
 }
@@ -279,7 +279,7 @@ void Viewer::perform(const Command& command) {
         session_->set_control(static_cast<size_t>(command.index), command.value);
         return;
     case Command::Kind::scene:
-        open(app::choose_scene(command.name), {});
+        open(demos::choose_scene(command.name), {});
         return;
     case Command::Kind::steps:
         session_->set_keys(keys_);
@@ -342,15 +342,15 @@ void Viewer::draw() {
     const PanelWishes wishes = describe_panel(*session_, panel_, options_.session, width, window_.height());
     const std::vector<Run>& runs = session_->runs();
     const std::vector<Viewport> places = viewports();
-    std::vector<picture::Extent> extents;
-    const picture::View seen = view_of(*session_, extents);
+    std::vector<render::Extent> extents;
+    const render::View seen = view_of(*session_, extents);
     follow_bodies(seen.soft.center());
     canvases_.resize(runs.size());
     for (size_t i = 0; i < runs.size(); ++i) {
-        std::unique_ptr<picture::Canvas>& canvas = canvases_[i];
+        std::unique_ptr<render::Canvas>& canvas = canvases_[i];
         if (canvas == nullptr || canvas->width() != places[i].width || canvas->height() != places[i].height) {
             canvas.reset();
-            canvas = std::make_unique<picture::Canvas>(places[i].width, places[i].height, 1);
+            canvas = std::make_unique<render::Canvas>(places[i].width, places[i].height, 1);
         }
         renderer_.draw(*canvas, runs[i].snapshot, extents[i], seen, camera(), panel_.look);
         canvas->show(places[i].left, 0);
@@ -375,7 +375,7 @@ void Viewer::run() {
         ++drawn_;
         if (drawn_ == options_.frames) {
             run_script();
-            last_picture_ = picture::read_window(window_.width(), window_.height());
+            last_picture_ = render::read_window(window_.width(), window_.height());
         }
         window_.show();
         last_seconds_ = watch.milliseconds() / 1000.0;
@@ -384,4 +384,4 @@ void Viewer::run() {
     }
 }
 
-} // namespace view
+} // namespace viewer

@@ -1,18 +1,17 @@
-#ifndef PLIANT_VIEW_VIEWER_H
-#define PLIANT_VIEW_VIEWER_H
+#ifndef DEMOS_VIEWER_VIEWER_H
+#define DEMOS_VIEWER_VIEWER_H
 
 // The window with a scene in it: what mouse and keys mean, and what is drawn.
 
 #include "panel.h"
+#include "render/image.h"
+#include "render/renderer.h"
 #include "script.h"
 #include "window.h"
 
-#include "render/image.h"
-#include "render/renderer.h"
-
 #include <optional>
 
-namespace view {
+namespace viewer {
 
 struct ViewerOptions {
     const scene* first = nullptr;
@@ -32,7 +31,7 @@ public:
     void run();
     const Session& session() const { return *session_; }
     // The window as it was drawn last.
-    const picture::Image& last_picture() const { return *last_picture_; }
+    const render::Image& last_picture() const { return *last_picture_; }
 
 private:
     // Part of the window that shows one run, pixels from the top left corner.
@@ -48,7 +47,7 @@ private:
     void frame_scene();
     void follow_bodies(pli_vec3 center);
     std::vector<Viewport> viewports() const;
-    picture::Camera camera() const;
+    render::Camera camera() const;
     Ray ray_at(float x, float y) const;
     float grip_radius() const;
 
@@ -68,8 +67,8 @@ private:
 
     ViewerOptions options_;
     Window window_;
-    picture::Renderer renderer_{picture::quick_shadows};
-    std::vector<std::unique_ptr<picture::Canvas>> canvases_;
+    render::Renderer renderer_{render::quick_shadows};
+    std::vector<std::unique_ptr<render::Canvas>> canvases_;
     std::unique_ptr<Session> session_;
     PanelState panel_;
     Orbit orbit_;
@@ -84,8 +83,8 @@ private:
     size_t next_command_ = 0;
     double step_debt_ = 0; // frames that real time is ahead
     double last_seconds_ = 0;
-    std::optional<picture::Image> last_picture_;
+    std::optional<render::Image> last_picture_;
 };
 
-} // namespace view
+} // namespace viewer
 #endif

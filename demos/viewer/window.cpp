@@ -10,7 +10,7 @@
 
 #include <algorithm>
 
-namespace view {
+namespace viewer {
 
 static std::string glfw_reason() {
     const char* text = nullptr;
@@ -228,4 +228,4 @@ void Window::set_wait(bool wait) {
     glfwSwapInterval(wait ? 1 : 0);
 }
 
-} // namespace view
+} // namespace viewer

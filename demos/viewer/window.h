@@ -1,5 +1,5 @@
-#ifndef PLIANT_VIEW_WINDOW_H
-#define PLIANT_VIEW_WINDOW_H
+#ifndef DEMOS_VIEWER_WINDOW_H
+#define DEMOS_VIEWER_WINDOW_H
 
 // A window with an OpenGL 3.3 context, its events, and Dear ImGui on top of it.
 
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace view {
+namespace viewer {
 
 class Window {
 public:
@@ -44,5 +44,5 @@ private:
     std::unique_ptr<Parts> parts_;
 };
 
-} // namespace view
+} // namespace viewer
 #endif

@@ -1,7 +1,6 @@
 // Cases of forces that no caller should give: refused with the state kept, or at least survived.
 
 #include "case_parts.h"
-
 #include "engines/bullet_engine.h"
 #include "engines/pliant_engine.h"
 

@@ -1,7 +1,6 @@
 // Cases at rest for a long time: nothing may creep or begin to move.
 
 #include "case_parts.h"
-
 #include "measure/measure.h"
 
 #include <algorithm>

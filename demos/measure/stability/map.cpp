@@ -1,7 +1,5 @@
 // Runs one case with one solver and judges it.
 
-#include "stability.h"
-
 #include "child_process.h"
 #include "description/function_scene.h"
 #include "description/recorder.h"
@@ -10,6 +8,7 @@
 #include "engines/solvers.h"
 #include "engines/stopwatch.h"
 #include "measure/measure.h"
+#include "stability.h"
 
 #include <algorithm>
 #include <cmath>

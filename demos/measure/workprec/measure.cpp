@@ -1,10 +1,9 @@
 // Runs a scene with each setting.
 
-#include "workprec.h"
-
-#include "description/function_scene.h"
 #include "measure/measure.h"
+#include "description/function_scene.h"
 #include "measure/statistics.h"
+#include "workprec.h"
 
 #include <algorithm>
 #include <cmath>

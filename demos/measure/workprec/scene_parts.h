@@ -3,9 +3,8 @@
 
 // What the scenes of error against run time have in common.
 
-#include "workprec.h"
-
 #include "measure/reference/mass_spring.h"
+#include "workprec.h"
 
 #include <array>
 #include <map>

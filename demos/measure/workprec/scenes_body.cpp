@@ -1,9 +1,8 @@
 // Closed and solid bodies: a ball that keeps its volume, a cube under its weight, the bunny.
 
-#include "scene_parts.h"
-
 #include "engines/solvers.h"
 #include "measure/measure.h"
+#include "scene_parts.h"
 #include "scenes/scenes.h"
 
 #include <algorithm>

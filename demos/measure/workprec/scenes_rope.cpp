@@ -1,8 +1,7 @@
 // A rope that hangs between two points, and one that swings with a box at its end.
 
-#include "scene_parts.h"
-
 #include "measure/measure.h"
+#include "scene_parts.h"
 
 #include <algorithm>
 #include <cmath>

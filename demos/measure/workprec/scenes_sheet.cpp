@@ -1,9 +1,8 @@
 // Sheets: one that hangs between two edges, one that is stretched by a weight, one on a ball, one that falls in folds.
 
-#include "scene_parts.h"
-
 #include "description/recorder.h"
 #include "measure/measure.h"
+#include "scene_parts.h"
 #include "scenes/scenes.h"
 
 #include <algorithm>
