@@ -1,0 +1,120 @@
+// How a bridge begins and ends, and its soft bodies.
+
+#include "bridge_action.h"
+#include "bridge_impl.h"
+#include "pair_algorithm.h"
+#include "rigid_proxy.h"
+#include "soft_object.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
+#include <algorithm>
+#include <new>
+
+namespace pliant {
+
+Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
+    : mode(def.mode), surface_thickness(def.surface_thickness), context(def.context), bullet_world_(&bullet_world),
+      prepares_ahead_(def.prepares_rigids_ahead) {
+    if (context == nullptr) {
+        status = pli_context_create(nullptr, &context);
+        owns_context_ = status == PLI_OK;
+    }
+    if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
+    pli_world_def world_def = def.world;
+    if (def.mode == CollisionMode::reference) { world_def.as_bullet = true; }
+    if (status == PLI_OK) { status = pli_world_create(context, &world_def, &world); }
+    if (status != PLI_OK) {
+        bullet_world_ = nullptr;
+        return;
+    }
+    auto* dispatcher = dynamic_cast<btCollisionDispatcher*>(bullet_world.getDispatcher());
+    if (dispatcher != nullptr) { register_pair_algorithm(*dispatcher); }
+    dispatches_in_parallel_ = dynamic_cast<btCollisionDispatcherMt*>(dispatcher) != nullptr;
+    // A length of step left over from an earlier step would look like a step in progress.
+    bullet_world.getDispatchInfo().m_timeStep = 0;
+    BridgeAction::take_left_out_of(bullet_world);
+    action_ = std::make_unique<BridgeAction>(*this);
+    bullet_world.addAction(action_.get());
+}
+
+Bridge::Impl::~Impl() {
+    detach();
+    objects_.clear();
+    proxies_.clear();
+    replaced_.clear();
+    pli_world_destroy(world);
+    if (owns_context_) { pli_context_destroy(context); }
+}
+
+// btCollisionWorld's destructor takes the broadphase handle from its objects and leaves their index. It tells nobody
+// else.
+Bridge::Impl::WorldState Bridge::Impl::bullet_world_state() const {
+    for (const auto& object : objects_) {
+        if (object->getWorldArrayIndex() < 0) { continue; }
+        return object->getBroadphaseHandle() != nullptr ? WorldState::alive : WorldState::gone;
+    }
+    return WorldState::unknown;
+}
+
+void Bridge::Impl::detach() {
+    if (bullet_world_ == nullptr) { return; }
+    switch (bullet_world_state()) {
+    case WorldState::alive:
+        bullet_world_->removeAction(action_.get());
+        for (const auto& object : objects_) {
+            if (object->getWorldArrayIndex() >= 0) { bullet_world_->removeCollisionObject(object.get()); }
+        }
+        break;
+    case WorldState::gone:
+        break;
+    case WorldState::unknown:
+        BridgeAction::leave_in(*bullet_world_, std::move(action_));
+        break;
+    }
+    action_.reset();
+    bullet_world_ = nullptr;
+}
+
+// ------------------------------------------------------------------------------------------------------ bodies
+
+pli_status Bridge::Impl::add_body(const pli_mesh* mesh, const pli_body_def* def, pli_body** body, int group, int mask) {
+    if (status != PLI_OK) { return status; }
+    if (bullet_world_ == nullptr || bullet_world_state() == WorldState::gone) { return PLI_ERROR_WRONG_STATE; }
+    pli_body* made = nullptr;
+    const pli_status result = pli_body_create(world, mesh, def, body != nullptr ? &made : nullptr);
+    if (result != PLI_OK) { return result; }
+    try {
+        objects_.push_back(std::make_unique<SoftObject>(*this, made));
+    } catch (const std::bad_alloc&) {
+        pli_body_destroy(made);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    bullet_world_->addCollisionObject(objects_.back().get(), group, mask);
+    look_for_new_pinned();
+    *body = made;
+    return PLI_OK;
+}
+
+pli_status Bridge::Impl::remove_body(pli_body* body) {
+    if (status != PLI_OK || body == nullptr) { return status; }
+    if (is_stepping()) { return PLI_ERROR_WRONG_STATE; }
+    const auto place =
+        std::find_if(objects_.begin(), objects_.end(), [body](const auto& object) { return object->body() == body; });
+    if (place == objects_.end()) { return PLI_ERROR_INVALID_VALUE; }
+    const bool is_in_world = bullet_world_ != nullptr && (*place)->getBroadphaseHandle() != nullptr;
+    if (is_in_world) { bullet_world_->removeCollisionObject(place->get()); }
+    objects_.erase(place);
+    pli_body_destroy(body);
+    return PLI_OK;
+}
+
+SoftObject* Bridge::Impl::find(const pli_body* body) const {
+    for (const auto& object : objects_) {
+        if (object->body() == body) { return object.get(); }
+    }
+    return nullptr;
+}
+
+} // namespace pliant

@@ -1,0 +1,136 @@
+// The bridge's part of a step of the Bullet world.
+
+#include "bridge_impl.h"
+#include "convert.h"
+#include "pair_algorithm.h"
+#include "rigid_proxy.h"
+#include "soft_object.h"
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <LinearMath/btIDebugDraw.h>
+
+#include <algorithm>
+
+namespace pliant {
+
+bool Bridge::Impl::is_inside_step() const {
+    // Bullet sets the length of the step right before its collision detection; updateAction takes it back.
+    return bullet_world_ != nullptr && bullet_world_->getDispatchInfo().m_timeStep > 0;
+}
+
+void Bridge::Impl::predict_inside_step() {
+    if (is_inside_step() && !is_stepping()) { begin_step(bullet_world_->getDispatchInfo().m_timeStep); }
+}
+
+void Bridge::Impl::begin_step(btScalar dt) {
+    step_status = PLI_OK;
+    look_for_pinned();
+    follow_world();
+    for (const auto& object : objects_) {
+        const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
+        if (should_rest != object->frozen_by_bridge && should_rest != pli_body_is_frozen(object->body())) {
+            pli_body_set_frozen(object->body(), should_rest);
+            object->frozen_by_bridge = should_rest;
+        }
+    }
+    ++step_;
+    note(pli_world_predict(world, to_float(dt)));
+    collects_pairs_ = is_stepping();
+}
+
+void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
+    bullet_world.getDispatchInfo().m_timeStep = 0;
+    // Nobody asked for bounds: no body is in the world, or Bullet detected no collisions.
+    if (!is_stepping()) { begin_step(dt); }
+    if (!is_stepping()) { return; }
+    collide_pairs();
+    finish_step(dt);
+}
+
+void Bridge::Impl::collide_pairs() {
+    collects_pairs_ = false;
+    if (dispatches_in_parallel_) {
+        // Threads took the pairs in any order; the objects' places in the world do not depend on them.
+        std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
+            if (a == nullptr || b == nullptr) { return a != nullptr && b == nullptr; }
+            const std::pair<int, int> place_a(a->soft.getWorldArrayIndex(), a->other.getWorldArrayIndex());
+            const std::pair<int, int> place_b(b->soft.getWorldArrayIndex(), b->other.getWorldArrayIndex());
+            return place_a < place_b;
+        });
+    }
+    const ShapeOptions options{context, mode, surface_thickness, nullptr};
+    for (PairAlgorithm* pair : pairs_) {
+        if (pair == nullptr) { continue; }
+        pair->collected_index = -1;
+        if (pair->other_soft != nullptr) {
+            note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
+            continue;
+        }
+        RigidProxy& proxy = *pair->proxy;
+        take_part(proxy);
+        if (proxy.rigid() != nullptr) { note(proxy.collide(options, world, pair->soft.body(), pair->slabs)); }
+    }
+    pairs_.clear();
+}
+
+// Brings a proxy up to date, once per step, and has it solved.
+void Bridge::Impl::take_part(RigidProxy& proxy) {
+    if (proxy.present_step == step_) { return; }
+    proxy.present_step = step_;
+    proxy.note_place();
+    proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
+    note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
+    if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
+}
+
+// Anchors need no contact to act.
+void Bridge::Impl::take_part_of_pinned() {
+    if (!has_pinned_) { return; }
+    for (const auto& entry : proxies_) {
+        RigidProxy& proxy = *entry.second;
+        if (!proxy.is_pinned || !proxy.was_in_world || proxy.is_let_go) { continue; }
+        // Actions may have removed it since the step began.
+        if (proxy.find_in(bullet_world_->getCollisionObjectArray()) == RigidProxy::Place::here) {
+            take_part(proxy);
+        } else {
+            let_go(proxy);
+        }
+    }
+}
+
+void Bridge::Impl::finish_step(btScalar dt) {
+    take_part_of_pinned();
+    for (RigidProxy* proxy : touched_) {
+        note(proxy->set_present_state());
+    }
+    if (before_solve) {
+        before_solve();
+        let_go_of_removed();
+    }
+    note(pli_world_solve(world));
+    let_go_of_removed(); // the solve calls joint controllers and the profile
+    for (RigidProxy* proxy : touched_) {
+        if (!proxy->is_let_go) { proxy->write_back(dt); }
+    }
+    touched_.clear();
+    finish_let_go();
+    sweep_proxies();
+}
+
+// Bodies with faces are drawn by Bullet; those without would be invisible.
+void Bridge::Impl::debug_draw(btIDebugDraw* drawer) {
+    if (drawer == nullptr || (drawer->getDebugMode() & btIDebugDraw::DBG_DrawWireframe) == 0) { return; }
+    for (const auto& object : objects_) {
+        const pli_body_view view = pli_body_get_view(object->body());
+        if (view.face_count > 0) { continue; }
+        for (int i = 0; i < view.link_count; ++i) {
+            const int* nodes = view.link_nodes + i * view.link_node_stride;
+            const pli_vec4& a = view.positions[nodes[0]];
+            const pli_vec4& b = view.positions[nodes[1]];
+            drawer->drawLine(to_bullet(pli_vec3_make(a.x, a.y, a.z)), to_bullet(pli_vec3_make(b.x, b.y, b.z)),
+                             btVector3(1, 1, 1));
+        }
+    }
+}
+
+} // namespace pliant
