@@ -4,7 +4,7 @@
 // What the bodies of a snapshot look like.
 
 #include "geometry.h"
-#include "picture.h"
+#include "snapshot.h"
 
 namespace render {
 

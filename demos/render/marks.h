@@ -4,7 +4,7 @@
 // What can be drawn on top of soft bodies: normals, contacts, clusters.
 
 #include "geometry.h"
-#include "picture.h"
+#include "snapshot.h"
 
 namespace render {
 

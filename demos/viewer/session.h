@@ -5,7 +5,7 @@
 
 #include "input.h"
 #include "measure/measure.h"
-#include "render/picture.h"
+#include "render/snapshot.h"
 
 #include <functional>
 #include <set>
