@@ -1,7 +1,8 @@
 # cmake -D ROOT=<source directory> -P check_includes.cmake
 #
 # Includes only point down: core <- bullet_bridge <- demos, bench. The core includes nothing but C's library and itself;
-# its public headers nothing of its sources; the step knows no feature, and no feature knows another.
+# its public headers nothing of its sources; the step knows no feature, and no feature knows another. Inside a layer they
+# point down from room to room.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -125,6 +126,18 @@ endfunction()
 check_layer(bullet_bridge core/include)
 check_layer(demos bullet_bridge/include core/include)
 check_layer(bench demos bullet_bridge/include core/include core/src) # it times services of the core on their own
+
+# ---- rooms of a layer, from the ground up; see rooms.cmake
+include(${CMAKE_CURRENT_LIST_DIR}/rooms.cmake)
+set(bullet_bridge_rooms include/pliant_bullet src)
+set(demos_rooms
+    "description measure/reference random_calls hello_core hello_bullet"
+    "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
+    "measure render"
+    "measure/stability measure/workprec viewer"
+    app)
+check_rooms(bullet_bridge ${bullet_bridge_rooms})
+check_rooms(demos ${demos_rooms})
 
 if(problems)
     list(JOIN problems "\n  " text)
