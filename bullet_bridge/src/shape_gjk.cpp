@@ -3,6 +3,8 @@
 #include "convert.h"
 #include "shapes.h"
 
+#include <pliant/bullet_reference.h>
+
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
 

@@ -3,6 +3,7 @@
 
 #include "cluster_contacts_impl.h"
 #include "contact_order.h"
+#include "pliant/bullet_reference.h"
 #include "range.h"
 #include "world_impl.h"
 

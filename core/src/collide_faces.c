@@ -16,6 +16,7 @@
 #include "contact_order.h"
 #include "fat_box.h"
 #include "near_boxes.h"
+#include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 #include "range.h"
 #include "world_impl.h"

@@ -7,6 +7,7 @@
 #include "body_impl.h"
 #include "contact_order.h"
 #include "hold.h"
+#include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 #include "range.h"
 #include "shape_impl.h"

@@ -6,6 +6,7 @@
    results. */
 
 #include "handle.h"
+#include "pliant/bullet_reference.h"
 #include "range.h"
 #include "shape_impl.h"
 

@@ -2,6 +2,7 @@
    btSoftBodyHelpers::ReoptimizeLinkOrder. */
 
 #include "mesh_impl.h"
+#include "pliant/bullet_reference.h"
 
 #include <limits.h>
 

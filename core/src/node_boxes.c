@@ -2,6 +2,7 @@
 
 #include "body_impl.h"
 #include "fat_box.h"
+#include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 
 #include <string.h>

@@ -5,6 +5,7 @@
 #include "solvers.h"
 #include "stopwatch.h"
 
+#include <pliant/bullet_reference.h>
 #include <pliant_bullet/cluster_distance.h>
 
 #include <algorithm>

@@ -3,6 +3,8 @@
 
 #include "contact_match.h"
 
+#include <pliant/bullet_reference.h>
+
 #include <tuple>
 
 namespace demos {

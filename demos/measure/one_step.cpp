@@ -4,6 +4,8 @@
 #include "contact_match.h"
 #include "description/recorder.h"
 
+#include <pliant/bullet_reference.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>

@@ -2,6 +2,8 @@
 
 #include "calls.h"
 
+#include <pliant/bullet_reference.h>
+
 #define TURN_ON(call) CALL(c, home, call)
 #define TURN_OFF(call) VOID_CALL(c, home, call)
 

@@ -2,6 +2,8 @@
 
 #include "calls.h"
 
+#include <pliant/bullet_reference.h>
+
 #include <stdlib.h>
 
 static void some_points(calls* c, pli_vec3* points, int count) {

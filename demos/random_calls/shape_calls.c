@@ -2,6 +2,8 @@
 
 #include "calls.h"
 
+#include <pliant/bullet_reference.h>
+
 static pli_status make_hull(calls* c, calls_context* home, pli_shape** shape) {
     enum { POINTS = 12 };
     pli_vec3 points[POINTS];

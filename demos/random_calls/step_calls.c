@@ -2,6 +2,8 @@
 
 #include "calls.h"
 
+#include <pliant/bullet_reference.h>
+
 static float some_dt(calls* c) {
     return bytes_seldom(&c->bytes, 64) ? bytes_float(&c->bytes, 0.0005f, 0.1f) : 1.0f / 60.0f;
 }

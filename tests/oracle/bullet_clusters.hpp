@@ -7,6 +7,7 @@
 
 #include "oracle/bullet_shape.hpp"
 
+#include <pliant/bullet_reference.h>
 #include <pliant/cluster.h>
 #include <pliant/joint.h>
 

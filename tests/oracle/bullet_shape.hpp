@@ -4,6 +4,7 @@
 
 #include "bullet_twin.hpp"
 
+#include <pliant/bullet_reference.h>
 #include <pliant/shape.h>
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>

@@ -6,6 +6,7 @@
 #include "check.h"
 
 #include "pliant_bullet/import.h"
+#include <pliant/bullet_reference.h>
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>

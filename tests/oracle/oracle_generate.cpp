@@ -1,5 +1,6 @@
 // Generators, orders, masses and motions of meshes against btSoftBody: everything must have the same bits.
 
+#include <pliant/bullet_reference.h>
 #include <pliant/generate.h>
 
 #include <BulletSoftBody/btSoftBody.h>

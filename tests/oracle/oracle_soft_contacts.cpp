@@ -6,6 +6,7 @@
 
 #include "oracle/bullet_twin.hpp"
 
+#include <pliant/bullet_reference.h>
 #include <pliant/contact.h>
 
 #include <algorithm>

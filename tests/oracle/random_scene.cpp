@@ -4,6 +4,7 @@
 
 #include "engines/components.h"
 
+#include <pliant/bullet_reference.h>
 #include <pliant/pliant.h>
 
 #include <algorithm>

@@ -4,6 +4,7 @@
 /* Every public function that takes a handle, once for each handle that it takes, with arguments that would do. The test
    calls_are_listed compares the list with the headers. */
 
+#include <pliant/bullet_reference.h>
 #include <pliant/pliant.h>
 
 #include <math.h>

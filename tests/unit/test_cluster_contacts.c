@@ -3,6 +3,8 @@
 
 #include "test_cluster_world.h"
 
+#include <pliant/bullet_reference.h>
+
 #include <stdlib.h>
 
 static const float dt = 1.0f / 60.0f;

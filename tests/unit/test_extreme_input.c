@@ -4,6 +4,7 @@
 
 #include "check.h"
 
+#include <pliant/bullet_reference.h>
 #include <pliant/pliant.h>
 
 #include <float.h>

@@ -2,6 +2,7 @@
 
 #include "check.h"
 
+#include "pliant/bullet_reference.h"
 #include "pliant/shape.h"
 
 #include <string.h>

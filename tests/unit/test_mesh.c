@@ -4,6 +4,7 @@
 #include "failing_allocator.h"
 
 #include <pliant/body.h>
+#include <pliant/bullet_reference.h>
 #include <pliant/generate.h>
 #include <pliant/world.h>
 

@@ -4,6 +4,8 @@
 #include "memory_trial.h"
 #include "sample_mesh.h"
 
+#include <pliant/bullet_reference.h>
+
 // ------------------------------------------------------------------------------------------------------------- bodies
 
 /* Takes the mesh. */

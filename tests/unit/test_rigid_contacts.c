@@ -2,6 +2,7 @@
 
 #include "failing_allocator.h"
 
+#include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/world.h"

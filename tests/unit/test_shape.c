@@ -3,6 +3,7 @@
 
 #include "check.h"
 
+#include "pliant/bullet_reference.h"
 #include "pliant/shape.h"
 
 #include <stdbool.h>

@@ -5,6 +5,7 @@
 #include "sample_mesh.h"
 #include "world_fixture.h"
 
+#include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/implicit.h"

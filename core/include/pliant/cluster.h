@@ -145,9 +145,9 @@ typedef struct pli_cluster_contacts_def {
     float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
-    /// Contacts with rigid bodies and other bodies are measured anew in each step. Default false: those whose sides
-    /// hardly move against each other are followed for a few steps, in which they are right to some percent of the
-    /// margin. Always so with clusters as_bullet and with `distance`.
+    /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step. Default false:
+    /// those whose sides hardly move against each other are followed for a few steps, in which they are right to some
+    /// percent of the margin. Always so with clusters as_bullet and with `distance`.
     bool measure_always;
     /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
     /// the one of the core.
@@ -171,10 +171,6 @@ PLI_API void pli_body_disable_cluster_contacts(pli_body* body);
 /// @param contacts NULL, or room for `capacity` contacts
 /// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts);
-
-/// Changes the order in which contacts are solved, as pli_body_reorder_rigid_contacts; with the same errors.
-/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
-PLI_API pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count);
 
 #ifdef __cplusplus
 }

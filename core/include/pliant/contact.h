@@ -52,14 +52,6 @@ typedef struct pli_rigid_contact {
 /// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts);
 
-/// Changes the order in which contacts are solved; results of Gauss-Seidel depend on it. Between collide and solve.
-/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
-/// @param count the number of contacts there are
-/// @return PLI_ERROR_WRONG_STATE when not between pli_world_predict and pli_world_solve, or not enabled,
-///         PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_INVALID_VALUE (another count, or a contact named twice),
-///         PLI_ERROR_OUT_OF_MEMORY
-PLI_API pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count);
-
 // ------------------------------------------------------------------------------- faces against rigid bodies
 
 /// How faces meet rigid bodies.
@@ -145,25 +137,6 @@ typedef struct pli_soft_contact {
 /// @param contacts NULL, or room for `capacity` contacts
 /// @return the number of contacts there are, 0 when not enabled
 PLI_API int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts);
-
-/// Changes the order in which contacts are solved, as pli_body_reorder_rigid_contacts; with the same errors.
-/// @param order [count] a permutation: the contact now at `order[i]` comes to place i
-PLI_API pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count);
-
-/// For comparisons, default off: keep Bullet's boxes of nodes from step to step, and meet rigid shapes with the nodes
-/// whose boxes they touch, so that the same contacts are found as by btSoftBody; otherwise with all nodes that are
-/// near. Position-based solver only.
-/// @return PLI_ERROR_WRONG_STATE while stepping
-/// Cost: 24 B per node.
-PLI_API pli_status pli_body_use_bullet_node_boxes(pli_body* body, bool use);
-
-/// The stored boxes of `bullet_boxes` and of pli_body_use_bullet_node_boxes, to take them over from a btSoftBody before
-/// a step is compared.
-/// @param node_boxes [node_count]
-/// @param face_boxes [face_count]; NULL where only rigid contacts keep boxes
-/// @return PLI_ERROR_WRONG_STATE when they are not kept
-PLI_API pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes,
-                                             const pli_bounds* face_boxes);
 
 #ifdef __cplusplus
 }

@@ -24,8 +24,8 @@ typedef struct pli_refine_def {
     void* user;     ///< handed to `surface`
     float accuracy; ///< > 0, default 1e-4: how near to zero `surface` is at the new nodes, in its unit
     bool cut;       ///< default true: part the body along the surface; false: only refine
-    /// Take the present lengths as rest lengths of all links, and the present areas, as btSoftBody does, and keep to
-    /// its rules for what lies on the surface: all nodes there are doubled, which may leave nodes behind that hang on
+    /// Reference mode only: take the present lengths as rest lengths of all links, and the present areas, as btSoftBody
+    /// does, and keep to its rules for what lies on the surface: all nodes there are doubled, which may leave nodes behind that hang on
     /// nothing; link 0 is not detached; links with a loose end go, even of a rope. Default false: links that are not
     /// cut keep their rest length, the parts of a link share its rest length, new links get the length they have in the
     /// rest shape of their face, and only what lies between two sides is doubled.

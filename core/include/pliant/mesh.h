@@ -122,11 +122,6 @@ PLI_API pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, i
 /// The generator starts from the same seed in every call. Bullet name: randomizeConstraints
 PLI_API pli_status pli_mesh_shuffle_links(pli_mesh* mesh);
 
-/// Reorders links so that neighbours in the list depend less on each other, without changing the result of a sweep.
-/// Bullet name: ReoptimizeLinkOrder
-/// @return PLI_ERROR_OUT_OF_MEMORY
-PLI_API pli_status pli_mesh_interleave_links(pli_mesh* mesh);
-
 // ---------------------------------------------------------------------------------------------------- masses
 
 /// Changes the mass of one node. Bullet name: setMass

@@ -1,7 +1,7 @@
 #ifndef PLIANT_PLIANT_H
 #define PLIANT_PLIANT_H
 
-/// Everything.
+/// Everything but bullet_reference.h.
 
 #include "anchor.h"
 #include "base.h"

@@ -121,15 +121,6 @@ PLI_API pli_status pli_shape_create_sampled_mesh(pli_context* context, int point
                                                  int triangle_count, const int* triangles,
                                                  const pli_sampled_mesh_def* def, pli_shape** shape);
 
-/// Wraps a shape in a lattice of sampled distances: values are taken at multiples of `voxel_size`, cached, and
-/// interpolated trilinearly; the normal is the gradient of the interpolant. This is how Bullet sees rigid shapes
-/// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`. The cache takes 9 MB at
-/// most; when full it starts anew, which changes time but not results.
-/// Not for use from several threads at once: sampling fills the cache.
-/// @param voxel_size m, > 0
-PLI_API pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size,
-                                            pli_shape** shape);
-
 /// Signed distance of a point from a shape, m, < 0 inside, for colliders of one's own and for tests. INFINITY for a
 /// null shape and for a point that is not finite.
 /// @param point  m, in the frame of the shape

@@ -3,6 +3,8 @@
 #include "parts.h"
 #include "scenes/scenes.h"
 
+#include <pliant/bullet_reference.h>
+
 static const float pi = 3.1415927f;
 
 /* A small generator of our own: the scene is the same on every machine. Values in [-1, 1). */
