@@ -59,8 +59,8 @@ void enable_clusters(pli_body* body) {
     enable_by_def<pli_body_enable_cluster_contacts, pli_cluster_contacts_def_default>(body);
 }
 void disable_clusters(pli_body* body) {
-    pli_body_disable_cluster_contacts(body);
-    pli_body_disable_clusters(body);
+    check(pli_body_disable_cluster_contacts(body));
+    check(pli_body_disable_clusters(body));
 }
 
 const Feature features[] = {
@@ -70,18 +70,19 @@ const Feature features[] = {
     {"velocity links", [](pli_body* body) { check(pli_body_use_velocity_links(body, true)); },
      [](pli_body* body) { check(pli_body_use_velocity_links(body, false)); }},
     {"rigid contacts", enable_by_def<pli_body_enable_rigid_contacts, pli_rigid_contacts_def_default>,
-     pli_body_disable_rigid_contacts},
+     disable_checked<pli_body_disable_rigid_contacts>},
     {"rigid face contacts", enable_by_def<pli_body_enable_rigid_face_contacts, pli_rigid_face_contacts_def_default>,
-     pli_body_disable_rigid_face_contacts},
+     disable_checked<pli_body_disable_rigid_face_contacts>},
     {"soft contacts", enable_by_def<pli_body_enable_soft_contacts, pli_soft_contacts_def_default>,
-     pli_body_disable_soft_contacts},
+     disable_checked<pli_body_disable_soft_contacts>},
     {"clusters and their contacts", enable_clusters, disable_clusters},
-    {"aerodynamics", enable_aero, pli_body_disable_aero},
-    {"pressure", [](pli_body* body) { check(pli_body_enable_pressure(body, 1.0f)); }, pli_body_disable_pressure},
+    {"aerodynamics", enable_aero, disable_checked<pli_body_disable_aero>},
+    {"pressure", [](pli_body* body) { check(pli_body_enable_pressure(body, 1.0f)); },
+     disable_checked<pli_body_disable_pressure>},
     {"volume", [](pli_body* body) { check(pli_body_enable_volume_conservation(body, 1.0f)); },
-     pli_body_disable_volume_conservation},
+     disable_checked<pli_body_disable_volume_conservation>},
     {"pose matching", [](pli_body* body) { check(pli_body_enable_pose_matching(body, 0.1f)); },
-     pli_body_disable_pose_matching},
+     disable_checked<pli_body_disable_pose_matching>},
     {"self-collision of nodes", enable_by_def<pli_body_enable_self_collision, pli_self_collision_def_default>,
      disable_checked<pli_body_disable_self_collision>},
     {"self-collision of faces", enable_by_def<pli_body_enable_self_faces, pli_self_faces_def_default>,

@@ -29,7 +29,7 @@ void Bridge::Impl::begin_step(btScalar dt) {
     for (const auto& object : objects_) {
         const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
         if (should_rest != object->frozen_by_bridge && should_rest != pli_body_is_frozen(object->body())) {
-            pli_body_set_frozen(object->body(), should_rest);
+            (void)pli_body_set_frozen(object->body(), should_rest);
             object->frozen_by_bridge = should_rest;
         }
     }

@@ -207,8 +207,10 @@ pli_world* pli_body_get_world(const pli_body* body) {
 void* pli_body_get_user_data(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK ? body->user_data : NULL;
 }
-void pli_body_set_user_data(pli_body* body, void* user_data) {
-    if (plii_check_body(body, __func__) == PLI_OK) { body->user_data = user_data; }
+pli_status pli_body_set_user_data(pli_body* body, void* user_data) {
+    PLII_TRY(plii_check_body(body, __func__));
+    body->user_data = user_data;
+    return PLI_OK;
 }
 
 pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
@@ -435,8 +437,10 @@ pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
 bool pli_body_is_frozen(const pli_body* body) {
     return plii_check_body(body, __func__) == PLI_OK && body->is_frozen;
 }
-void pli_body_set_frozen(pli_body* body, bool frozen) {
-    if (plii_check_body_idle(body, __func__) == PLI_OK) { body->is_frozen = frozen; }
+pli_status pli_body_set_frozen(pli_body* body, bool frozen) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    body->is_frozen = frozen;
+    return PLI_OK;
 }
 
 // ------------------------------------------------------------------------------------------- ignored rigid bodies

@@ -244,13 +244,15 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
     if (status == PLI_OK) {
         ((plii_cluster_contacts*)data)->def = *def;
     } else if (!had_clusters) {
-        pli_body_disable_clusters(body);
+        (void)pli_body_disable_clusters(body);
     }
     return status;
 }
 
-void pli_body_disable_cluster_contacts(pli_body* body) {
-    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &plii_cluster_contacts_class); }
+pli_status pli_body_disable_cluster_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &plii_cluster_contacts_class);
+    return PLI_OK;
 }
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {

@@ -49,11 +49,13 @@ static void clusters_forget(pli_body* body) {
     }
 }
 
-void pli_body_disable_clusters(pli_body* body) {
-    if (plii_check_body_idle(body, __func__) != PLI_OK || plii_body_clusters(body) == NULL) { return; }
+pli_status pli_body_disable_clusters(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (plii_body_clusters(body) == NULL) { return PLI_OK; }
     clusters_forget(body);
     plii_clusters_release(body, plii_body_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
+    return PLI_OK;
 }
 
 pli_status pli_body_remove_clusters(pli_body* body) {
@@ -113,7 +115,7 @@ pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count
     if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     plii_clusters* clusters = plii_body_clusters(body);
     if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
-        if (!was_enabled) { pli_body_disable_clusters(body); }
+        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
     }
     plii_clusters_settle(body, clusters, clusters->count - 1);

@@ -273,7 +273,7 @@ static pli_status generation_replace(pli_body* body, int count, int max_iteratio
     }
     if (status != PLI_OK) {
         plii_clusters_release(body, &fresh);
-        if (!was_enabled) { pli_body_disable_clusters(body); }
+        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
         return plii_fail(body->context, status, function, "no memory for the clusters of %d nodes", body->node_count);
     }
     PLII_TRY(pli_body_remove_clusters(body));

@@ -708,8 +708,10 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
     return PLI_OK;
 }
 
-void pli_body_disable_soft_contacts(pli_body* body) {
-    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &soft_contacts_class); }
+pli_status pli_body_disable_soft_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &soft_contacts_class);
+    return PLI_OK;
 }
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {

@@ -459,10 +459,11 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     return PLI_OK;
 }
 
-void pli_body_disable_rigid_contacts(pli_body* body) {
-    if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
+pli_status pli_body_disable_rigid_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
     plii_feature_disable(body, &rigid_contacts_last_class);
     plii_feature_disable(body, &rigid_contacts_class);
+    return PLI_OK;
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {

@@ -499,8 +499,10 @@ pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_f
     return PLI_OK;
 }
 
-void pli_body_disable_rigid_face_contacts(pli_body* body) {
-    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &rigid_faces_class); }
+pli_status pli_body_disable_rigid_face_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &rigid_faces_class);
+    return PLI_OK;
 }
 
 int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {

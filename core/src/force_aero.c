@@ -303,8 +303,9 @@ pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
     return PLI_OK;
 }
 
-void pli_body_disable_aero(pli_body* body) {
-    if (plii_check_body_change(body, __func__) != PLI_OK) { return; }
+pli_status pli_body_disable_aero(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
     plii_feature_disable(body, &aero_vertex_class);
     plii_feature_disable(body, &aero_face_class);
+    return PLI_OK;
 }

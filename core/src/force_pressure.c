@@ -44,6 +44,8 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     return PLI_OK;
 }
 
-void pli_body_disable_pressure(pli_body* body) {
-    if (plii_check_body_change(body, __func__) == PLI_OK) { plii_feature_disable(body, &pressure_class); }
+pli_status pli_body_disable_pressure(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &pressure_class);
+    return PLI_OK;
 }

@@ -180,7 +180,7 @@ void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run)
     if (mesh.tetra_count > 0) { check(body, pli_body_enable_xpbd_tetras(body, 0.0f)); }
     const scene_soft_def def = definition_for_solver(record, run);
     if (def.volume_conservation > 0.0f) {
-        pli_body_disable_volume_conservation(body); // a force would be too stiff
+        check(body, pli_body_disable_volume_conservation(body)); // a force would be too stiff
         check(body, pli_body_enable_xpbd_volume(body, 1.0f / def.volume_conservation, 1.0f));
     }
     if (!record.anchors.empty()) { check(body, pli_body_enable_xpbd_anchors(body, 0.0f)); }

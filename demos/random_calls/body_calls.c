@@ -65,7 +65,7 @@ void calls_set_up_body(calls* c) {
         BODY_CALL(c, chosen, pli_body_use_colored_links(body, bytes_below(&c->bytes, 4) > 0));
         break;
     case 9:
-        VOID_CALL(c, chosen->world->home, pli_body_set_frozen(body, bytes_below(&c->bytes, 4) == 0));
+        CALL(c, chosen->world->home, pli_body_set_frozen(body, bytes_below(&c->bytes, 4) == 0));
         break;
     default:
         if (rigid->rigid == NULL) { return; }

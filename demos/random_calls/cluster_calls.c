@@ -73,7 +73,7 @@ void calls_change_clusters(calls* c) {
         TRY(pli_body_enable_clusters(body, &def));
         break;
     case 1:
-        VOID_CALL(c, home, pli_body_disable_clusters(body));
+        CALL(c, home, pli_body_disable_clusters(body));
         break;
     case 2:
     case 3:

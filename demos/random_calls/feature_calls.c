@@ -4,8 +4,7 @@
 
 #include <pliant/bullet_reference.h>
 
-#define TURN_ON(call) CALL(c, home, call)
-#define TURN_OFF(call) VOID_CALL(c, home, call)
+#define TURN(call) CALL(c, home, call)
 
 static void change_aero(calls* c, pli_body* body, calls_context* home) {
     pli_aero_def def = pli_aero_def_default();
@@ -13,10 +12,10 @@ static void change_aero(calls* c, pli_body* body, calls_context* home) {
     def.lift = bytes_float(&c->bytes, 0.0f, 0.5f);
     def.drag = bytes_float(&c->bytes, 0.0f, 0.5f);
     def.wind = bytes_vec3(&c->bytes, -5.0f, 5.0f);
-    TURN_ON(pli_body_enable_aero(body, &def));
+    TURN(pli_body_enable_aero(body, &def));
     if (bytes_seldom(&c->bytes, 64)) {
         const pli_vec3 wind = bytes_vec3(&c->bytes, -5.0f, 5.0f);
-        TURN_ON(pli_body_set_wind(body, wind));
+        TURN(pli_body_set_wind(body, wind));
     }
 }
 
@@ -30,7 +29,7 @@ static void change_rigid_contacts(calls* c, pli_body* body, calls_context* home)
         def.after_links = (flags & 1) != 0;
         if ((flags & 6) == 6) { CALL(c, home, pli_body_use_bullet_node_boxes(body, (flags & 8) != 0)); }
     }
-    TURN_ON(pli_body_enable_rigid_contacts(body, &def));
+    TURN(pli_body_enable_rigid_contacts(body, &def));
 }
 
 static void change_rigid_face_contacts(calls* c, pli_body* body, calls_context* home) {
@@ -40,7 +39,7 @@ static void change_rigid_face_contacts(calls* c, pli_body* body, calls_context* 
         def.dynamic_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.static_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
     }
-    TURN_ON(pli_body_enable_rigid_face_contacts(body, &def));
+    TURN(pli_body_enable_rigid_face_contacts(body, &def));
 }
 
 static void change_soft_contacts(calls* c, pli_body* body, calls_context* home) {
@@ -52,7 +51,7 @@ static void change_soft_contacts(calls* c, pli_body* body, calls_context* home) 
         def.recovery_speed = bytes_float(&c->bytes, 0.0f, 3.0f);
         def.bullet_boxes = bytes_flag(&c->bytes);
     }
-    TURN_ON(pli_body_enable_soft_contacts(body, &def));
+    TURN(pli_body_enable_soft_contacts(body, &def));
     const pli_body_view view = pli_body_get_view(body);
     if (!def.bullet_boxes || !bytes_flag(&c->bytes) || view.node_count > MOST || view.face_count > MOST) { return; }
     const pli_vec3 low = bytes_vec3(&c->bytes, -1.0f, 0.0f), high = bytes_vec3(&c->bytes, 0.0f, 1.0f);
@@ -60,7 +59,7 @@ static void change_soft_contacts(calls* c, pli_body* body, calls_context* home) 
     for (int i = 0; i < MOST; ++i) {
         boxes[i] = (pli_bounds){low, high};
     }
-    TURN_ON(pli_body_set_bullet_boxes(body, boxes, boxes));
+    TURN(pli_body_set_bullet_boxes(body, boxes, boxes));
 }
 
 static void change_self_collision(calls* c, pli_body* body, calls_context* home) {
@@ -68,14 +67,14 @@ static void change_self_collision(calls* c, pli_body* body, calls_context* home)
     def.thickness = bytes_float(&c->bytes, 0.01f, 0.5f);
     def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
     def.speed_limit_ratio = bytes_float(&c->bytes, 0.0f, 0.5f);
-    TURN_ON(pli_body_enable_self_collision(body, &def));
+    TURN(pli_body_enable_self_collision(body, &def));
 }
 
 static void change_self_grids(calls* c, pli_body* body, calls_context* home) {
     pli_self_grids_def def = pli_self_grids_def_default();
     def.distance = bytes_float(&c->bytes, 0.01f, 0.5f);
     def.separation = bytes_float(&c->bytes, 0.1f, 1.0f);
-    TURN_ON(pli_body_enable_self_grids(body, &def));
+    TURN(pli_body_enable_self_grids(body, &def));
 }
 
 static void change_self_faces(calls* c, pli_body* body, calls_context* home) {
@@ -83,46 +82,46 @@ static void change_self_faces(calls* c, pli_body* body, calls_context* home) {
     def.thickness = bytes_float(&c->bytes, 0.005f, 0.12f);
     def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
     def.max_travel = bytes_float(&c->bytes, 0.0f, 0.3f);
-    TURN_ON(pli_body_enable_self_faces(body, &def));
+    TURN(pli_body_enable_self_faces(body, &def));
 }
 
 static void turn_off(calls* c, pli_body* body, calls_context* home) {
     switch (bytes_below(&c->bytes, 12)) {
     case 0:
-        TURN_OFF(pli_body_disable_aero(body));
+        TURN(pli_body_disable_aero(body));
         break;
     case 1:
-        TURN_OFF(pli_body_disable_pressure(body));
+        TURN(pli_body_disable_pressure(body));
         break;
     case 2:
-        TURN_OFF(pli_body_disable_volume_conservation(body));
+        TURN(pli_body_disable_volume_conservation(body));
         break;
     case 3:
-        TURN_OFF(pli_body_disable_rigid_contacts(body));
+        TURN(pli_body_disable_rigid_contacts(body));
         break;
     case 4:
-        TURN_OFF(pli_body_disable_rigid_face_contacts(body));
+        TURN(pli_body_disable_rigid_face_contacts(body));
         break;
     case 5:
-        TURN_OFF(pli_body_disable_soft_contacts(body));
+        TURN(pli_body_disable_soft_contacts(body));
         break;
     case 6:
-        TURN_ON(pli_body_disable_self_collision(body));
+        TURN(pli_body_disable_self_collision(body));
         break;
     case 7:
-        TURN_ON(pli_body_disable_self_grids(body));
+        TURN(pli_body_disable_self_grids(body));
         break;
     case 8:
-        TURN_ON(pli_body_disable_self_faces(body));
+        TURN(pli_body_disable_self_faces(body));
         break;
     case 9:
-        TURN_ON(pli_body_disable_tethers(body));
+        TURN(pli_body_disable_tethers(body));
         break;
     case 10:
-        TURN_OFF(pli_body_disable_pose_matching(body));
+        TURN(pli_body_disable_pose_matching(body));
         break;
     default:
-        TURN_OFF(pli_body_disable_cluster_contacts(body));
+        TURN(pli_body_disable_cluster_contacts(body));
         break;
     }
 }
@@ -138,10 +137,10 @@ void calls_change_feature(calls* c) {
         change_aero(c, body, home);
         break;
     case 1:
-        TURN_ON(pli_body_enable_pressure(body, bytes_float(&c->bytes, -5.0f, 50.0f)));
+        TURN(pli_body_enable_pressure(body, bytes_float(&c->bytes, -5.0f, 50.0f)));
         break;
     case 2:
-        TURN_ON(pli_body_enable_volume_conservation(body, bytes_float(&c->bytes, 0.0f, 50.0f)));
+        TURN(pli_body_enable_volume_conservation(body, bytes_float(&c->bytes, 0.0f, 50.0f)));
         break;
     case 3:
     case 4:
@@ -166,10 +165,10 @@ void calls_change_feature(calls* c) {
         break;
     case 12:
         tethers.slack = bytes_float(&c->bytes, 0.0f, 0.2f);
-        TURN_ON(pli_body_enable_tethers(body, &tethers));
+        TURN(pli_body_enable_tethers(body, &tethers));
         break;
     case 13:
-        TURN_ON(pli_body_enable_pose_matching(body, bytes_float(&c->bytes, 0.0f, 1.0f)));
+        TURN(pli_body_enable_pose_matching(body, bytes_float(&c->bytes, 0.0f, 1.0f)));
         break;
     default:
         turn_off(c, body, home);

@@ -112,7 +112,7 @@ void test_all_aero_models_equal_bullet(void**) {
             enable_aero(f, model, 0.03f, 0.05f, pli_vec3_make(4, 12, -3));
             f.disturb(0.05f, 2.0f, 17);
             f.check_exact(what);
-            pli_body_disable_aero(f.body);
+            assert_int_equal(pli_body_disable_aero(f.body), PLI_OK);
             f.check_differs(what);
         }
     }
@@ -139,7 +139,7 @@ void test_pressure_equals_bullet(void**) {
         f.soft->m_cfg.kPR = coefficient;
         f.disturb(0.05f, 1.0f, 5);
         f.check_exact("pressure");
-        pli_body_disable_pressure(f.body);
+        assert_int_equal(pli_body_disable_pressure(f.body), PLI_OK);
         f.check_differs("pressure");
     }
 }
@@ -155,7 +155,7 @@ void test_volume_conservation_equals_bullet(void**) {
     assert_int_equal(pli_body_enable_volume_conservation(f.body, 35.0f), PLI_OK);
     f.soft->m_cfg.kVC = 35;
     f.check_exact("volume conservation with a new coefficient");
-    pli_body_disable_volume_conservation(f.body);
+    assert_int_equal(pli_body_disable_volume_conservation(f.body), PLI_OK);
     f.check_differs("volume conservation");
 }
 

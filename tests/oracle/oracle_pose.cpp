@@ -145,7 +145,7 @@ void test_pose_matching_equals_bullet(void**) {
 
 void test_the_comparison_sees_pose_matching(void**) {
     fixture f(30, 0.05f);
-    pli_body_disable_pose_matching(f.body);
+    assert_int_equal(pli_body_disable_pose_matching(f.body), PLI_OK);
     f.step();
     assert_false(twin::compare(*f.soft, f.body).is_exact());
 }

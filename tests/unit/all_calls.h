@@ -111,7 +111,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_destroy, BODY, CHANGES_IDLE, CALL_VOID(pli_body_destroy(h->body)))                                      \
     X(pli_body_get_world, BODY, READS, CALL_VALUE(pli_body_get_world(h->body) == NULL))                                \
     X(pli_body_get_user_data, BODY, READS, CALL_VALUE(pli_body_get_user_data(h->body) == NULL))                        \
-    X(pli_body_set_user_data, BODY, READS, CALL_VOID(pli_body_set_user_data(h->body, NULL)))                           \
+    X(pli_body_set_user_data, BODY, READS, CALL_STATUS(pli_body_set_user_data(h->body, NULL)))                         \
     X(pli_body_get_solver_settings, BODY, READS, CALL_VALUE(pli_body_get_solver_settings(h->body).time_scale == 0.0f)) \
     X(pli_body_set_solver_settings, BODY, CHANGES, CALL_STATUS(pli_body_set_solver_settings(h->body, &h->solver)))     \
     X(pli_body_get_collision_margin, BODY, READS, CALL_VALUE(pli_body_get_collision_margin(h->body) == 0.0f))          \
@@ -133,7 +133,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_use_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_velocity_links(h->body, true)))        \
     X(pli_body_use_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_colored_links(h->body, true)))          \
     X(pli_body_is_frozen, BODY, READS, CALL_VALUE(!pli_body_is_frozen(h->body)))                                       \
-    X(pli_body_set_frozen, BODY, CHANGES_IDLE, CALL_VOID(pli_body_set_frozen(h->body, true)))                          \
+    X(pli_body_set_frozen, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_frozen(h->body, true)))                        \
     X(pli_body_ignore_rigid, BODY, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))               \
     X(pli_body_ignore_rigid, RIGID, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))              \
     X(pli_body_ignores_rigid, BODY, READS, CALL_VALUE(!pli_body_ignores_rigid(h->body, h->rigid)))                     \
@@ -147,7 +147,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_get_features, BODY, READS, CALL_VALUE(pli_body_get_features(h->body, 0, NULL) == 0))                    \
     X(pli_body_enable_clusters, BODY, CHANGES_IDLE,                                                                    \
       CALL_STATUS(pli_body_enable_clusters(h->body, CALL_DEF(pli_clusters))))                                          \
-    X(pli_body_disable_clusters, BODY, CHANGES_IDLE, CALL_VOID(pli_body_disable_clusters(h->body)))                    \
+    X(pli_body_disable_clusters, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_clusters(h->body)))                  \
     X(pli_body_generate_clusters, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_generate_clusters(h->body, 1, 1, NULL)))    \
     X(pli_body_generate_clusters_from_elements, BODY, CHANGES_IDLE,                                                    \
       CALL_STATUS(pli_body_generate_clusters_from_elements(h->body, NULL)))                                            \
@@ -162,24 +162,24 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_reset_clusters, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_reset_clusters(h->body)))                      \
     X(pli_body_enable_cluster_contacts, BODY, CHANGES_IDLE,                                                            \
       CALL_STATUS(pli_body_enable_cluster_contacts(h->body, CALL_DEF(pli_cluster_contacts))))                          \
-    X(pli_body_disable_cluster_contacts, BODY, CHANGES, CALL_VOID(pli_body_disable_cluster_contacts(h->body)))         \
+    X(pli_body_disable_cluster_contacts, BODY, CHANGES, CALL_STATUS(pli_body_disable_cluster_contacts(h->body)))       \
     X(pli_body_get_cluster_contacts, BODY, READS, CALL_VALUE(pli_body_get_cluster_contacts(h->body, 0, NULL) == 0))    \
     X(pli_body_reorder_cluster_contacts, BODY, CHANGES,                                                                \
       CALL_STATUS(pli_body_reorder_cluster_contacts(h->body, call_indices, 1)))                                        \
     X(pli_body_enable_rigid_contacts, BODY, CHANGES,                                                                   \
       CALL_STATUS(pli_body_enable_rigid_contacts(h->body, CALL_DEF(pli_rigid_contacts))))                              \
-    X(pli_body_disable_rigid_contacts, BODY, CHANGES, CALL_VOID(pli_body_disable_rigid_contacts(h->body)))             \
+    X(pli_body_disable_rigid_contacts, BODY, CHANGES, CALL_STATUS(pli_body_disable_rigid_contacts(h->body)))           \
     X(pli_body_get_rigid_contacts, BODY, READS, CALL_VALUE(pli_body_get_rigid_contacts(h->body, 0, NULL) == 0))        \
     X(pli_body_reorder_rigid_contacts, BODY, CHANGES,                                                                  \
       CALL_STATUS(pli_body_reorder_rigid_contacts(h->body, call_indices, 1)))                                          \
     X(pli_body_enable_rigid_face_contacts, BODY, CHANGES,                                                              \
       CALL_STATUS(pli_body_enable_rigid_face_contacts(h->body, CALL_DEF(pli_rigid_face_contacts))))                    \
-    X(pli_body_disable_rigid_face_contacts, BODY, CHANGES, CALL_VOID(pli_body_disable_rigid_face_contacts(h->body)))   \
+    X(pli_body_disable_rigid_face_contacts, BODY, CHANGES, CALL_STATUS(pli_body_disable_rigid_face_contacts(h->body))) \
     X(pli_body_get_rigid_face_contacts, BODY, READS,                                                                   \
       CALL_VALUE(pli_body_get_rigid_face_contacts(h->body, 0, NULL) == 0))                                             \
     X(pli_body_enable_soft_contacts, BODY, CHANGES,                                                                    \
       CALL_STATUS(pli_body_enable_soft_contacts(h->body, CALL_DEF(pli_soft_contacts))))                                \
-    X(pli_body_disable_soft_contacts, BODY, CHANGES, CALL_VOID(pli_body_disable_soft_contacts(h->body)))               \
+    X(pli_body_disable_soft_contacts, BODY, CHANGES, CALL_STATUS(pli_body_disable_soft_contacts(h->body)))             \
     X(pli_body_get_soft_contacts, BODY, READS, CALL_VALUE(pli_body_get_soft_contacts(h->body, 0, NULL) == 0))          \
     X(pli_body_reorder_soft_contacts, BODY, CHANGES,                                                                   \
       CALL_STATUS(pli_body_reorder_soft_contacts(h->body, call_indices, 1)))                                           \
@@ -192,12 +192,12 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_part_count, BODY, READS, CALL_VALUE(pli_body_part_count(h->body) == 0))                                 \
     X(pli_body_enable_aero, BODY, CHANGES, CALL_STATUS(pli_body_enable_aero(h->body, CALL_DEF(pli_aero))))             \
     X(pli_body_set_wind, BODY, CHANGES, CALL_STATUS(pli_body_set_wind(h->body, call_point)))                           \
-    X(pli_body_disable_aero, BODY, CHANGES, CALL_VOID(pli_body_disable_aero(h->body)))                                 \
+    X(pli_body_disable_aero, BODY, CHANGES, CALL_STATUS(pli_body_disable_aero(h->body)))                               \
     X(pli_body_enable_pressure, BODY, CHANGES, CALL_STATUS(pli_body_enable_pressure(h->body, 0.5f)))                   \
-    X(pli_body_disable_pressure, BODY, CHANGES, CALL_VOID(pli_body_disable_pressure(h->body)))                         \
+    X(pli_body_disable_pressure, BODY, CHANGES, CALL_STATUS(pli_body_disable_pressure(h->body)))                       \
     X(pli_body_enable_volume_conservation, BODY, CHANGES,                                                              \
       CALL_STATUS(pli_body_enable_volume_conservation(h->body, 0.5f)))                                                 \
-    X(pli_body_disable_volume_conservation, BODY, CHANGES, CALL_VOID(pli_body_disable_volume_conservation(h->body)))   \
+    X(pli_body_disable_volume_conservation, BODY, CHANGES, CALL_STATUS(pli_body_disable_volume_conservation(h->body))) \
     X(pli_mesh_create_rope, CONTEXT, CHANGES,                                                                          \
       CALL_STATUS(pli_mesh_create_rope(h->context, call_point, call_point, 1, 0, (pli_mesh*[]){NULL})))                \
     X(pli_mesh_create_patch, CONTEXT, CHANGES,                                                                         \
@@ -264,7 +264,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_mesh_volume, MESH, READS, CALL_VALUE(pli_mesh_volume(h->mesh) == 0.0f))                                      \
     X(pli_mesh_bounds, MESH, READS, CALL_VALUE(pli_mesh_bounds(h->mesh).max.x == 0.0f))                                \
     X(pli_body_enable_pose_matching, BODY, CHANGES, CALL_STATUS(pli_body_enable_pose_matching(h->body, 0.5f)))         \
-    X(pli_body_disable_pose_matching, BODY, CHANGES, CALL_VOID(pli_body_disable_pose_matching(h->body)))               \
+    X(pli_body_disable_pose_matching, BODY, CHANGES, CALL_STATUS(pli_body_disable_pose_matching(h->body)))             \
     X(pli_body_get_pose, BODY, READS,                                                                                  \
       CALL_STATUS(pli_body_get_pose(h->body, (pli_transform[]){pli_transform_identity()})))                            \
     X(pli_body_cast_ray, BODY, READS,                                                                                  \

@@ -431,7 +431,7 @@ static void test_soft_bodies_meet_from_when_both_look(void**) {
     assert_int_equal(contacts_after_step(), 0);
     lower_object.setIgnoreCollisionCheck(&upper_object, false);
     assert_true(contacts_after_step() > 0);
-    pli_body_disable_soft_contacts(upper);
+    assert_int_equal(pli_body_disable_soft_contacts(upper), PLI_OK);
     assert_int_equal(contacts_after_step(), 0);
 }
 
@@ -552,7 +552,7 @@ static void test_a_sheet_falls_on_a_kinematic_sampled_mesh(void**) {
         pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
         contacts.static_hardness = 1;
         contacts.friction = 1;
-        pli_body_disable_rigid_contacts(sheet);
+        assert_int_equal(pli_body_disable_rigid_contacts(sheet), PLI_OK);
         assert_int_equal(pli_body_enable_rigid_contacts(sheet, &contacts), PLI_OK);
         pli_shape* shape = exact_pear(bridge.context(), pear);
         float deepest = 1;

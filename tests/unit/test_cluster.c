@@ -74,7 +74,7 @@ static void test_clusters_are_replaced_and_removed(void** unused) {
     assert_int_equal(pli_body_cluster_count(body), 0);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
     generate(body, 3);
-    pli_body_disable_clusters(body);
+    assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
     assert_int_equal(pli_body_cluster_count(body), 0);
     check_at_most(pli_body_bytes(body), bytes + 4096);
 }
@@ -460,7 +460,7 @@ static void test_bad_input(void** unused) {
     check_error(pli_body_remove_clusters(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     check_error(pli_body_reset_clusters(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     check_error(pli_body_enable_clusters(body, NULL), PLI_ERROR_WRONG_STATE, "between predict and solve");
-    pli_body_disable_clusters(body);
+    assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
     assert_int_equal(pli_body_cluster_count(body), 3);
     assert_int_equal(pli_world_solve(world), PLI_OK);
 }

@@ -756,7 +756,9 @@ static void run_case(int number_of_case) {
         int count = 0;
         (void)pli_world_events(world, &count);
         events_seen += (unsigned long)count;
-        if (chance(0.1f) && body_count > 0) { pli_body_set_frozen(bodies[random_below(body_count)], false); }
+        if (chance(0.1f) && body_count > 0) {
+            assert_int_equal(pli_body_set_frozen(bodies[random_below(body_count)], false), PLI_OK);
+        }
     }
     pli_world_destroy(world);
     assert_int_equal(pli_context_allocated_bytes(context), 0);

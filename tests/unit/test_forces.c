@@ -234,10 +234,10 @@ static void test_disabling_gives_the_memory_back(void** unused) {
     assert_int_equal(pli_body_enable_pressure(body, 1.0f), PLI_OK);
     enable_aero(body, PLI_AERO_FACE_TWO_SIDED, 0.1f, 0.1f, pli_vec3_make(1, 0, 0));
     assert_int_equal(pli_body_enable_volume_conservation(body, 1.0f), PLI_OK);
-    pli_body_disable_pressure(body);
-    pli_body_disable_volume_conservation(body);
+    assert_int_equal(pli_body_disable_pressure(body), PLI_OK);
+    assert_int_equal(pli_body_disable_volume_conservation(body), PLI_OK);
     assert_non_null(pli_body_get_view(body).normals);
-    pli_body_disable_aero(body);
+    assert_int_equal(pli_body_disable_aero(body), PLI_OK);
     assert_null(pli_body_get_view(body).normals);
     const size_t allocated = pli_context_allocated_bytes(context), bytes = pli_body_bytes(body);
 
@@ -246,14 +246,14 @@ static void test_disabling_gives_the_memory_back(void** unused) {
     enable_aero(body, PLI_AERO_VERTEX_POINT, 0.1f, 0.1f, pli_vec3_make(1, 0, 0));
     /* What the body says it holds is what it got. */
     assert_int_equal(pli_context_allocated_bytes(context) - allocated, pli_body_bytes(body) - bytes);
-    pli_body_disable_aero(body);
-    pli_body_disable_pressure(body);
-    pli_body_disable_volume_conservation(body);
+    assert_int_equal(pli_body_disable_aero(body), PLI_OK);
+    assert_int_equal(pli_body_disable_pressure(body), PLI_OK);
+    assert_int_equal(pli_body_disable_volume_conservation(body), PLI_OK);
     assert_int_equal(pli_context_allocated_bytes(context), allocated);
     assert_int_equal(pli_body_bytes(body), bytes);
     /* Twice is not an error. */
-    pli_body_disable_aero(body);
-    pli_body_disable_pressure(NULL);
+    assert_int_equal(pli_body_disable_aero(body), PLI_OK);
+    assert_int_equal(pli_body_disable_pressure(NULL), PLI_OK);
 }
 
 static void test_steps_do_not_allocate(void** unused) {

@@ -392,7 +392,7 @@ static void run_forces(trial* t) {
     pli_body* sheet = add_sheet(t, 6, 0.2f, pli_vec3_make(0, 1, 2), PLI_PATCH_PIN_00);
     enable_aero(t, sheet, PLI_AERO_FACE_TWO_SIDED);
     trial_steps(t, 3);
-    pli_body_disable_pressure(ball);
+    assert_int_equal(pli_body_disable_pressure(ball), PLI_OK);
     enable_aero(t, ball, PLI_AERO_FACE_ONE_SIDED);
     TRIAL_CALL(t, pli_body_add_node_force(sheet, 3, pli_vec3_make(0, 5, 0)));
     trial_steps(t, 3);
@@ -412,8 +412,8 @@ static void run_implicit(trial* t, pli_implicit_method method) {
     anchor(t, sheet, 35, box);
     trial_steps(t, 4);
     anchor(t, sheet, 30, box);
-    pli_body_set_frozen(other, true);
-    pli_body_set_frozen(other, false);
+    assert_int_equal(pli_body_set_frozen(other, true), PLI_OK);
+    assert_int_equal(pli_body_set_frozen(other, false), PLI_OK);
     trial_steps(t, 4);
 }
 static void run_implicit_jacobi(trial* t) {

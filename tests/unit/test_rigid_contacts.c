@@ -210,11 +210,11 @@ static void test_rigid_contacts_after_links(void** state) {
     contacts.after_links = false;
     check_near(pulled_distance(f, body, contacts, &again), 0.9, 1e-3);
     assert_true(before == again && before != after);
-    pli_body_disable_rigid_contacts(body);
+    assert_int_equal(pli_body_disable_rigid_contacts(body), PLI_OK);
     const size_t bytes = pli_body_bytes(body);
     contacts.after_links = true;
     assert_int_equal(pli_body_enable_rigid_contacts(body, &contacts), PLI_OK);
-    pli_body_disable_rigid_contacts(body);
+    assert_int_equal(pli_body_disable_rigid_contacts(body), PLI_OK);
     check_near(pli_body_bytes(body), bytes, 0);
 }
 
@@ -314,7 +314,7 @@ static void test_rigid_contacts_go_with_their_rigid_body(void** state) {
     rigid = make_rigid(f, f->sphere, 1, pli_vec3_make(0, 0, 0));
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 1);
-    pli_body_disable_rigid_contacts(body);
+    assert_int_equal(pli_body_disable_rigid_contacts(body), PLI_OK);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 0);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
 }
@@ -347,7 +347,7 @@ static void test_rigid_contacts_refuse_bad_input(void** state) {
     def.cookie = 0;
     check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_rigid_contacts(NULL, 3, NULL), 0);
-    pli_body_disable_rigid_contacts(NULL);
+    assert_int_equal(pli_body_disable_rigid_contacts(NULL), PLI_OK);
 
     pli_rigid* rigid = make_rigid(f, f->sphere, 0, pli_vec3_make(0, 0, 0));
     const int order[3] = {2, 0, 1}, twice[3] = {0, 0, 1}, out[3] = {0, 1, 3};
@@ -366,7 +366,7 @@ static void test_rigid_contacts_refuse_bad_input(void** state) {
     assert_int_equal(contacts[1].node, 0);
     assert_int_equal(contacts[2].node, 1);
     assert_int_equal(pli_world_solve(f->world), PLI_OK);
-    pli_body_disable_rigid_contacts(body);
+    assert_int_equal(pli_body_disable_rigid_contacts(body), PLI_OK);
     check_refused(f, pli_body_reorder_rigid_contacts(body, order, 3), PLI_ERROR_WRONG_STATE, "not enabled");
 }
 

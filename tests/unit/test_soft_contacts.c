@@ -278,7 +278,7 @@ static void test_soft_contacts_go_with_the_other_body(void** state) {
     pli_body_destroy(triangle);
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
     make_triangle(f, 1, 1, 0.1f, false);
-    pli_body_disable_soft_contacts(node);
+    assert_int_equal(pli_body_disable_soft_contacts(node), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
 }
@@ -295,7 +295,7 @@ static void test_soft_contacts_are_told_to_hosts(void** state) {
     assert_false(pli_body_meets_bodies(NULL));
     pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, 0), 1, 0.1f, false);
     assert_true(pli_body_meets_bodies(node));
-    pli_body_disable_soft_contacts(node);
+    assert_int_equal(pli_body_disable_soft_contacts(node), PLI_OK);
     const pli_rigid_contacts_def rigid_contacts = pli_rigid_contacts_def_default();
     assert_int_equal(pli_body_enable_rigid_contacts(node, &rigid_contacts), PLI_OK);
     assert_false(pli_body_meets_bodies(node));
@@ -323,7 +323,7 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     def.cookie = 7;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_soft_contacts(NULL, 1, NULL), 0);
-    pli_body_disable_soft_contacts(NULL);
+    assert_int_equal(pli_body_disable_soft_contacts(NULL), PLI_OK);
 
     pli_bounds nodes[3] = {{{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}};
     pli_bounds face = {{0, 0, 0}, {1, 1, 1}};
@@ -344,7 +344,7 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     check_refused(f, pli_body_reorder_soft_contacts(node, order, 0), PLI_ERROR_INVALID_VALUE, "there are 1");
     assert_int_equal(pli_body_reorder_soft_contacts(node, order, 1), PLI_OK);
     assert_int_equal(pli_world_solve(f->world), PLI_OK);
-    pli_body_disable_soft_contacts(node);
+    assert_int_equal(pli_body_disable_soft_contacts(node), PLI_OK);
     check_refused(f, pli_body_reorder_soft_contacts(node, order, 1), PLI_ERROR_WRONG_STATE, "not enabled");
 }
 

@@ -58,7 +58,7 @@ PLI_API pli_world* pli_body_get_world(const pli_body* body);
 PLI_API void* pli_body_get_user_data(const pli_body* body);
 
 /// Stores a pointer for the caller, which the library never follows. Also inside of callbacks.
-PLI_API void pli_body_set_user_data(pli_body* body, void* user_data);
+PLI_API pli_status pli_body_set_user_data(pli_body* body, void* user_data);
 
 /// The present settings; all zero for a handle that is none.
 PLI_API pli_solver_settings pli_body_get_solver_settings(const pli_body* body);
@@ -184,8 +184,9 @@ PLI_API pli_status pli_body_use_colored_links(pli_body* body, bool use);
 /// (PLI_EVENT_BODY_FROZEN), or by pli_body_set_frozen.
 PLI_API bool pli_body_is_frozen(const pli_body* body);
 
-/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities. Not while stepping.
-PLI_API void pli_body_set_frozen(pli_body* body, bool frozen);
+/// Takes a body out of the steps, or back in; it stays where it is and keeps its velocities.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 
 /// Switches contacts between a soft body and one rigid body off or on, of nodes, faces and clusters. Pairs are on at
 /// first. Bullet name: m_collisionDisabledObjects

@@ -43,8 +43,9 @@ PLI_API pli_clusters_def pli_clusters_def_default(void);
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def);
 
-/// Removes all clusters, and the joints and contacts that hold to them. Nothing when not enabled. Not while stepping.
-PLI_API void pli_body_disable_clusters(pli_body* body);
+/// Removes all clusters, and the joints and contacts that hold to them. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_disable_clusters(pli_body* body);
 
 /// Replaces all clusters by `count` groups of near nodes that share a ring of nodes over faces, and, when there are
 /// more than one, a first cluster of all nodes that does not collide. Deterministic. Joints to clusters of this body
@@ -165,7 +166,7 @@ PLI_API pli_cluster_contacts_def pli_cluster_contacts_def_default(void);
 PLI_API pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def);
 
 /// Ends cluster contacts; the clusters stay. Nothing when not enabled.
-PLI_API void pli_body_disable_cluster_contacts(pli_body* body);
+PLI_API pli_status pli_body_disable_cluster_contacts(pli_body* body);
 
 /// Contacts of the step in progress, or of the last one, in the order of solving.
 /// @param contacts NULL, or room for `capacity` contacts

@@ -36,7 +36,7 @@ PLI_API pli_rigid_contacts_def pli_rigid_contacts_def_default(void);
 PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def);
 
 /// Ends contacts of nodes with rigid bodies, also those of the step in progress. Nothing when not enabled.
-PLI_API void pli_body_disable_rigid_contacts(pli_body* body);
+PLI_API pli_status pli_body_disable_rigid_contacts(pli_body* body);
 
 /// A node that touches a rigid body.
 typedef struct pli_rigid_contact {
@@ -78,7 +78,7 @@ PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
 
 /// Ends contacts of faces with rigid bodies, also those of the step in progress. Nothing when not enabled.
-PLI_API void pli_body_disable_rigid_face_contacts(pli_body* body);
+PLI_API pli_status pli_body_disable_rigid_face_contacts(pli_body* body);
 
 /// A face, or a link, that touches a rigid body or comes near it.
 typedef struct pli_rigid_face_contact {
@@ -121,7 +121,7 @@ PLI_API pli_soft_contacts_def pli_soft_contacts_def_default(void);
 PLI_API pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def);
 
 /// Ends contacts with other soft bodies, also those of the step in progress. Nothing when not enabled.
-PLI_API void pli_body_disable_soft_contacts(pli_body* body);
+PLI_API pli_status pli_body_disable_soft_contacts(pli_body* body);
 
 /// A node that touches a face of another soft body.
 typedef struct pli_soft_contact {

@@ -57,7 +57,7 @@ PLI_API pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def)
 PLI_API pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind);
 
 /// Ends aerodynamics. Nothing when not enabled.
-PLI_API void pli_body_disable_aero(pli_body* body);
+PLI_API pli_status pli_body_disable_aero(pli_body* body);
 
 /// Gas inside a closed surface, or another amount of it: each node gets normal * area * coefficient / |volume|. No
 /// force while the volume is zero (Bullet divides by it).
@@ -66,7 +66,7 @@ PLI_API void pli_body_disable_aero(pli_body* body);
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
 
 /// Lets the gas out. Nothing when not enabled.
-PLI_API void pli_body_disable_pressure(pli_body* body);
+PLI_API pli_status pli_body_disable_pressure(pli_body* body);
 
 /// A force towards the rest volume: each node gets normal * area * (rest volume - volume) * coefficient, cut to twice
 /// what would bring the volume back within the step. The rest volume is that at the first call; later calls change the
@@ -76,7 +76,7 @@ PLI_API void pli_body_disable_pressure(pli_body* body);
 PLI_API pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient);
 
 /// Ends conservation of volume, and forgets the rest volume. Nothing when not enabled.
-PLI_API void pli_body_disable_volume_conservation(pli_body* body);
+PLI_API pli_status pli_body_disable_volume_conservation(pli_body* body);
 
 #ifdef __cplusplus
 }

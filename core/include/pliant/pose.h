@@ -19,7 +19,7 @@ extern "C" {
 PLI_API pli_status pli_body_enable_pose_matching(pli_body* body, float matching);
 
 /// Ends pose matching, and forgets the rest shape. Nothing when not enabled.
-PLI_API void pli_body_disable_pose_matching(pli_body* body);
+PLI_API pli_status pli_body_disable_pose_matching(pli_body* body);
 
 /// Rotation and centre of mass (m) of the best fit in the last step.
 /// @return PLI_ERROR_WRONG_STATE when pose matching is not enabled
