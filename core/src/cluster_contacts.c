@@ -210,7 +210,6 @@ pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
 
 static pli_status cluster_contacts_check_def(pli_context* context, const pli_cluster_contacts_def* def,
                                              const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_cluster_contacts_def_default()");
     }
@@ -236,13 +235,14 @@ static pli_status cluster_contacts_check_def(pli_context* context, const pli_clu
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(cluster_contacts_check_def(body->context, def, __func__));
+    const pli_cluster_contacts_def used = def != NULL ? *def : pli_cluster_contacts_def_default();
+    PLII_TRY(cluster_contacts_check_def(body->context, &used, __func__));
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     void* data = NULL;
     const pli_status status = plii_feature_enable(body, &plii_cluster_contacts_class, &data);
     if (status == PLI_OK) {
-        ((plii_cluster_contacts*)data)->def = *def;
+        ((plii_cluster_contacts*)data)->def = used;
     } else if (!had_clusters) {
         (void)pli_body_disable_clusters(body);
     }

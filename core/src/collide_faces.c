@@ -661,7 +661,6 @@ static const plii_feature_class soft_contacts_class = {
 
 static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_contacts_def* def,
                                           const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_soft_contacts_def_default()");
     }
@@ -694,17 +693,18 @@ static pli_status soft_contacts_allocate_boxes(pli_body* body, soft_contacts_sta
 
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(soft_contacts_check_def(body->context, def, __func__));
+    const pli_soft_contacts_def used = def != NULL ? *def : pli_soft_contacts_def_default();
+    PLII_TRY(soft_contacts_check_def(body->context, &used, __func__));
     const bool was_enabled = plii_feature_state(body, &soft_contacts_class) != NULL;
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &soft_contacts_class, &data));
     soft_contacts_state* state = data;
-    if (def->bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
+    if (used.bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
         if (!was_enabled) { plii_feature_disable(body, &soft_contacts_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
     }
-    if (!def->bullet_boxes) { soft_contacts_release_boxes(body, state); }
-    state->def = *def;
+    if (!used.bullet_boxes) { soft_contacts_release_boxes(body, state); }
+    state->def = used;
     return PLI_OK;
 }
 

@@ -418,7 +418,6 @@ static const plii_feature_class rigid_contacts_last_class = {
 
 static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,
                                            const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function,
                          "def was not made by pli_rigid_contacts_def_default");
@@ -444,18 +443,19 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(rigid_contacts_check_def(body->context, def, __func__));
+    const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
+    PLII_TRY(rigid_contacts_check_def(body->context, &used, __func__));
     const bool was_enabled = plii_feature_is_enabled(body, &rigid_contacts_class);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
-    if (def->after_links) {
+    if (used.after_links) {
         const pli_status status = plii_feature_enable(body, &rigid_contacts_last_class, NULL);
         if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &rigid_contacts_class); }
         PLII_TRY(status);
     } else {
         plii_feature_disable(body, &rigid_contacts_last_class);
     }
-    ((rigid_contacts_state*)state)->def = *def;
+    ((rigid_contacts_state*)state)->def = used;
     return PLI_OK;
 }
 

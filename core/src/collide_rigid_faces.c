@@ -474,7 +474,6 @@ static pli_status rigid_faces_check_hardness(pli_context* context, float hardnes
 
 static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_face_contacts_def* def,
                                         const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_face_contacts_def_default()");
     }
@@ -492,10 +491,11 @@ static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_fa
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(rigid_faces_check_def(body->context, def, __func__));
+    const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
+    PLII_TRY(rigid_faces_check_def(body->context, &used, __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_faces_class, &state));
-    ((plii_rigid_faces*)state)->def = *def;
+    ((plii_rigid_faces*)state)->def = used;
     return PLI_OK;
 }
 

@@ -633,20 +633,20 @@ pli_self_faces_def pli_self_faces_def_default(void) {
 
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
+    const pli_self_faces_def used = def != NULL ? *def : pli_self_faces_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_faces_def_default()");
     }
-    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", __func__));
-    PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", __func__));
-    PLII_TRY(plii_self_check_value(body, def->max_travel, 0.0f, PLI_MAX_COORDINATE, false, "max_travel", __func__));
+    PLII_TRY(plii_self_check_value(body, used.thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", __func__));
+    PLII_TRY(plii_self_check_value(body, used.friction, 0.0f, 1.0f, false, "friction", __func__));
+    PLII_TRY(plii_self_check_value(body, used.max_travel, 0.0f, PLI_MAX_COORDINATE, false, "max_travel", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_faces_class, &data));
     self_faces_state* state = data;
-    state->def = *def;
+    state->def = used;
     state->reach = 0.0f;
     return PLI_OK;
 }

@@ -146,16 +146,16 @@ pli_self_grids_def pli_self_grids_def_default(void) {
 
 pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
+    const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_grids_def_default()");
     }
-    PLII_TRY(plii_self_check_value(body, def->distance, 0.0f, PLI_MAX_COORDINATE, true, "distance", __func__));
-    PLII_TRY(plii_self_check_value(body, def->separation, 0.0f, 1.0f, true, "separation", __func__));
+    PLII_TRY(plii_self_check_value(body, used.distance, 0.0f, PLI_MAX_COORDINATE, true, "distance", __func__));
+    PLII_TRY(plii_self_check_value(body, used.separation, 0.0f, 1.0f, true, "separation", __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_grids_class, &data));
     self_grids_state* state = data;
-    state->def = *def;
+    state->def = used;
     return PLI_OK;
 }
 

@@ -365,7 +365,6 @@ pli_self_collision_def pli_self_collision_def_default(void) {
 }
 
 static pli_status self_nodes_check(const pli_body* body, const pli_self_collision_def* def, const char* function) {
-    if (def == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(body->context, PLI_ERROR_INVALID_DEF, function, "start from pli_self_collision_def_default()");
     }
@@ -377,11 +376,12 @@ static pli_status self_nodes_check(const pli_body* body, const pli_self_collisio
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(self_nodes_check(body, def, __func__));
+    const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
+    PLII_TRY(self_nodes_check(body, &used, __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
     self_nodes_state* state = data;
-    state->def = *def;
+    state->def = used;
     return PLI_OK;
 }
 

@@ -245,7 +245,6 @@ pli_aero_def pli_aero_def_default(void) {
 }
 
 static pli_status aero_check(pli_context* context, const pli_aero_def* def, const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_aero_def_default");
     }
@@ -273,19 +272,20 @@ static pli_status aero_check(pli_context* context, const pli_aero_def* def, cons
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(aero_check(body->context, def, __func__));
+    const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
+    PLII_TRY(aero_check(body->context, &used, __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
     }
-    const bool on_faces = (int)def->model >= (int)PLI_AERO_FACE_TWO_SIDED;
+    const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
     plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
     aero_state* aero = state;
-    aero->model = def->model;
-    aero->lift = def->lift;
-    aero->drag = def->drag;
-    aero->wind = def->wind;
+    aero->model = used.model;
+    aero->lift = used.lift;
+    aero->drag = used.drag;
+    aero->wind = used.wind;
     return PLI_OK;
 }
 

@@ -102,8 +102,8 @@ static pli_bounds sampled_mesh_bounds(const void* user) {
 
 static pli_status sampled_mesh_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
                                      const int* triangles, const pli_sampled_mesh_def* def, const char* function) {
-    if (points == NULL || triangles == NULL || def == NULL) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points, triangles or def is null");
+    if (points == NULL || triangles == NULL) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
     }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_sampled_mesh_def_default");
@@ -218,10 +218,11 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
                                          int triangle_count, const int* triangles, const pli_sampled_mesh_def* def,
                                          pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    PLII_TRY(sampled_mesh_check(context, point_count, points, triangle_count, triangles, def, __func__));
+    const pli_sampled_mesh_def used = def != NULL ? *def : pli_sampled_mesh_def_default();
+    PLII_TRY(sampled_mesh_check(context, point_count, points, triangle_count, triangles, &used, __func__));
     sampled_mesh mesh = {.context = context};
     const pli_bounds bounds = sampled_mesh_used_bounds(points, triangle_count, triangles);
-    PLII_TRY(sampled_mesh_place(&mesh, bounds, def, __func__));
+    PLII_TRY(sampled_mesh_place(&mesh, bounds, &used, __func__));
     pli_status status = sampled_mesh_sample(&mesh, points, triangle_count, triangles, __func__);
     if (status == PLI_OK) {
         pli_shape_def shape_def = pli_shape_def_default();

@@ -426,7 +426,6 @@ pli_implicit_def pli_implicit_def_default(void) {
 }
 
 static pli_status implicit_check(pli_context* context, const pli_implicit_def* def, const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_implicit_def_default()");
     }
@@ -463,20 +462,21 @@ static pli_status implicit_check(pli_context* context, const pli_implicit_def* d
 
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(implicit_check(body->context, def, __func__));
+    const pli_implicit_def used = def != NULL ? *def : pli_implicit_def_default();
+    PLII_TRY(implicit_check(body->context, &used, __func__));
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &implicit_class, &data));
     implicit_state* state = data;
-    if (def->method == PLI_IMPLICIT_CONJUGATE_GRADIENT && state->vectors[IMPLICIT_VECTORS] == NULL) {
+    if (used.method == PLI_IMPLICIT_CONJUGATE_GRADIENT && state->vectors[IMPLICIT_VECTORS] == NULL) {
         state->vectors[IMPLICIT_VECTORS] = plii_allocate(body->context, implicit_vector_size(body->node_count));
         if (state->vectors[IMPLICIT_VECTORS] == NULL) {
             if (is_new) { plii_feature_disable(body, &implicit_class); }
             return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
         }
     }
-    if (def->method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+    if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
         plii_release(body->context, state->vectors[IMPLICIT_VECTORS], implicit_vector_size(body->node_count));
         state->vectors[IMPLICIT_VECTORS] = NULL;
     }
@@ -484,7 +484,7 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
         plii_feature_disable(body, &plii_links_class);
     }
-    state->def = *def;
+    state->def = used;
     state->spectral_radius = 0.0;
     return PLI_OK;
 }

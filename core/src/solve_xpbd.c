@@ -409,7 +409,6 @@ pli_xpbd_def pli_xpbd_def_default(void) {
 }
 
 static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_xpbd_def_default()");
     }
@@ -422,7 +421,8 @@ static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, cons
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(xpbd_check(body->context, def, __func__));
+    const pli_xpbd_def used = def != NULL ? *def : pli_xpbd_def_default();
+    PLII_TRY(xpbd_check(body->context, &used, __func__));
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
     void* data = NULL;
@@ -432,7 +432,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
         plii_feature_disable(body, &plii_links_class);
     }
-    state->def = *def;
+    state->def = used;
     return PLI_OK;
 }
 

@@ -286,19 +286,19 @@ pli_tethers_def pli_tethers_def_default(void) {
 
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
+    const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_tethers_def_default()");
     }
-    if (!plii_is_finite(def->slack)) { return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "slack is not finite"); }
-    if (def->slack < 0.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "slack %g is negative", (double)def->slack);
+    if (!plii_is_finite(used.slack)) { return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "slack is not finite"); }
+    if (used.slack < 0.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "slack %g is negative", (double)used.slack);
     }
-    PLII_TRY(plii_check_within(body->context, def->slack, PLI_MAX_FACTOR, "slack", __func__));
+    PLII_TRY(plii_check_within(body->context, used.slack, PLI_MAX_FACTOR, "slack", __func__));
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &tether_class, &data));
     tether_state* state = data;
-    state->def = *def;
+    state->def = used;
     tether_measure(body, state);
     return PLI_OK;
 }

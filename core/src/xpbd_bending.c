@@ -274,18 +274,18 @@ pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
 
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
+    const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_bending_def_default()");
     }
-    PLII_TRY(plii_xpbd_check_value(body, def->compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->damping, PLI_MAX_COEFFICIENT, "damping", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, used.damping, PLI_MAX_COEFFICIENT, "damping", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "bending is between faces, the body has none");
     }
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_bending_kind, __func__, &state));
-    ((xpbd_bending_state*)state)->def = *def;
+    ((xpbd_bending_state*)state)->def = used;
     return PLI_OK;
 }
 

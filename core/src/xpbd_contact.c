@@ -8,7 +8,6 @@ pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void) {
 }
 
 pli_status plii_xpbd_check_contacts_def(const pli_body* body, const pli_xpbd_contacts_def* def, const char* function) {
-    if (def == NULL) { return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
     if (def->cookie != PLII_DEF_COOKIE) {
         return plii_fail(body->context, PLI_ERROR_INVALID_DEF, function, "start from pli_xpbd_contacts_def_default()");
     }

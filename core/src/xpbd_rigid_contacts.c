@@ -192,10 +192,11 @@ static const plii_xpbd_kind xpbd_rigid_contacts_kind = {
 
 pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_contacts_def(body, def, __func__));
+    const pli_xpbd_contacts_def used = def != NULL ? *def : pli_xpbd_contacts_def_default();
+    PLII_TRY(plii_xpbd_check_contacts_def(body, &used, __func__));
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_rigid_contacts_kind, __func__, &state));
-    ((xpbd_rigid_contacts_state*)state)->def = *def;
+    ((xpbd_rigid_contacts_state*)state)->def = used;
     return PLI_OK;
 }
 

@@ -737,7 +737,6 @@ static void test_face_contacts_refuse_bad_input(void** state) {
     const pli_rigid_face_contacts_def good = pli_rigid_face_contacts_def_default();
     pli_rigid_face_contacts_def def = good;
     assert_int_equal(pli_body_enable_rigid_face_contacts(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
-    assert_int_equal(pli_body_enable_rigid_face_contacts(cloth, NULL), PLI_ERROR_NULL_ARGUMENT);
     def.cookie = 0;
     check_refused(f, cloth, def, PLI_ERROR_INVALID_DEF, "pli_rigid_face_contacts_def_default");
     def = good;

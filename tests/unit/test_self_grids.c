@@ -148,7 +148,6 @@ static void test_cut_and_misuse(void** data) {
     pli_mesh* mesh = self_sheet_mesh(scene->context, 8, 0.1f, pli_vec3_make(0, 1, 0), false);
     pli_body* body = self_make_body(scene, mesh, 0.01f, 0);
     pli_self_grids_def def = {0};
-    assert_int_equal(pli_body_enable_self_grids(body, NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_body_enable_self_grids(body, &def), PLI_ERROR_INVALID_DEF);
     def = make_def(NAN, 0.5f);
     assert_int_equal(pli_body_enable_self_grids(body, &def), PLI_ERROR_NOT_FINITE);

@@ -16,6 +16,13 @@
 ///
 /// Calls without a status give zero, NULL or whatever is neutral instead.
 ///
+/// Definitions. What has more than one number is told by a definition: a struct that its `_default` function fills, of
+/// which only what differs is set, and which is copied. Calls that enable something, and others that say so, take NULL
+/// for the defaults.
+///
+/// Features. pli_body_enable_x turns something on, or changes it when it is on; pli_body_disable_x turns it off, and
+/// does nothing when it is off. Both return a status, and both cost nothing later for what is off.
+///
 /// Callbacks. The library calls hooks and callbacks of the user from the middle of its work: those of a context, a
 /// profile function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that
 /// only read may be made; what would change, make or destroy anything in the context of the caller is refused with

@@ -32,7 +32,7 @@ PLI_API pli_rigid_contacts_def pli_rigid_contacts_def_default(void);
 
 /// Keeps nodes out of the shapes of rigid bodies, by signed distances, both ways; or changes how. Under XPBD
 /// pli_body_enable_xpbd_rigid_contacts solves what this finds. Bullet name: SDF_RS
-/// @param def copied
+/// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def);
 
 /// Ends contacts of nodes with rigid bodies, also those of the step in progress. Nothing when not enabled.
@@ -74,7 +74,7 @@ PLI_API pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void);
 /// Use it beside pli_body_enable_rigid_contacts, which takes care of planes and sampled meshes, and brings nodes out of
 /// triangle meshes that are inside. Faces with a node that is anchored to the rigid body are left out, and drift
 /// iterations are not watched. See pli_rigid_was_held_back.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def);
 
 /// Ends contacts of faces with rigid bodies, also those of the step in progress. Nothing when not enabled.
@@ -117,7 +117,7 @@ PLI_API pli_soft_contacts_def pli_soft_contacts_def_default(void);
 
 /// Keeps nodes of this body away from the faces of other bodies that have this enabled too, both ways; or changes how.
 /// Under XPBD pli_body_enable_xpbd_soft_contacts solves what this finds. Bullet name: VF_SS
-/// @param def copied
+/// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def);
 
 /// Ends contacts with other soft bodies, also those of the step in progress. Nothing when not enabled.

@@ -47,7 +47,7 @@ typedef struct pli_aero_def {
 PLI_API pli_aero_def pli_aero_def_default(void);
 
 /// Lets air act on a body, or changes how. Bullet: addAeroForceToNode, addAeroForceToFace
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def);
 

@@ -54,7 +54,7 @@ PLI_API pli_implicit_def pli_implicit_def_default(void);
 /// Steps the body with this solver, or changes its settings. Forces, anchors, contacts and pose matching stay in use;
 /// anchors and contacts of nodes with rigid bodies are solved with the springs, both ways. Of pli_solver_settings
 /// position_iterations (for everything else), velocity_damping and time_scale stay in use.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def);
 

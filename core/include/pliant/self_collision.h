@@ -42,7 +42,7 @@ PLI_API pli_self_collision_def pli_self_collision_def_default(void);
 /// enabled. Distances at rest are those of the present shape when first enabled; nodes that a cut adds lie where it
 /// parts the shape at rest. Source: Teschner and others, "Optimized Spatial Hashing for Collision Detection of
 /// Deformable Objects"
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 72 B per node, about 50 B per node for the table, 16 B per link, 8 B per pair in reach and as much per pair
 /// under XPBD.
@@ -82,7 +82,7 @@ PLI_API pli_self_grids_def pli_self_grids_def_default(void);
 /// put apart, and what brings them nearer is taken from their velocities. Shapes at rest with unlinked nodes nearer
 /// than that swell. Enable, or change when enabled. Source: Kang, "Efficient Methods for Cloth Animation and Collision
 /// Handling"
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 12 B per node, about 50 B per node for the table, 16 B per link.
 PLI_API pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def);
@@ -121,7 +121,7 @@ PLI_API pli_self_faces_def pli_self_faces_def_default(void);
 /// that the caller places, or that are pinned and moved, may still cross. What crosses at the start stays crossed.
 /// Enable, or change when enabled. Take a thickness well below the length of edges: pairs that are nearer than that at
 /// rest are solved all the time.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 56 B per node, 24 B per face, 80 B per pair in reach.
 PLI_API pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def);

@@ -113,7 +113,7 @@ PLI_API pli_sampled_mesh_def pli_sampled_mesh_def_default(void);
 /// is a lower bound, up to the error of interpolation; let `padding` be the largest collision margin at least.
 /// @param points    [point_count]
 /// @param triangles [3 * triangle_count] indices of points
-/// @param def       copied
+/// @param def       NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH when the triangles enclose nothing, PLI_ERROR_INDEX_OUT_OF_RANGE (triangles),
 ///         PLI_ERROR_INVALID_VALUE also when the cells are too small or the grid would need more than
 ///         PLI_SAMPLED_MESH_MAX_SAMPLES

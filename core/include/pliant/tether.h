@@ -27,7 +27,7 @@ PLI_API pli_tethers_def pli_tethers_def_default(void);
 /// since. A rigid body that can move and is anchored to a node is held where the anchor is. The implicit solver
 /// knows the weight of rigid bodies by itself: under it a body that they are anchored to has no tethers. Enable, or
 /// measure anew and change when enabled; cuts and changes of rest lengths are followed.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 8 B per node; a distance per node and iteration or substep.
 PLI_API pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def);

@@ -24,7 +24,7 @@ PLI_API pli_xpbd_def pli_xpbd_def_default(void);
 
 /// Steps the body with this solver, or changes its settings. Forces stay in use; of pli_solver_settings so do
 /// velocity_damping and time_scale. Everything else comes with the constraints below.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def);
 
@@ -71,7 +71,7 @@ PLI_API pli_xpbd_bending_def pli_xpbd_bending_def_default(void);
 
 /// Keeps the angles between faces with a common edge, or changes how. Rest angles are the present ones when first
 /// enabled; a cut or refined body takes them anew.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def);
 
@@ -121,7 +121,7 @@ typedef struct pli_xpbd_contacts_def {
 PLI_API pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void);
 
 /// Solves the contacts that pli_body_enable_rigid_contacts finds, both ways, or changes how.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
 
@@ -131,7 +131,7 @@ PLI_API pli_status pli_body_disable_xpbd_rigid_contacts(pli_body* body);
 
 /// Solves the contacts of this body's nodes with the faces of others that pli_body_enable_soft_contacts finds, both
 /// ways, or changes how.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_soft_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
 
