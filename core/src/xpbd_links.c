@@ -264,7 +264,8 @@ pli_xpbd_links_def pli_xpbd_links_def_default(void) {
 
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
+    const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
+    if (def == NULL) { def = &defaults; }
     if (def->cookie != PLII_DEF_COOKIE) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_links_def_default()");
     }

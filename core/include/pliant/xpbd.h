@@ -50,7 +50,7 @@ typedef struct pli_xpbd_links_def {
 PLI_API pli_xpbd_links_def pli_xpbd_links_def_default(void);
 
 /// Keeps links at their rest lengths, or changes how.
-/// @param def copied
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
 PLI_API pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def);
 
