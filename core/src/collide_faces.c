@@ -758,7 +758,7 @@ pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxe
     const bool has_faces = state != NULL && state->node_boxes != NULL;
     if (!has_faces && body->node_boxes == NULL) {
         return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE,
-                         "neither soft contacts with bullet_boxes nor pli_body_use_bullet_node_boxes are enabled");
+                         "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
     }
     const int face_count = has_faces ? body->topology->face_count : 0;
     PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));

@@ -67,11 +67,13 @@ static const plii_feature_class node_boxes_class = {
     .topology_commit = node_boxes_topology_commit,
 };
 
-pli_status pli_body_use_bullet_node_boxes(pli_body* body, bool use) {
+pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (!use) {
-        plii_feature_disable(body, &node_boxes_class);
-        return PLI_OK;
-    }
     return plii_feature_enable(body, &node_boxes_class, NULL);
+}
+
+pli_status pli_body_disable_bullet_node_boxes(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &node_boxes_class);
+    return PLI_OK;
 }

@@ -89,11 +89,13 @@ static const plii_feature_class step_smoothing_class = {
     .topology_commit = step_smoothing_topology_commit,
 };
 
-pli_status pli_body_use_step_smoothing(pli_body* body, bool use) {
+pli_status pli_body_enable_step_smoothing(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (!use) {
-        plii_feature_disable(body, &step_smoothing_class);
-        return PLI_OK;
-    }
     return plii_feature_enable(body, &step_smoothing_class, NULL);
+}
+
+pli_status pli_body_disable_step_smoothing(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &step_smoothing_class);
+    return PLI_OK;
 }

@@ -55,7 +55,11 @@ void calls_set_up_body(calls* c) {
         BODY_CALL(c, chosen, pli_body_set_node_mass(body, node, bytes_float(&c->bytes, 0.0f, 3.0f)));
         break;
     case 5:
-        BODY_CALL(c, chosen, pli_body_use_step_smoothing(body, bytes_flag(&c->bytes)));
+        if (bytes_flag(&c->bytes)) {
+            BODY_CALL(c, chosen, pli_body_enable_step_smoothing(body));
+        } else {
+            BODY_CALL(c, chosen, pli_body_disable_step_smoothing(body));
+        }
         break;
     case 6:
         BODY_CALL(c, chosen, pli_body_use_velocity_links(body, bytes_flag(&c->bytes)));

@@ -27,7 +27,8 @@ static void change_rigid_contacts(calls* c, pli_body* body, calls_context* home)
         def.static_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         const int flags = bytes_next(&c->bytes);
         def.after_links = (flags & 1) != 0;
-        if ((flags & 6) == 6) { CALL(c, home, pli_body_use_bullet_node_boxes(body, (flags & 8) != 0)); }
+        if ((flags & 14) == 14) { TURN(pli_body_enable_bullet_node_boxes(body)); }
+        if ((flags & 14) == 6) { TURN(pli_body_disable_bullet_node_boxes(body)); }
     }
     TURN(pli_body_enable_rigid_contacts(body, &def));
 }

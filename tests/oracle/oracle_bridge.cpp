@@ -375,7 +375,7 @@ static void test_a_sheet_on_cylinders_with_wrong_bounds(void**) {
         pair.add_mesh(sheet_for(pair, 3, 0.9f, 17), 0.25f, 2);
         const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
         assert_int_equal(pli_body_enable_rigid_contacts(pair.body, &contacts), PLI_OK);
-        assert_int_equal(pli_body_use_bullet_node_boxes(pair.body, true), PLI_OK);
+        assert_int_equal(pli_body_enable_bullet_node_boxes(pair.body), PLI_OK);
         check_static(pair, 80, 100);
     }
 }

@@ -129,7 +129,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_add_node_force, BODY, CHANGES, CALL_STATUS(pli_body_add_node_force(h->body, 0, call_point)))            \
     X(pli_body_add_force, BODY, CHANGES, CALL_STATUS(pli_body_add_force(h->body, call_point)))                         \
     X(pli_body_add_velocity, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_add_velocity(h->body, call_point)))              \
-    X(pli_body_use_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_step_smoothing(h->body, true)))        \
+    X(pli_body_enable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_step_smoothing(h->body)))        \
+    X(pli_body_disable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_step_smoothing(h->body)))      \
     X(pli_body_use_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_velocity_links(h->body, true)))        \
     X(pli_body_use_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_colored_links(h->body, true)))          \
     X(pli_body_is_frozen, BODY, READS, CALL_VALUE(!pli_body_is_frozen(h->body)))                                       \
@@ -183,7 +184,9 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_get_soft_contacts, BODY, READS, CALL_VALUE(pli_body_get_soft_contacts(h->body, 0, NULL) == 0))          \
     X(pli_body_reorder_soft_contacts, BODY, CHANGES,                                                                   \
       CALL_STATUS(pli_body_reorder_soft_contacts(h->body, call_indices, 1)))                                           \
-    X(pli_body_use_bullet_node_boxes, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_bullet_node_boxes(h->body, true)))  \
+    X(pli_body_enable_bullet_node_boxes, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_bullet_node_boxes(h->body)))  \
+    X(pli_body_disable_bullet_node_boxes, BODY, CHANGES_IDLE,                                                          \
+      CALL_STATUS(pli_body_disable_bullet_node_boxes(h->body)))                                                        \
     X(pli_body_set_bullet_boxes, BODY, CHANGES, CALL_STATUS(pli_body_set_bullet_boxes(h->body, h->boxes, h->boxes)))   \
     X(pli_body_refine, BODY, CHANGES_IDLE, CALL_STATUS(call_refine(h)))                                                \
     X(pli_body_cut_link, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_cut_link(h->body, 0, 1, 0.5f)))                      \

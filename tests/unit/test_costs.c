@@ -214,10 +214,7 @@ static void use_tethers(pli_body* body) {
 }
 
 static void use_step_smoothing(pli_body* body) {
-    assert_int_equal(pli_body_use_step_smoothing(body, true), PLI_OK);
-}
-static pli_status disable_step_smoothing(pli_body* body) {
-    return pli_body_use_step_smoothing(body, false);
+    assert_int_equal(pli_body_enable_step_smoothing(body), PLI_OK);
 }
 
 typedef struct feature_switch {
@@ -237,7 +234,7 @@ static const feature_switch switches[] = {
     {use_soft_contacts, pli_body_disable_soft_contacts},
     {use_self_collision, pli_body_disable_self_collision},
     {use_tethers, pli_body_disable_tethers},
-    {use_step_smoothing, disable_step_smoothing},
+    {use_step_smoothing, pli_body_disable_step_smoothing},
 };
 
 static const int switch_count = (int)(sizeof switches / sizeof *switches);

@@ -260,7 +260,7 @@ static void run_velocity_links(trial* t) {
     settings.position_iterations = 0;
     TRIAL_CALL(t, pli_body_set_solver_settings(sheet, &settings));
     TRIAL_CALL(t, pli_body_use_velocity_links(sheet, true));
-    TRIAL_CALL(t, pli_body_use_step_smoothing(sheet, true));
+    TRIAL_CALL(t, pli_body_enable_step_smoothing(sheet));
     trial_steps(t, 4);
     TRIAL_CALL(t, pli_body_use_velocity_links(sheet, false));
     trial_steps(t, 2);
@@ -574,7 +574,7 @@ static void run_cuts(trial* t) {
     pli_body* body = add_cut_sheet(t, CUT_NODES, true);
     pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f), pli_vec3_make(0.5f, 1.2f, 0.5f));
     TRIAL_CALL(t, pli_body_use_colored_links(body, true));
-    TRIAL_CALL(t, pli_body_use_step_smoothing(body, true));
+    TRIAL_CALL(t, pli_body_enable_step_smoothing(body));
     TRIAL_CALL(t, pli_body_enable_pose_matching(body, 0.1f));
     enable_aero(t, body, PLI_AERO_VERTEX_TWO_SIDED);
     enable_tethers(t, body);

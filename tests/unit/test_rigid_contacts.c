@@ -417,7 +417,7 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
     pli_bounds boxes[3] = {{{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}, {{-2, -2, -2}, {2, 2, 2}}};
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
     const size_t bytes = pli_body_bytes(kept);
-    assert_int_equal(pli_body_use_bullet_node_boxes(kept, true), PLI_OK);
+    assert_int_equal(pli_body_enable_bullet_node_boxes(kept), PLI_OK);
     assert_true(pli_body_bytes(kept) >= bytes + sizeof boxes);
     for (int i = 0; i < 3; ++i) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
@@ -428,7 +428,7 @@ static void test_rigid_contacts_by_kept_boxes(void** state) {
     }
     boxes[1].max.x = NAN;
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_NOT_FINITE);
-    assert_int_equal(pli_body_use_bullet_node_boxes(kept, false), PLI_OK);
+    assert_int_equal(pli_body_disable_bullet_node_boxes(kept), PLI_OK);
     assert_int_equal(pli_body_set_bullet_boxes(kept, boxes, NULL), PLI_ERROR_WRONG_STATE);
 }
 

@@ -59,7 +59,7 @@ static void test_step_smoothing_leaves_equal_steps_alone(void** state) {
         for (int k = 0; k < 2; ++k) {
             pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
             use_solver(sheet, (solver)which);
-            if (k == 1) { assert_int_equal(pli_body_use_step_smoothing(sheet, true), PLI_OK); }
+            if (k == 1) { assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK); }
             for (int i = 0; i < 20; ++i) {
                 assert_int_equal(pli_world_step(world, i < 10 ? 0.01f : 0.02f), PLI_OK); /* longer is as equal */
             }
@@ -75,7 +75,7 @@ static void test_step_smoothing_lets_bodies_fall(void** state) {
     for (int which = 0; which < SOLVER_COUNT; ++which) {
         pli_body* sheet = make_sheet(0);
         use_solver(sheet, (solver)which);
-        assert_int_equal(pli_body_use_step_smoothing(sheet, true), PLI_OK);
+        assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
         for (int i = 0; i < 20; ++i) {
             assert_int_equal(pli_world_step(world, i % 2 == 0 ? long_dt : short_dt), PLI_OK);
         }
@@ -88,7 +88,7 @@ static void test_step_smoothing_lets_bodies_fall(void** state) {
 static double most_energy(solver which, bool smooths, int shorts) {
     pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
     use_solver(sheet, which);
-    assert_int_equal(pli_body_use_step_smoothing(sheet, smooths), PLI_OK);
+    if (smooths) { assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK); }
     double most = -1e30;
     for (int i = 0; i < 300; ++i) {
         assert_int_equal(pli_world_step(world, i % (shorts + 1) == 0 ? long_dt : short_dt), PLI_OK);
@@ -111,22 +111,22 @@ static void test_step_smoothing_keeps_energy(void** state) {
 static void test_step_smoothing_follows_cuts(void** state) {
     (void)state;
     pli_body* sheet = make_sheet(PLI_PATCH_PIN_00);
-    assert_int_equal(pli_body_use_step_smoothing(sheet, true), PLI_OK);
+    assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_OK);
     const size_t bytes = pli_body_bytes(sheet);
     assert_int_equal(pli_world_step(world, long_dt), PLI_OK);
     assert_int_equal(pli_body_cut_link(sheet, 40, 41, 0.5f), PLI_OK);
     assert_true(pli_body_bytes(sheet) > bytes);
     assert_int_equal(pli_world_step(world, short_dt), PLI_OK);
-    assert_int_equal(pli_body_use_step_smoothing(sheet, false), PLI_OK);
+    assert_int_equal(pli_body_disable_step_smoothing(sheet), PLI_OK);
     assert_int_equal(pli_world_step(world, short_dt), PLI_OK);
 }
 
 static void test_step_smoothing_refuses_bad_input(void** state) {
     (void)state;
     pli_body* sheet = make_sheet(0);
-    assert_int_equal(pli_body_use_step_smoothing(NULL, true), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_enable_step_smoothing(NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_int_equal(pli_world_predict(world, long_dt), PLI_OK);
-    assert_int_equal(pli_body_use_step_smoothing(sheet, true), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_body_enable_step_smoothing(sheet), PLI_ERROR_WRONG_STATE);
     assert_int_equal(pli_world_solve(world), PLI_OK);
     assert_int_equal(pli_body_get_features(sheet, 0, NULL), 1);
 }

@@ -155,14 +155,18 @@ PLI_API pli_status pli_body_add_force(pli_body* body, pli_vec3 force);
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity);
 
-/// For steps of changing length, under each solver; default off. What a long step leaves of errors the short one after
+/// For steps of changing length, under each solver. What a long step leaves of errors the short one after
 /// it would put right as a speed of the error over its own length: 1/15 and 1/240 s in turn blow bodies up. With this a
 /// step that is shorter than one before changes velocities, about those of free flight, by as little as that one would:
 /// by its length over a reference, which is at least 0.75 of that of the step before. Equal steps are not changed. What
 /// rigid bodies get in such a step is not made smaller.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 12 B per node.
-PLI_API pli_status pli_body_use_step_smoothing(pli_body* body, bool use);
+PLI_API pli_status pli_body_enable_step_smoothing(pli_body* body);
+
+/// Lets steps change velocities as they are. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_disable_step_smoothing(pli_body* body);
 
 /// Solve links on velocities and in the drift solve instead of in the position solve (the default, and what `false`
 /// returns to). Needs velocity_iterations or drift_iterations > 0 to have an effect. Bullet name: setSolver(Velocities)

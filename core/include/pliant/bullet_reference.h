@@ -22,7 +22,8 @@ extern "C" {
 /// @return PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_mesh_interleave_links(pli_mesh* mesh);
 
-/// Changes the order in which contacts of nodes with rigid bodies are solved; results of Gauss-Seidel depend on it. Between collide and solve.
+/// Changes the order in which contacts of nodes with rigid bodies are solved; results of Gauss-Seidel depend on it.
+/// Between collide and solve.
 /// @param order [count] a permutation: the contact now at `order[i]` comes to place i
 /// @param count the number of contacts there are
 /// @return PLI_ERROR_WRONG_STATE when not between pli_world_predict and pli_world_solve, or not enabled,
@@ -41,13 +42,16 @@ PLI_API pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* 
 // --------------------------------------------------------------------------------------------------------- boxes
 
 /// Keeps Bullet's boxes of nodes from step to step, and meets rigid shapes with the nodes whose boxes they touch, so
-/// that the same contacts are found as by btSoftBody; default off: with all nodes that are near. Position-based solver
-/// only.
+/// that the same contacts are found as by btSoftBody. Position-based solver only.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 /// Cost: 24 B per node.
-PLI_API pli_status pli_body_use_bullet_node_boxes(pli_body* body, bool use);
+PLI_API pli_status pli_body_enable_bullet_node_boxes(pli_body* body);
 
-/// Replaces the stored boxes of `bullet_boxes` and of pli_body_use_bullet_node_boxes, to take them over from a
+/// Drops the boxes; rigid shapes meet all nodes that are near. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_disable_bullet_node_boxes(pli_body* body);
+
+/// Replaces the stored boxes of `bullet_boxes` and of pli_body_enable_bullet_node_boxes, to take them over from a
 /// btSoftBody before a step is compared.
 /// @param node_boxes [node_count]
 /// @param face_boxes [face_count]; NULL where only rigid contacts keep boxes

@@ -104,7 +104,7 @@ void enable_extras(Engine& engine, const StabilityCase& which, Column column) {
         });
     }
     if (which.smooths_steps) {
-        enable_for_all(engine, [](pli_body* body) { return pli_body_use_step_smoothing(body, true); });
+        enable_for_all(engine, [](pli_body* body) { return pli_body_enable_step_smoothing(body); });
     }
     if (is_tethered(which, column)) {
         enable_for_all(engine, [](pli_body* body) {
