@@ -132,7 +132,7 @@ pli_status apply_features(pli_body* body, const ImportedBody& from) {
         if (status == PLI_OK) { status = call(); }
     };
     if (from.uses_velocity_links) {
-        then([&] { return pli_body_use_velocity_links(body, true); });
+        then([&] { return pli_body_enable_velocity_links(body); });
     }
     if (from.has_aero) {
         then([&] { return pli_body_enable_aero(body, &from.aero); });

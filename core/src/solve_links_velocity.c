@@ -89,12 +89,19 @@ static const plii_feature_class velocity_links_class = {
     .topology_commit = velocity_links_topology_commit,
 };
 
-pli_status pli_body_use_velocity_links(pli_body* body, bool use) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    const plii_feature_class* enabled = use ? &velocity_links_class : &plii_links_class;
-    const plii_feature_class* disabled = use ? &plii_links_class : &velocity_links_class;
+static pli_status velocity_links_switch(pli_body* body, const plii_feature_class* enabled,
+                                        const plii_feature_class* disabled, const char* function) {
+    PLII_TRY(plii_check_body_idle(body, function));
+    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, function));
     PLII_TRY(plii_feature_enable(body, enabled, NULL));
     plii_feature_disable(body, disabled);
     return PLI_OK;
+}
+
+pli_status pli_body_enable_velocity_links(pli_body* body) {
+    return velocity_links_switch(body, &velocity_links_class, &plii_links_class, __func__);
+}
+
+pli_status pli_body_disable_velocity_links(pli_body* body) {
+    return velocity_links_switch(body, &plii_links_class, &velocity_links_class, __func__);
 }

@@ -109,7 +109,7 @@ void PliantEngine::sample_solids() {
 }
 
 void PliantEngine::enable_features(pli_body* body, const scene_soft_def& def) {
-    if (def.velocity_links) { check(pli_body_use_velocity_links(body, true)); }
+    if (def.velocity_links) { check(pli_body_enable_velocity_links(body)); }
     if (def.has_rigid_contacts) {
         check(pli_body_enable_rigid_contacts(body, &def.rigid_contacts));
         if (options_.reference) { check(pli_body_enable_bullet_node_boxes(body)); }

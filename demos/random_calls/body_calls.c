@@ -62,7 +62,11 @@ void calls_set_up_body(calls* c) {
         }
         break;
     case 6:
-        BODY_CALL(c, chosen, pli_body_use_velocity_links(body, bytes_flag(&c->bytes)));
+        if (bytes_flag(&c->bytes)) {
+            BODY_CALL(c, chosen, pli_body_enable_velocity_links(body));
+        } else {
+            BODY_CALL(c, chosen, pli_body_disable_velocity_links(body));
+        }
         break;
     case 7:
     case 8:

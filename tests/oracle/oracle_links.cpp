@@ -44,7 +44,7 @@ struct Pair {
         pli_body_def def = pli_body_def_default();
         def.solver = settings;
         assert_int_equal(pli_body_create(world, mesh, &def, &body), PLI_OK);
-        assert_int_equal(pli_body_use_velocity_links(body, velocity_links), PLI_OK);
+        if (velocity_links) { assert_int_equal(pli_body_enable_velocity_links(body), PLI_OK); }
 
         soft = twin::make_soft_body(info, mesh);
         soft->m_cfg.viterations = settings.velocity_iterations;

@@ -885,7 +885,7 @@ static void test_pressure_pose_and_velocity_links_follow(void** state) {
     assert_int_equal(pli_body_enable_pressure(body, 0.0f), PLI_OK);
     assert_int_equal(pli_body_enable_volume_conservation(body, 0.0f), PLI_OK);
     assert_int_equal(pli_body_enable_pose_matching(body, 0.5f), PLI_OK);
-    assert_int_equal(pli_body_use_velocity_links(body, true), PLI_OK);
+    assert_int_equal(pli_body_enable_velocity_links(body), PLI_OK);
     run(f, 5);
     float x = 0.13f;
     pli_refine_def refine_def = pli_refine_def_default();
@@ -983,7 +983,7 @@ static void test_lack_of_memory_changes_nothing(void** state) {
         enable_clusters(body, floor_rigid);
         assert_int_equal(pli_body_enable_pressure(body, 0.1f), PLI_OK);
         assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK);
-        assert_int_equal(pli_body_use_velocity_links(body, true), PLI_OK);
+        assert_int_equal(pli_body_enable_velocity_links(body), PLI_OK);
         run(&f, 3);
         const counts before = count_all(body);
         const long alive = allocator.alive;

@@ -530,7 +530,7 @@ static void enable_forces(pli_body* body) {
     }
     if (chance(0.2f)) { TRY(pli_body_enable_step_smoothing(body)); }
     if (chance(0.2f)) { TRY(pli_body_use_colored_links(body, true)); }
-    if (chance(0.1f)) { TRY(pli_body_use_velocity_links(body, true)); }
+    if (chance(0.1f)) { TRY(pli_body_enable_velocity_links(body)); }
 }
 
 static void enable_clusters(pli_body* body) {

@@ -736,7 +736,7 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     check_body_refused(body, &good, PLI_ERROR_WRONG_STATE, "between predict and solve");
     assert_int_equal(pli_world_solve(world), PLI_OK);
     assert_int_equal(pli_body_enable_implicit(body, &good), PLI_OK);
-    assert_int_equal(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_body_enable_velocity_links(body), PLI_ERROR_WRONG_STATE);
     assert_non_null(strstr(pli_last_error(context), "implicit solver"));
     assert_int_equal(pli_world_predict(world, 0.01f), PLI_OK);
     assert_int_equal(pli_body_disable_implicit(body), PLI_ERROR_WRONG_STATE);

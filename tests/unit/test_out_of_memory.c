@@ -259,10 +259,10 @@ static void run_velocity_links(trial* t) {
     settings.velocity_iterations = settings.drift_iterations = 2;
     settings.position_iterations = 0;
     TRIAL_CALL(t, pli_body_set_solver_settings(sheet, &settings));
-    TRIAL_CALL(t, pli_body_use_velocity_links(sheet, true));
+    TRIAL_CALL(t, pli_body_enable_velocity_links(sheet));
     TRIAL_CALL(t, pli_body_enable_step_smoothing(sheet));
     trial_steps(t, 4);
-    TRIAL_CALL(t, pli_body_use_velocity_links(sheet, false));
+    TRIAL_CALL(t, pli_body_disable_velocity_links(sheet));
     trial_steps(t, 2);
 }
 

@@ -189,7 +189,7 @@ static void test_tethers_pull_back_slowly(void** state) {
             const pli_xpbd_def def = pli_xpbd_def_default();
             assert_int_equal(pli_body_enable_xpbd(rope, &def), PLI_OK);
         } else {
-            assert_int_equal(pli_body_use_velocity_links(rope, true), PLI_OK); /* none on positions */
+            assert_int_equal(pli_body_enable_velocity_links(rope), PLI_OK); /* none on positions */
         }
         tether(rope, 0);
         assert_int_equal(pli_body_set_node_position(rope, 9, pli_vec3_make(4, 0, 0)), PLI_OK);

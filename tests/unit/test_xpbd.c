@@ -730,7 +730,7 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     CHECK_OK(pli_body_disable_implicit(body));
     CHECK_OK(pli_body_enable_xpbd(body, &good));
     check_body_refused(pli_body_enable_implicit(body, &implicit), PLI_ERROR_WRONG_STATE, "XPBD solver");
-    check_body_refused(pli_body_use_velocity_links(body, true), PLI_ERROR_WRONG_STATE, "XPBD solver");
+    check_body_refused(pli_body_enable_velocity_links(body), PLI_ERROR_WRONG_STATE, "XPBD solver");
 
     bad_links.compliance = -1.0f;
     check_body_refused(pli_body_enable_xpbd_links(body, &bad_links), PLI_ERROR_INVALID_VALUE, "compliance is -1");

@@ -17,7 +17,7 @@ typedef struct pli_body pli_body;
 
 /// How the position-based solver runs.
 typedef struct pli_solver_settings {
-    int velocity_iterations; ///< >= 0, default 0; see pli_body_use_velocity_links. Bullet name: viterations
+    int velocity_iterations; ///< >= 0, default 0; see pli_body_enable_velocity_links. Bullet name: viterations
     int position_iterations; ///< >= 0, default 1; anchors, contacts, links. Bullet name: piterations
     int drift_iterations;    ///< >= 0, default 0; Bullet name: diterations
     float drift_correction;  ///< default 1, up to PLI_MAX_FACTOR of either sign: share of the drift solve that enters
@@ -168,11 +168,15 @@ PLI_API pli_status pli_body_enable_step_smoothing(pli_body* body);
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_step_smoothing(pli_body* body);
 
-/// Solve links on velocities and in the drift solve instead of in the position solve (the default, and what `false`
-/// returns to). Needs velocity_iterations or drift_iterations > 0 to have an effect. Bullet name: setSolver(Velocities)
-/// @return PLI_ERROR_WRONG_STATE also when the body has another solver than the position-based one, and while
-///         stepping
-PLI_API pli_status pli_body_use_velocity_links(pli_body* body, bool use);
+/// Solves links on velocities and in the drift solve instead of in the position solve. Needs velocity_iterations or
+/// drift_iterations > 0 to have an effect. Bullet name: setSolver(Velocities)
+/// @return PLI_ERROR_WRONG_STATE also when the body has another solver than the position-based one, and while stepping
+/// Cost: 16 B per link.
+PLI_API pli_status pli_body_enable_velocity_links(pli_body* body);
+
+/// Returns to links in the position solve, the default. Bullet name: setSolver(Positions)
+/// @return as pli_body_enable_velocity_links
+PLI_API pli_status pli_body_disable_velocity_links(pli_body* body);
 
 /// Solve links in an order of the library's own, colour by colour, several at once: many times faster than in the order
 /// of the mesh (the default, and what `false` returns to). Link indices stay those of the mesh. Results differ from
@@ -180,7 +184,7 @@ PLI_API pli_status pli_body_use_velocity_links(pli_body* body, bool use);
 /// set nor on threads. A body of a few links that all meet keeps the order of the mesh. A rope (link k joins nodes k
 /// and k + 1, for all of 16 to 127 links) has its even, then its odd links, all iterations at once while at most its
 /// last node touches or holds something, otherwise colours as any body.
-/// @return as pli_body_use_velocity_links
+/// @return as pli_body_enable_velocity_links
 /// Cost: 4 B per link of regular grids, 16 B per other link, of ropes 12 B more.
 PLI_API pli_status pli_body_use_colored_links(pli_body* body, bool use);
 
