@@ -65,8 +65,8 @@ void disable_clusters(pli_body* body) {
 
 const Feature features[] = {
     {"none", nothing, nothing},
-    {"colored links", [](pli_body* body) { check(pli_body_use_colored_links(body, true)); },
-     [](pli_body* body) { check(pli_body_use_colored_links(body, false)); }},
+    {"colored links", [](pli_body* body) { check(pli_body_enable_colored_links(body)); },
+     [](pli_body* body) { check(pli_body_disable_colored_links(body)); }},
     {"velocity links", [](pli_body* body) { check(pli_body_enable_velocity_links(body)); },
      [](pli_body* body) { check(pli_body_disable_velocity_links(body)); }},
     {"rigid contacts", enable_by_def<pli_body_enable_rigid_contacts, pli_rigid_contacts_def_default>,

@@ -128,7 +128,7 @@ struct Sample {
         pli_body_def body_def = pli_body_def_default();
         body_def.solver.position_iterations = sweeps;
         check(pli_body_create(made_world, mesh.get(), &body_def, &body));
-        if (is_colored) { check(pli_body_use_colored_links(body, true)); }
+        if (is_colored) { check(pli_body_enable_colored_links(body)); }
         plii_run_stage(body, &body->pipeline, PLII_STAGE_PREPARE, &body->step);
     }
     void stretch() {

@@ -257,7 +257,7 @@ void frame(benchmark::State& state) {
     pli_body_enable_xpbd(body, &xpbd);
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     pli_body_enable_xpbd_links(body, &links);
-    pli_body_use_colored_links(body, true);
+    pli_body_enable_colored_links(body);
     const pli_xpbd_contacts_def xpbd_contacts = pli_xpbd_contacts_def_default();
     pli_body_enable_xpbd_rigid_contacts(body, &xpbd_contacts);
     pli_self_collision_def self = pli_self_collision_def_default();

@@ -46,7 +46,7 @@ void setup(benchmark::State& state, Part part) {
         time_of(bending, [&] { check(pli_mesh_append_bending_links(mesh, 2, 0, nullptr)); });
         time_of(body, [&] { check(pli_body_create(world, mesh, nullptr, &made)); });
         if (part != xpbd) {
-            time_of(colors, [&] { check(pli_body_use_colored_links(made, true)); });
+            time_of(colors, [&] { check(pli_body_enable_colored_links(made)); });
         } else {
             const pli_xpbd_def def = pli_xpbd_def_default();
             const pli_xpbd_links_def links = pli_xpbd_links_def_default();

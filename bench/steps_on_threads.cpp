@@ -70,7 +70,7 @@ private:
     bool use_positions() {
         pli_solver_settings settings = pli_body_get_solver_settings(body_);
         settings.position_iterations = iterations;
-        return pli_body_use_colored_links(body_, true) == PLI_OK &&
+        return pli_body_enable_colored_links(body_) == PLI_OK &&
                pli_body_set_solver_settings(body_, &settings) == PLI_OK;
     }
     bool use_xpbd(Solver solver) {

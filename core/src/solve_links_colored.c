@@ -405,10 +405,15 @@ static const plii_feature_class colored_links_class = {
     .topology_commit = colored_links_topology_commit,
 };
 
-pli_status pli_body_use_colored_links(pli_body* body, bool use) {
+pli_status pli_body_enable_colored_links(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
-    if (use) { return plii_feature_enable(body, &colored_links_class, NULL); }
+    return plii_feature_enable(body, &colored_links_class, NULL);
+}
+
+pli_status pli_body_disable_colored_links(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, __func__));
     plii_feature_disable(body, &colored_links_class);
     return PLI_OK;
 }

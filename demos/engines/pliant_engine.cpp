@@ -92,7 +92,7 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     enable_solver(body, record, run_);
     const bool in_bullet_order = options_.reference || options_.solver.in_mesh_order ||
                                  run_.kind != SolverKind::bullet || record.def.velocity_links;
-    if (!in_bullet_order) { check(pli_body_use_colored_links(body, true)); }
+    if (!in_bullet_order) { check(pli_body_enable_colored_links(body)); }
     if (!options_.reference) { enable_self_collision(body, record.def, run_); }
     check(pli_body_add_velocity(body, record.velocity));
     for (const FirstForce& force : record.first_forces) {

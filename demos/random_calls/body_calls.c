@@ -70,7 +70,11 @@ void calls_set_up_body(calls* c) {
         break;
     case 7:
     case 8:
-        BODY_CALL(c, chosen, pli_body_use_colored_links(body, bytes_below(&c->bytes, 4) > 0));
+        if (bytes_below(&c->bytes, 4) > 0) {
+            BODY_CALL(c, chosen, pli_body_enable_colored_links(body));
+        } else {
+            BODY_CALL(c, chosen, pli_body_disable_colored_links(body));
+        }
         break;
     case 9:
         CALL(c, chosen->world->home, pli_body_set_frozen(body, bytes_below(&c->bytes, 4) == 0));

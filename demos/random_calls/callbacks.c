@@ -52,7 +52,7 @@ static pli_status try_change(calls_body* chosen, const calls_rigid* rigid, uint3
     case 14:
         return rigid->rigid != NULL ? pli_rigid_set_friction(rigid->rigid, 0.3f) : PLI_ERROR_WRONG_STATE;
     default:
-        return pli_body_use_colored_links(body, true);
+        return pli_body_enable_colored_links(body);
     }
 }
 

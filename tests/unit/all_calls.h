@@ -133,7 +133,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_disable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_step_smoothing(h->body)))      \
     X(pli_body_enable_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_velocity_links(h->body)))        \
     X(pli_body_disable_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_velocity_links(h->body)))      \
-    X(pli_body_use_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_use_colored_links(h->body, true)))          \
+    X(pli_body_enable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_colored_links(h->body)))          \
+    X(pli_body_disable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_colored_links(h->body)))        \
     X(pli_body_is_frozen, BODY, READS, CALL_VALUE(!pli_body_is_frozen(h->body)))                                       \
     X(pli_body_set_frozen, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_frozen(h->body, true)))                        \
     X(pli_body_ignore_rigid, BODY, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))               \

@@ -368,7 +368,7 @@ static void test_a_task_scheduler_of_bullet_gives_threads(void**) {
             def.context = context;
             pliant::Bridge bridge(*stock.world, def);
             pli_body* sheet = add_sheet(bridge, 2, 0.5f, 80);
-            assert_int_equal(pli_body_use_colored_links(sheet, true), PLI_OK);
+            assert_int_equal(pli_body_enable_colored_links(sheet), PLI_OK);
             stock.step(3);
             hashes[variant] = pli_body_state_hash(sheet);
         }

@@ -77,7 +77,7 @@ static double base_bytes(cost c, bool has_tags) {
 }
 
 static void use_colored_links(pli_body* body) {
-    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+    assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
 }
 static void use_xpbd(pli_body* body) {
     const pli_xpbd_def def = pli_xpbd_def_default();
@@ -183,9 +183,6 @@ static void test_room_for_contacts(void** state) {
 
 // --------------------------------------------------------------------------------------- features on and off again
 
-static pli_status disable_colored_links(pli_body* body) {
-    return pli_body_use_colored_links(body, false);
-}
 static pli_status disable_xpbd(pli_body* body) {
     assert_int_equal(pli_body_disable_xpbd_links(body), PLI_OK);
     return pli_body_disable_xpbd(body);
@@ -223,7 +220,7 @@ typedef struct feature_switch {
 } feature_switch;
 
 static const feature_switch switches[] = {
-    {use_colored_links, disable_colored_links},
+    {use_colored_links, pli_body_disable_colored_links},
     {use_xpbd, disable_xpbd},
     {use_implicit, pli_body_disable_implicit},
     {use_aero, pli_body_disable_aero},

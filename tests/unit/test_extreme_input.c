@@ -529,7 +529,7 @@ static void enable_forces(pli_body* body) {
         TRY(pli_body_enable_tethers(body, &def));
     }
     if (chance(0.2f)) { TRY(pli_body_enable_step_smoothing(body)); }
-    if (chance(0.2f)) { TRY(pli_body_use_colored_links(body, true)); }
+    if (chance(0.2f)) { TRY(pli_body_enable_colored_links(body)); }
     if (chance(0.1f)) { TRY(pli_body_enable_velocity_links(body)); }
 }
 

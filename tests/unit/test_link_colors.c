@@ -179,7 +179,7 @@ static bool sample_create(sample* s, make_mesh_fn* make_mesh, bool is_colored, p
     def.solver.position_iterations = 3;
     assert_int_equal(pli_body_create(s->world, mesh, &def, &s->body), PLI_OK);
     pli_mesh_destroy(mesh);
-    if (is_colored) { assert_int_equal(pli_body_use_colored_links(s->body, true), PLI_OK); }
+    if (is_colored) { assert_int_equal(pli_body_enable_colored_links(s->body), PLI_OK); }
     return true;
 }
 
@@ -722,8 +722,8 @@ static void test_switching_back_restores_the_ordered_links(void** state) {
         assert_true(sample_create(&s, make_sphere, i == 1, PLI_SIMD_BEST, NULL));
         const size_t bytes = pli_body_bytes(s.body);
         if (i == 1) {
-            assert_int_equal(pli_body_use_colored_links(s.body, true), PLI_OK);
-            assert_int_equal(pli_body_use_colored_links(s.body, false), PLI_OK);
+            assert_int_equal(pli_body_enable_colored_links(s.body), PLI_OK);
+            assert_int_equal(pli_body_disable_colored_links(s.body), PLI_OK);
             assert_true(pli_body_bytes(s.body) < bytes);
         }
         assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
@@ -746,7 +746,7 @@ static void test_coloring_survives_a_lack_of_memory(void** state) {
         assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
         pli_mesh_destroy(mesh);
         allocator.fail_at = fail_at;
-        const pli_status status = pli_body_use_colored_links(body, true);
+        const pli_status status = pli_body_enable_colored_links(body);
         assert_true(status == PLI_OK || status == PLI_ERROR_OUT_OF_MEMORY);
         if (fail_at == 0) { assert_int_equal(status, PLI_OK); }
         allocator.fail_at = 0;

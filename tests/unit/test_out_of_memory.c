@@ -272,8 +272,8 @@ static void run_colored_sheet(trial* t) {
     add_lattice_sphere(t, 0.5f, pli_vec3_make(-0.4f, 0.55f, 0));
     pli_body* sheet = add_sheet(t, 12, 0.15f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);
     pli_body* rope = add_rope(t, 20, 0.95f, PLI_ROPE_PIN_FIRST);
-    TRIAL_CALL(t, pli_body_use_colored_links(sheet, true));
-    TRIAL_CALL(t, pli_body_use_colored_links(rope, true));
+    TRIAL_CALL(t, pli_body_enable_colored_links(sheet));
+    TRIAL_CALL(t, pli_body_enable_colored_links(rope));
     enable_rigid_contacts(t, sheet);
     enable_rigid_contacts(t, rope);
     trial_steps(t, 6);
@@ -573,7 +573,7 @@ static pli_body* add_cut_sheet(trial* t, int nodes, bool with_bending) {
 static void run_cuts(trial* t) {
     pli_body* body = add_cut_sheet(t, CUT_NODES, true);
     pli_rigid* box = add_box(t, PLI_RIGID_DYNAMIC, pli_vec3_make(0.1f, 0.1f, 0.1f), pli_vec3_make(0.5f, 1.2f, 0.5f));
-    TRIAL_CALL(t, pli_body_use_colored_links(body, true));
+    TRIAL_CALL(t, pli_body_enable_colored_links(body));
     TRIAL_CALL(t, pli_body_enable_step_smoothing(body));
     TRIAL_CALL(t, pli_body_enable_pose_matching(body, 0.1f));
     enable_aero(t, body, PLI_AERO_VERTEX_TWO_SIDED);
@@ -657,7 +657,7 @@ static void run_many_bodies(trial* t) {
     for (int i = 0; i < 12; i += 2) {
         pli_body_destroy(bodies[i]);
         bodies[i] = add_rope(t, 3 + i, 1.0f + 0.1f * (float)i, 0);
-        TRIAL_CALL(t, pli_body_use_colored_links(bodies[i], true));
+        TRIAL_CALL(t, pli_body_enable_colored_links(bodies[i]));
         if (i % 4 == 2) { trial_steps(t, 1); }
     }
 }
@@ -666,7 +666,7 @@ static void run_many_bodies(trial* t) {
 static void run_large_grid(trial* t) {
     pli_body* body = add_sheet(t, 70, 0.02f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00 | PLI_PATCH_PIN_01);
     pli_body* other = add_sheet(t, 66, 0.02f, pli_vec3_make(0, 2, 0), PLI_PATCH_PIN_00);
-    TRIAL_CALL(t, pli_body_use_colored_links(body, true));
+    TRIAL_CALL(t, pli_body_enable_colored_links(body));
     enable_xpbd(t, other);
     trial_steps(t, 2);
     cut_first_link(t, body);
@@ -900,7 +900,7 @@ static uint64_t cut_a_cloth_of_many_kinds_of_links(long failing_calls, long* cal
         }
     }
     pli_body* body = add_body(&t, mesh, 0.01f, 2);
-    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+    assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
     t.allocator.calls = 0;
     t.allocator.fail_at = *calls - failing_calls + 1;
     t.allocator.fails_for_good = true;

@@ -241,7 +241,7 @@ static void test_shares_touch_only_where_members_wait(void** state) {
         pli_world* world = NULL;
         assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
         pli_body* body = make_body(world, context, &grids[i]);
-        assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+        assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
         const plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
         assert_true(plii_link_colors_have_only_runs(colors));
         assert_int_equal(colors->shares.count, grids[i].share_count);
@@ -268,7 +268,7 @@ static uint64_t hash_after_steps(const grid* g, const variant* v, int thread_cou
     assert_int_equal(pli_world_create(context, NULL, &world), PLI_OK);
     pli_body* body = make_body(world, context, g);
     if (v->sweeps == 0) {
-        assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+        assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
     } else {
         pli_xpbd_def def = pli_xpbd_def_default();
         def.substeps = 4;
