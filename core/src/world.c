@@ -211,7 +211,7 @@ pli_body* pli_world_get_body(const pli_world* world, int index) {
     if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->body_count) { return NULL; }
     return world->bodies[index];
 }
-const pli_event* pli_world_events(const pli_world* world, int* count) {
+const pli_event* pli_world_get_events(const pli_world* world, int* count) {
     const bool is_world = plii_check_world(world, __func__) == PLI_OK;
     if (count != NULL) { *count = is_world ? world->event_count : 0; }
     return is_world ? world->events : NULL;

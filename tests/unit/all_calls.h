@@ -357,7 +357,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_is_stepping, WORLD, READS, CALL_VALUE(!pli_world_is_stepping(h->world)))                               \
     X(pli_world_body_count, WORLD, READS, CALL_VALUE(pli_world_body_count(h->world) == 0))                             \
     X(pli_world_get_body, WORLD, READS, CALL_VALUE(pli_world_get_body(h->world, 0) == NULL))                           \
-    X(pli_world_events, WORLD, READS, CALL_VALUE(pli_world_events(h->world, NULL) == NULL))                            \
+    X(pli_world_get_events, WORLD, READS, CALL_VALUE(pli_world_get_events(h->world, NULL) == NULL))                    \
     X(pli_world_set_profile, WORLD, CHANGES_IDLE, CALL_STATUS(pli_world_set_profile(h->world, NULL, NULL)))            \
     X(pli_body_enable_xpbd, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd(h->body, CALL_DEF(pli_xpbd))))        \
     X(pli_body_disable_xpbd, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd(h->body)))                          \

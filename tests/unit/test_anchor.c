@@ -157,7 +157,7 @@ static void test_a_body_that_blows_up_does_not_take_the_rigid_along(void** unuse
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
     assert_true(pli_body_is_frozen(rope));
     int count = 0;
-    const pli_event* events = pli_world_events(world, &count);
+    const pli_event* events = pli_world_get_events(world, &count);
     assert_int_equal(count, 2);
     assert_int_equal(events[0].kind, PLI_EVENT_BODY_FROZEN);
     assert_ptr_equal(events[0].body, rope);
@@ -170,12 +170,12 @@ static void test_a_body_that_blows_up_does_not_take_the_rigid_along(void** unuse
     assert_memory_equal(&after.angular_velocity, &state.angular_velocity, sizeof state.angular_velocity);
     /* Nothing is left to happen, and what names the rigid body goes with it. */
     pli_rigid_destroy(box);
-    events = pli_world_events(world, &count);
+    events = pli_world_get_events(world, &count);
     assert_int_equal(count, 2);
     assert_int_equal(events[0].kind, PLI_EVENT_BODY_FROZEN);
     assert_int_equal(events[1].kind, PLI_EVENT_ANCHORS_LOST);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 0);
 }
 
@@ -235,7 +235,7 @@ static void test_anchors_go_with_their_rigid_body(void** unused) {
 }
 
 static void check_lost(int index, const pli_body* body) {
-    const pli_event event = pli_world_events(world, NULL)[index];
+    const pli_event event = pli_world_get_events(world, NULL)[index];
     assert_int_equal(event.kind, PLI_EVENT_ANCHORS_LOST);
     assert_ptr_equal(event.body, body);
     assert_int_equal(event.node, PLI_NULL_INDEX);
@@ -256,22 +256,22 @@ static void test_a_body_that_loses_anchors_is_told_of_once(void** unused) {
     }
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
     int count = 1;
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 0);
     /* The first two bodies are held to, the others are not. */
     for (int i = 3; i >= 0; --i) {
         pli_rigid_destroy(boxes[i]);
-        pli_world_events(world, &count);
+        pli_world_get_events(world, &count);
         assert_int_equal(count, i > 1 ? 0 : i == 1 ? 1 : 2);
     }
     check_lost(0, ropes[2]);
     check_lost(1, ropes[1]);
     pli_body_destroy(ropes[2]);
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 1);
     check_lost(0, ropes[1]);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 0);
 }
 

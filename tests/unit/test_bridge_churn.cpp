@@ -418,7 +418,7 @@ private:
         const int count = pli_body_anchor_count(soft.body);
         assert_in_range(count, least, most);
         int event_count = 0, told = 0;
-        const pli_event* events = pli_world_events(bridge.world(), &event_count);
+        const pli_event* events = pli_world_get_events(bridge.world(), &event_count);
         for (int i = 0; i < event_count; ++i) {
             told += events[i].kind == PLI_EVENT_ANCHORS_LOST && events[i].body == soft.body ? 1 : 0;
         }

@@ -70,7 +70,7 @@ public:
     /// Events of the last step that tell of anchors lost.
     int lost() const {
         int count = 0, found = 0;
-        const pli_event* events = pli_world_events(bridge.world(), &count);
+        const pli_event* events = pli_world_get_events(bridge.world(), &count);
         for (int i = 0; i < count; ++i) {
             assert_int_equal(events[i].kind, PLI_EVENT_ANCHORS_LOST);
             found += events[i].body == sheet ? 1 : 0;

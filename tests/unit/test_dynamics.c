@@ -207,13 +207,13 @@ static void test_freezing_is_reported_once(void** unused) {
     assert_int_equal(pli_body_set_node_velocity(body, 3, pli_vec3_make(PLI_MAX_SPEED, 0, 0)), PLI_OK);
     step_many(1, 60.0f);
     int count = 0;
-    const pli_event* events = pli_world_events(world, &count);
+    const pli_event* events = pli_world_get_events(world, &count);
     assert_int_equal(count, 1);
     assert_int_equal(events[0].kind, PLI_EVENT_BODY_FROZEN);
     assert_ptr_equal(events[0].body, body);
     assert_int_equal(events[0].node, 3);
     step_many(1, 60.0f);
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 0);
 }
 

@@ -754,7 +754,7 @@ static void run_case(int number_of_case) {
         TRY(pli_world_step(world, chance(0.7f) ? 1.0f / 60.0f : number(1.0f / 60.0f)));
         check_limits();
         int count = 0;
-        (void)pli_world_events(world, &count);
+        (void)pli_world_get_events(world, &count);
         events_seen += (unsigned long)count;
         if (chance(0.1f) && body_count > 0) {
             assert_int_equal(pli_body_set_frozen(bodies[random_below(body_count)], false), PLI_OK);

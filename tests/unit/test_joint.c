@@ -313,7 +313,7 @@ static void test_joints_go_with_what_they_hold(void** unused) {
     pli_rigid_destroy(rigid);
     assert_int_equal(pli_body_joint_count(a), 2);
     int count = 0;
-    const pli_event* events = pli_world_events(world, &count);
+    const pli_event* events = pli_world_get_events(world, &count);
     assert_int_equal(count, 1);
     assert_int_equal(events[0].kind, PLI_EVENT_ANCHORS_LOST);
     assert_ptr_equal(events[0].body, a);

@@ -258,7 +258,7 @@ static void test_steps_keep_to_their_limits(void** unused) {
     assert_true(pli_body_is_frozen(body)); /* 1e12 m down */
     check_finite(body);
     int count = 0;
-    pli_world_events(world, &count);
+    pli_world_get_events(world, &count);
     assert_int_equal(count, 0); /* of the step before */
 }
 
@@ -284,7 +284,7 @@ static void test_velocities_are_held_against_the_limit_too(void** unused) {
         CHECK_OK(pli_body_set_node_position(body, 1, pli_vec3_make(5e5f, 0, 0)));
         CHECK_OK(pli_world_step(world, PLI_MIN_TIME_STEP));
         int count = 0;
-        const pli_event* events = pli_world_events(world, &count);
+        const pli_event* events = pli_world_get_events(world, &count);
         assert_int_equal(count, 1);
         assert_int_equal(events[0].kind, PLI_EVENT_BODY_FROZEN);
         assert_ptr_equal(events[0].body, body);
@@ -386,7 +386,7 @@ static void test_joint_speeds_leave_rigid_bodies_in_the_world(void** unused) {
         for (int i = 0; i < 10; ++i) {
             CHECK_OK(pli_world_step(world, 1.0f / 60.0f));
             int count = 0;
-            pli_world_events(world, &count);
+            pli_world_get_events(world, &count);
             events_seen += (unsigned)count;
             check_finite(body);
             for (int r = 0; r < 2; ++r) {

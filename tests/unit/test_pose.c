@@ -124,7 +124,7 @@ static void check_stays_finite(pli_body* body, float matching) {
         assert_true(moved == PLI_OK || (moved == PLI_ERROR_INVALID_VALUE && was_frozen));
         assert_int_equal(pli_world_step(world, dt), PLI_OK);
         int events = 0;
-        (void)pli_world_events(world, &events);
+        (void)pli_world_get_events(world, &events);
         assert_true(pli_body_is_frozen(body) == (was_frozen || events > 0));
         for (int k = 0; k < pli_body_get_view(body).node_count; ++k) {
             assert_true(isfinite(pli_vec3_length(position_of(body, k))));

@@ -309,7 +309,7 @@ static void test_rigid_contacts_go_with_their_rigid_body(void** state) {
     pli_rigid_destroy(rigid);
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 0);
     int count = 0;
-    pli_world_events(f->world, &count);
+    pli_world_get_events(f->world, &count);
     assert_int_equal(count, 0); /* contacts are no anchors */
     rigid = make_rigid(f, f->sphere, 1, pli_vec3_make(0, 0, 0));
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);

@@ -122,7 +122,7 @@ typedef struct pli_event {
 /// Events of the last step and of calls since then, which the next pli_world_predict clears; valid until it, and until
 /// something is added or destroyed.
 /// @param count receives the number of events; may be NULL
-PLI_API const pli_event* pli_world_events(const pli_world* world, int* count);
+PLI_API const pli_event* pli_world_get_events(const pli_world* world, int* count);
 
 // --------------------------------------------------------------------------------------------------- profile
 
