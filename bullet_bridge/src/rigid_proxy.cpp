@@ -258,7 +258,7 @@ void RigidProxy::write_back(btScalar dt) {
         body->setAngularVelocity(
             with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
     }
-    if (pli_rigid_was_held_back(rigid_)) {
+    if (pli_rigid_needs_reintegration(rigid_)) {
         const btVector3 linear = to_bullet(pli_vec3_sub(after.linear_velocity, present_.linear_velocity));
         const btVector3 angular = to_bullet(pli_vec3_sub(after.angular_velocity, present_.angular_velocity));
         btTransform moved;

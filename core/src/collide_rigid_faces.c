@@ -26,7 +26,7 @@ pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
 // --------------------------------------------------------------------------------------------------- elements in reach
 
 /* One that has a new pose since the collision was moved by its host, and will once more be moved by what the solve
-   changed; see pli_rigid_was_held_back. */
+   changed; see pli_rigid_needs_reintegration. */
 pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_meeting* meeting, float dt) {
     const pli_rigid* rigid = meeting->rigid;
     const pli_rigid_state* state = &rigid->state;

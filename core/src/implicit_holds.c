@@ -92,7 +92,7 @@ void plii_implicit_holds_push_rigids(plii_implicit_holds* holds) {
         pli_rigid_state* state = &met->rigid->state;
         state->linear_velocity = pli_vec3_add(state->linear_velocity, linear);
         state->angular_velocity = pli_vec3_add(state->angular_velocity, angular);
-        if (met->moves_by_host) { met->rigid->was_held_back = true; }
+        if (met->moves_by_host) { met->rigid->needs_reintegration = true; }
     }
 }
 

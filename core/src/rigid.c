@@ -319,8 +319,8 @@ void* pli_rigid_get_user_data(const pli_rigid* rigid) {
 bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
 }
-bool pli_rigid_was_held_back(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_held_back;
+bool pli_rigid_needs_reintegration(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->needs_reintegration;
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {

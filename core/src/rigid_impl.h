@@ -19,7 +19,7 @@ struct pli_rigid {
     float friction;
     pli_vec3 linear_factor, angular_factor;
     bool is_absent; /* pli_rigid_set_present */
-    bool was_touched, was_held_back;
+    bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* of one that was touched: before the impulses of the step */

@@ -115,7 +115,7 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, flo
             rigid_faces_move_node(body, node, change, dt, with_velocities);
         }
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
-        contact->rigid->was_held_back = true;
+        contact->rigid->needs_reintegration = true;
         has_acted = true;
     }
     return has_acted;

@@ -302,7 +302,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->event_count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
         world->rigids[i]->was_touched = false;
-        world->rigids[i]->was_held_back = false;
+        world->rigids[i]->needs_reintegration = false;
     }
     plii_world_profile(world, "predict", NULL, true);
     /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */

@@ -102,9 +102,9 @@ PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 
 /// True when a contact of a face, or an anchor or contact of a body with the implicit solver, acted on the body in the
 /// last step. A host that had moved its bodies before pli_world_solve, as Bullet does, should then move this one once
-/// more, by (change of velocities in the solve) * dt: they count on it to keep fast bodies on their side of a surface,
-/// and heavy ones where they hang.
-PLI_API bool pli_rigid_was_held_back(const pli_rigid* rigid);
+/// more, by (change of velocities in the solve) * dt: face contacts count on it to keep fast bodies on their side of a
+/// surface, the implicit solver to keep heavy ones where they hang.
+PLI_API bool pli_rigid_needs_reintegration(const pli_rigid* rigid);
 
 /// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
 /// with it. For C programs without a rigid-body engine; call after pli_world_step. Kinematic bodies move without
