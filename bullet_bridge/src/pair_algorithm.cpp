@@ -26,8 +26,8 @@ void PairAlgorithm::processCollision(const btCollisionObjectWrapper*, const btCo
                                      const btDispatcherInfo&, btManifoldResult*) {
     // Bullet keeps contacts of such objects without solving them; soft contacts without response have no use.
     if (!soft.hasContactResponse() || !other.hasContactResponse()) { return; }
-    const bool acts =
-        other_soft == nullptr || (pli_body_meets_bodies(soft.body()) && pli_body_meets_bodies(other_soft->body()));
+    const bool acts = other_soft == nullptr ||
+                      (pli_body_collides_with_bodies(soft.body()) && pli_body_collides_with_bodies(other_soft->body()));
     if (acts) { soft.bridge().collect(*this); }
 }
 

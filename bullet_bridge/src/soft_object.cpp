@@ -92,8 +92,8 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
 bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
     if (!btCollisionObject::checkCollideWithOverride(other)) { return false; }
     const bool is_soft = other->getInternalType() == CO_USER_TYPE && typeid(*other) == typeid(SoftObject);
-    return !is_soft ||
-           (pli_body_meets_bodies(body_) && pli_body_meets_bodies(static_cast<const SoftObject*>(other)->body_));
+    return !is_soft || (pli_body_collides_with_bodies(body_) &&
+                        pli_body_collides_with_bodies(static_cast<const SoftObject*>(other)->body_));
 }
 
 } // namespace pliant

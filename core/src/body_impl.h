@@ -40,9 +40,9 @@ struct pli_body {
     /* What hosts ask of every body and pair comes first, in one line of the cache. */
     uint32_t magic;
     bool is_frozen;
-    bool meets_bodies; /* a feature has collide_body */
-    int world_index;   /* place in the world's list */
-    pli_bounds bounds; /* of the nodes, grown by the margin; in a step see sweeping_features */
+    bool collides_with_bodies; /* a feature has collide_body */
+    int world_index;           /* place in the world's list */
+    pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
     pli_world* world;
     pli_context* context;
     void* user_data;

@@ -57,9 +57,9 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
-    body->meets_bodies = false;
+    body->collides_with_bodies = false;
     for (int i = 0; i < pipeline->feature_count; ++i) {
-        body->meets_bodies = body->meets_bodies || pipeline->features[i].klass->collide_body != NULL;
+        body->collides_with_bodies = body->collides_with_bodies || pipeline->features[i].klass->collide_body != NULL;
     }
 }
 

@@ -357,12 +357,12 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     return world_end_call(world, before, __func__);
 }
 
-bool pli_body_meets_bodies(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->meets_bodies;
+bool pli_body_collides_with_bodies(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
 }
 
 static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    if (body_a->is_frozen || body_b->is_frozen || !body_a->meets_bodies) { return; }
+    if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
     world_begin_body(world, body_a);
     for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body_a->pipeline.features[i];
@@ -500,7 +500,7 @@ static void world_collide_soft_pairs(pli_world* world) {
         sweep[k] = moved;
     }
     for (int i = 0; i < world->body_count; ++i) {
-        if (!sweep[i]->meets_bodies) { continue; }
+        if (!sweep[i]->collides_with_bodies) { continue; }
         for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
             if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
             const bool in_order = sweep[i]->world_index < sweep[k]->world_index;

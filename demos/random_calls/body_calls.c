@@ -161,7 +161,7 @@ void calls_measure_body(calls* c) {
     (void)pli_body_get_self_grids_report(body);
     (void)pli_body_get_self_faces_report(body);
     (void)pli_body_get_tether(body, bytes_index(&c->bytes, pli_body_get_view(body).node_count));
-    (void)pli_body_meets_bodies(body);
+    (void)pli_body_collides_with_bodies(body);
     if (pli_body_get_world(body) != chosen->world->world || pli_body_get_user_data(body) != c) {
         calls_finding(c, "a body does not know its world or its data");
     }

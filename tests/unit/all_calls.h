@@ -353,7 +353,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_collide_bodies, BODY, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))     \
     X(pli_world_collide_bodies, OTHER, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))    \
     X(pli_world_solve, WORLD, CHANGES, CALL_STATUS(pli_world_solve(h->world)))                                         \
-    X(pli_body_meets_bodies, BODY, READS, CALL_VALUE(!pli_body_meets_bodies(h->body)))                                 \
+    X(pli_body_collides_with_bodies, BODY, READS, CALL_VALUE(!pli_body_collides_with_bodies(h->body)))                 \
     X(pli_world_is_stepping, WORLD, READS, CALL_VALUE(!pli_world_is_stepping(h->world)))                               \
     X(pli_world_body_count, WORLD, READS, CALL_VALUE(pli_world_body_count(h->world) == 0))                             \
     X(pli_world_get_body, WORLD, READS, CALL_VALUE(pli_world_get_body(h->world, 0) == NULL))                           \

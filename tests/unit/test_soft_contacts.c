@@ -292,13 +292,13 @@ static void check_refused(const fixture* f, pli_status got, pli_status expected,
 
 static void test_soft_contacts_are_told_to_hosts(void** state) {
     const fixture* f = *state;
-    assert_false(pli_body_meets_bodies(NULL));
+    assert_false(pli_body_collides_with_bodies(NULL));
     pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, 0), 1, 0.1f, false);
-    assert_true(pli_body_meets_bodies(node));
+    assert_true(pli_body_collides_with_bodies(node));
     assert_int_equal(pli_body_disable_soft_contacts(node), PLI_OK);
     const pli_rigid_contacts_def rigid_contacts = pli_rigid_contacts_def_default();
     assert_int_equal(pli_body_enable_rigid_contacts(node, &rigid_contacts), PLI_OK);
-    assert_false(pli_body_meets_bodies(node));
+    assert_false(pli_body_collides_with_bodies(node));
 }
 
 static void test_soft_contacts_refuse_bad_input(void** state) {

@@ -74,7 +74,7 @@ PLI_API pli_status pli_world_predict(pli_world* world, float dt);
 PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid);
 
 /// Makes the contacts between two soft bodies, as pli_world_collide_rigid; once per pair and step, in either order.
-/// pli_body_meets_bodies tells which bodies need it.
+/// pli_body_collides_with_bodies tells which bodies need it.
 /// @return the same, PLI_ERROR_INVALID_VALUE also for a body with itself
 PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b);
 
@@ -84,7 +84,7 @@ PLI_API pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, 
 PLI_API pli_status pli_world_solve(pli_world* world);
 
 /// False where no enabled feature looks at other bodies, so that a host need not hand in such pairs.
-PLI_API bool pli_body_meets_bodies(const pli_body* body);
+PLI_API bool pli_body_collides_with_bodies(const pli_body* body);
 
 /// True between pli_world_predict and pli_world_solve.
 PLI_API bool pli_world_is_stepping(const pli_world* world);
