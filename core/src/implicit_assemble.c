@@ -1,8 +1,8 @@
 /* Springs to the blocks of W and to the right-hand side. Each node gathers from the springs around it, so the sums do
    not depend on any other order than that of the links, and forces on both ends of a spring are equal and opposite
    bit for bit. Linearisation as in Kang, "Efficient Methods for Cloth Animation and Collision Handling": a spring
-   shorter than its rest length has the derivative of one at rest; or, with firm compression, the absolute value of the
-   derivative across it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
+   shorter than its rest length has the derivative of one at rest; or, with filtered compression, the absolute value of
+   the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
 
 #include "implicit_system.h"
 
@@ -36,7 +36,7 @@ static implicit_spring implicit_make_spring(const pli_body* body, const pli_impl
     }
     const plii_dvec3 unit = plii_dvec3_scale(delta, 1.0 / length);
     double transverse = length > rest ? 1.0 - rest / length : 0.0;
-    if (def->firm_compression && length < rest) { transverse = fmin(rest / length - 1.0, 1.0); }
+    if (def->filter_compression && length < rest) { transverse = fmin(rest / length - 1.0, 1.0); }
     const double axial = h * h * stiffness * (1.0 - transverse) + h * (double)def->damping * material;
     spring.impulse = plii_dvec3_scale(unit, h * stiffness * (length - rest));
     spring.half.axis = plii_dvec3_to_float(plii_dvec3_scale(unit, sqrt(axial)));

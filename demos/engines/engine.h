@@ -30,8 +30,8 @@ struct SolverOptions {
     std::optional<int> substeps;   // XPBD: parts of a step
     std::optional<int> iterations; // position iterations, Jacobi sweeps or XPBD's sweeps per substep
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;
-    bool firm_compression = false; // of the implicit solver
-    bool in_mesh_order = false;    // bullet: links in the order of the mesh, not colour by colour
+    bool filter_compression = false; // of the implicit solver
+    bool in_mesh_order = false;      // bullet: links in the order of the mesh, not colour by colour
 };
 
 struct EngineOptions {
@@ -50,7 +50,7 @@ struct SolverRun {
     int substeps = 1;
     int iterations = 1; // bullet: the most that a soft body has
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;
-    bool firm_compression = false; // of the implicit solver
+    bool filter_compression = false; // of the implicit solver
 };
 
 // Throws Error when the solver cannot run the scene, and says which part of which body is in its way.

@@ -96,7 +96,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
     case SolverKind::implicit:
         run.iterations = options.solver.iterations.value_or(default_sweeps);
         run.implicit_method = options.solver.implicit_method;
-        run.firm_compression = options.solver.firm_compression;
+        run.filter_compression = options.solver.filter_compression;
         break;
     case SolverKind::xpbd:
         require_xpbd(description);
@@ -200,7 +200,7 @@ void enable_implicit(pli_body* body, const SoftRecord& record, const SolverRun& 
     if (record.def.link_stiffness > 0.0f) { solver.damping = record.def.link_damping; }
     solver.sweeps = run.iterations;
     solver.method = run.implicit_method;
-    solver.firm_compression = run.firm_compression;
+    solver.filter_compression = run.filter_compression;
     check(body, pli_body_enable_implicit(body, &solver));
 }
 

@@ -12,7 +12,7 @@ static void enable_implicit(calls* c, pli_body* body, calls_context* home) {
     def.method = (pli_implicit_method)bytes_small(&c->bytes, 0, 2);
     def.start = (pli_implicit_start)bytes_small(&c->bytes, 0, 1);
     if (bytes_seldom(&c->bytes, 64)) { def.tolerance = bytes_float(&c->bytes, 0.0001f, 0.5f); }
-    def.firm_compression = bytes_flag(&c->bytes);
+    def.filter_compression = bytes_flag(&c->bytes);
     TRY(pli_body_enable_implicit(body, &def));
 }
 

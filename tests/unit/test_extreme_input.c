@@ -425,7 +425,7 @@ static void choose_solver(pli_body* body) {
         def.method = (pli_implicit_method)random_below(3);
         def.start = (pli_implicit_start)random_below(2);
         def.tolerance = share(1e-4f);
-        def.firm_compression = chance(0.5f);
+        def.filter_compression = chance(0.5f);
         TRY(pli_body_enable_implicit(body, &def));
         return;
     }

@@ -283,13 +283,13 @@ static void test_damping_is_implicit(void** unused) {
 }
 
 /* A spring at 3/4 of its length resists being turned by a third of its stiffness. */
-static void test_firm_compression_acts_across(void** unused) {
+static void test_filter_compression_acts_across(void** unused) {
     (void)unused;
     no_gravity();
     const double h = 1.0 / 60.0;
     for (int is_firm = 0; is_firm < 2; ++is_firm) {
         pli_implicit_def def = pli_implicit_def_default();
-        def.firm_compression = is_firm == 1;
+        def.filter_compression = is_firm == 1;
         pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -1, 0), 0, PLI_ROPE_PIN_FIRST), &def);
         assert_int_equal(pli_body_set_node_position(body, 1, pli_vec3_make(0, -0.75f, 0)), PLI_OK);
         assert_int_equal(pli_body_set_node_velocity(body, 1, pli_vec3_make(1, 0, 0)), PLI_OK);
@@ -302,7 +302,7 @@ static void test_firm_compression_acts_across(void** unused) {
 }
 
 /* A sheet of 1 m and 144 nodes of 10 g that swings from two corners: springs so stiff that what buckles would burst. */
-static void test_firm_compression_keeps_stiff_sheets_calm(void** unused) {
+static void test_filter_compression_keeps_stiff_sheets_calm(void** unused) {
     (void)unused;
     pli_patch_def patch = pli_patch_def_default();
     patch.corner_00 = pli_vec3_make(-0.5f, 0, -0.5f);
@@ -314,7 +314,7 @@ static void test_firm_compression_keeps_stiff_sheets_calm(void** unused) {
     patch.pins = PLI_PATCH_PIN_00 | PLI_PATCH_PIN_10;
     for (int is_exact = 0; is_exact < 2; ++is_exact) {
         pli_implicit_def def = pli_implicit_def_default();
-        def.firm_compression = true;
+        def.filter_compression = true;
         if (is_exact) {
             def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
             def.sweeps = 1000;
@@ -763,8 +763,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_conjugate_gradient_stops_at_its_tolerance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_spring_follows_backward_euler, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_damping_is_implicit, setup_world, teardown_world),
-        cmocka_unit_test_setup_teardown(test_firm_compression_acts_across, setup_world, teardown_world),
-        cmocka_unit_test_setup_teardown(test_firm_compression_keeps_stiff_sheets_calm, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_filter_compression_acts_across, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_filter_compression_keeps_stiff_sheets_calm, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_free_flight_start_falls_with_g, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_literal_start_falls_short_by_the_formula, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_springs_give_no_net_impulse, setup_world, teardown_world),

@@ -42,9 +42,11 @@ typedef struct pli_implicit_def {
     pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI
     pli_implicit_start start;   ///< default PLI_IMPLICIT_FREE_FLIGHT
     float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
-    /// Compressed springs resist being turned, by |1 - rest length / length| of their stiffness; default false: not, as
-    /// in the paper, and what buckles may flutter or, with springs far stiffer than m / h^2, burst. From 3 sweeps on.
-    bool firm_compression;
+    /// Compressed springs take the absolute values of their eigenvalues across, |1 - rest length / length| of their
+    /// stiffness, 1 at most: they resist being turned. Default false: zero, as in the paper, and what buckles may
+    /// flutter or, with springs far stiffer than m / h^2, burst. From 3 sweeps on. Source: Chen and others, "Stabler
+    /// Neo-Hookean Simulation: Absolute Eigenvalue Filtering for Projected Newton"
+    bool filter_compression;
     uint32_t cookie; ///< set by the default function
 } pli_implicit_def;
 

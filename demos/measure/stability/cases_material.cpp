@@ -40,7 +40,7 @@ void add_stiffness(std::vector<StabilityCase>& cases) {
         char name[64];
         std::snprintf(name, sizeof name, "hanging sheet, %.0e N/m", static_cast<double>(stiffness));
         cases.push_back(hanging_sheet("stiffness", name, sheet));
-        cases.back().firm_compression = stiffness > 1e8f;
+        cases.back().filter_compression = stiffness > 1e8f;
         if (stiffness < 2.0f) { cases.back().reach = 100; } // the links that hold it get 7 m long
     }
 }

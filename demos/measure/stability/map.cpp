@@ -61,7 +61,7 @@ constexpr int most_gradients = 1000; // a few per node; as a rule the tolerance 
 
 EngineOptions options_of(const StabilityCase& which, Column column) {
     EngineOptions options;
-    options.solver.firm_compression = which.firm_compression;
+    options.solver.filter_compression = which.filter_compression;
     options.unguarded = true;
     if (column == Column::implicit) { options.solver.kind = SolverKind::implicit; }
     if (column == Column::gradients) {
@@ -93,7 +93,7 @@ std::string extras_of(const StabilityCase& which, Column column) {
     if (is_tethered(which, column)) { return "with tethers"; }
     if (which.has_face_contacts) { return "with contacts of faces"; }
     if (which.smooths_steps) { return "with step smoothing"; }
-    return which.firm_compression && is_implicit ? "with firm compression" : "";
+    return which.filter_compression && is_implicit ? "with filtered compression" : "";
 }
 
 void enable_extras(Engine& engine, const StabilityCase& which, Column column) {

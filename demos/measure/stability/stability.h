@@ -65,7 +65,7 @@ struct StabilityCase {
     double reach = 10;                        // m, how far beyond their bounds at the start nodes can get at most
     double given_energy = 0;                  // J, that the start has beside links and motion (pressure, volume)
     bool has_face_contacts = false;           // faces of Pliant's bodies meet rigid bodies (continuous test)
-    bool firm_compression = false;            // of the implicit solver
+    bool filter_compression = false;          // of the implicit solver
     bool smooths_steps = false;               // Pliant's bodies do
     std::vector<Column> tethered{};           // Pliant's bodies have tethers in these columns
     std::function<void(Engine&)> prepare{};   // before the first step
