@@ -102,8 +102,8 @@ int main(void) {
         for (int i = 0; i < 4; ++i) {
             /* Along gravity: two springs up and down of either reach, four diagonals at half. */
             const double h = (double)(1.0f / 60.0f), diagonal = 1.0 + h * h * stiffness * (4.0 + 2.0);
-            const fall literal = run(PLI_IMPLICIT_LITERAL, (float)stiffness, sweeps[i]);
-            const fall flight = run(PLI_IMPLICIT_FREE_FLIGHT, (float)stiffness, sweeps[i]);
+            const fall literal = run(PLI_IMPLICIT_START_AT_REST, (float)stiffness, sweeps[i]);
+            const fall flight = run(PLI_IMPLICIT_START_IN_FREE_FLIGHT, (float)stiffness, sweeps[i]);
             printf("| %.0e | %d | %.5f | %.5f | %.5f | %.6f | %.5f | %.6f |\n", stiffness, sweeps[i],
                    literal.first_step, 1.0 - pow(1.0 - 1.0 / diagonal, sweeps[i] + 1), (sweeps[i] + 1) / diagonal,
                    flight.first_step, literal.distance, flight.distance);

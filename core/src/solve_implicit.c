@@ -64,7 +64,7 @@ static void implicit_add_external(pli_body* body, const implicit_state* state, f
         rhs[i] = (plii_dvec3){0};
         if (body->positions[i].w > 0.0f) {
             const pli_vec3 change = implicit_free_change(body, i, dt);
-            if (state->def.start == PLI_IMPLICIT_LITERAL) {
+            if (state->def.start == PLI_IMPLICIT_START_AT_REST) {
                 rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
             } else {
                 plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
@@ -223,7 +223,7 @@ static void implicit_predict(pli_body* body, float dt) {
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
     plii_implicit_holds_gather(body, &state->holds, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
-    if (state->def.start == PLI_IMPLICIT_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
+    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
     implicit_add_solution(body, system->solution, step->dt);
 
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
@@ -258,7 +258,7 @@ static void implicit_solve_holds(pli_body* body, implicit_state* state) {
     plii_dvec3* before = state->vectors[4];
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
     implicit_iterate(body, state, true);
-    if (state->def.start == PLI_IMPLICIT_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
+    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 predicted = implicit_reached(body, i),
@@ -449,9 +449,9 @@ static pli_status implicit_check(pli_context* context, const pli_implicit_def* d
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no method %d, the last one is %d",
                          method, PLI_IMPLICIT_CONJUGATE_GRADIENT);
     }
-    if (start != PLI_IMPLICIT_FREE_FLIGHT && start != PLI_IMPLICIT_LITERAL) {
+    if (start != PLI_IMPLICIT_START_IN_FREE_FLIGHT && start != PLI_IMPLICIT_START_AT_REST) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no start %d, the last one is %d", start,
-                         PLI_IMPLICIT_LITERAL);
+                         PLI_IMPLICIT_START_AT_REST);
     }
     if (!(def->tolerance > 0.0f && def->tolerance < 1.0f)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "tolerance %g is not in (0, 1)",

@@ -180,7 +180,7 @@ static void test_sweeps_converge_to_the_dense_solution(void** unused) {
     def.damping = 3.0f;
     for (int pinned = 0; pinned <= 4; pinned += 4) {
         for (int start = 0; start < 2; ++start) {
-            def.start = start == 0 ? PLI_IMPLICIT_FREE_FLIGHT : PLI_IMPLICIT_LITERAL;
+            def.start = start == 0 ? PLI_IMPLICIT_START_IN_FREE_FLIGHT : PLI_IMPLICIT_START_AT_REST;
             double error_before = (double)INFINITY;
             for (def.sweeps = 1; def.sweeps <= 33; def.sweeps += 2) {
                 const double error = lattice_error(def, pinned);
@@ -353,11 +353,11 @@ static void test_free_flight_start_falls_with_g(void** unused) {
     }
 }
 
-static void test_literal_start_falls_short_by_the_formula(void** unused) {
+static void test_start_at_rest_falls_short_by_the_formula(void** unused) {
     (void)unused;
     const double h = (double)(1.0f / 60.0f);
     pli_implicit_def def = pli_implicit_def_default();
-    def.start = PLI_IMPLICIT_LITERAL;
+    def.start = PLI_IMPLICIT_START_AT_REST;
     for (def.stiffness = 1e2f; def.stiffness < 1e7f; def.stiffness *= 10.0f) {
         for (def.sweeps = 1; def.sweeps <= 9; def.sweeps += 2) {
             pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -1, 0), 0, 0), &def);
@@ -766,7 +766,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_filter_compression_acts_across, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_filter_compression_keeps_stiff_sheets_calm, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_free_flight_start_falls_with_g, setup_world, teardown_world),
-        cmocka_unit_test_setup_teardown(test_literal_start_falls_short_by_the_formula, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_start_at_rest_falls_short_by_the_formula, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_springs_give_no_net_impulse, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_pinned_nodes_keep_their_velocity, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_hanging_chain_has_the_static_elongation, setup_world, teardown_world),

@@ -26,9 +26,9 @@ typedef enum pli_implicit_method {
 /// What the sweeps start from. They need many sweeps to carry a change through a stiff mesh.
 typedef enum pli_implicit_start {
     /// The velocities of nodes without springs: a free body falls with exactly g. The usual choice.
-    PLI_IMPLICIT_FREE_FLIGHT = 0,
+    PLI_IMPLICIT_START_IN_FREE_FLIGHT = 0,
     /// At rest, as in the paper: a stiff body falls too slowly. To compare with published results.
-    PLI_IMPLICIT_LITERAL = 1
+    PLI_IMPLICIT_START_AT_REST = 1
 } pli_implicit_start;
 
 /// Material and solver of an implicit body.
@@ -40,7 +40,7 @@ typedef struct pli_implicit_def {
     /// to twice too large.
     int sweeps;
     pli_implicit_method method; ///< default PLI_IMPLICIT_JACOBI
-    pli_implicit_start start;   ///< default PLI_IMPLICIT_FREE_FLIGHT
+    pli_implicit_start start;   ///< default PLI_IMPLICIT_START_IN_FREE_FLIGHT
     float tolerance;            ///< (0, 1), default 1e-4: residual relative to the first one, conjugate gradients only
     /// Compressed springs take the absolute values of their eigenvalues across, |1 - rest length / length| of their
     /// stiffness, 1 at most: they resist being turned. Default false: zero, as in the paper, and what buckles may
