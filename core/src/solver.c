@@ -259,7 +259,8 @@ static void solver_solve(pli_body* body) {
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-const plii_solver_class plii_position_solver = {.name = "bullet", .predict = solver_predict, .solve = solver_solve};
+const plii_solver_class plii_position_solver = {
+    .name = "position-based", .predict = solver_predict, .solve = solver_solve};
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
     if (body->solver_class != &plii_position_solver && body->solver_class != solver_class) {
