@@ -24,7 +24,6 @@ public:
         if (pool != nullptr) {
             def.parallel_for = demos::ThreadPool::parallel_for;
             def.parallel_user = pool;
-            def.thread_count = pool->thread_count();
         }
         pli_mesh* mesh = nullptr;
         is_made_ = pli_context_create(&def, &context_) == PLI_OK && pli_mesh_create(context_, &mesh) == PLI_OK &&

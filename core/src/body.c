@@ -90,7 +90,7 @@ static bool body_needs_link_tags(const pli_mesh* mesh) {
 
 /* With room for planes in their place. */
 static size_t body_velocity_bytes(const pli_body* body) {
-    return (size_t)plii_planes_record_count(body->context, body->node_count) * sizeof(pli_vec4);
+    return (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4);
 }
 
 static void body_release_arrays(pli_body* body) {

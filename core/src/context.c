@@ -89,7 +89,7 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     }
     if (used.allocator.allocate == NULL || used.allocator.release == NULL) { return PLI_ERROR_INVALID_VALUE; }
     if (used.simd == PLI_SIMD_BEST) { used.simd = context_best_simd(); }
-    if (!context_has_simd(used.simd) || used.thread_count < 0) { return PLI_ERROR_INVALID_VALUE; }
+    if (!context_has_simd(used.simd)) { return PLI_ERROR_INVALID_VALUE; }
     pli_context* made = used.allocator.allocate(sizeof *made, CONTEXT_ALIGNMENT, used.allocator.user);
     if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     memset(made, 0, sizeof *made);
@@ -99,9 +99,6 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     made->parallel_for = used.parallel_for != NULL ? used.parallel_for : context_serial_for;
     made->parallel_user = used.parallel_user;
     made->has_threads = used.parallel_for != NULL;
-    made->thread_count = made->has_threads && used.thread_count > 1 ? used.thread_count : 1;
-    if (made->thread_count > PLII_TEAM_MOST) { made->thread_count = PLII_TEAM_MOST; }
-    made->team_patience = PLII_TEAM_PATIENCE;
     made->simd = used.simd;
     if (!plii_handle_add_context(made)) {
         used.allocator.release(made, sizeof *made, used.allocator.user);

@@ -7,10 +7,6 @@
 
 #include <stdbool.h>
 
-/* Threads that one body may have, and how often one looks whether the others come: some 0.1 ms, as a sleeping thread
-   may have to wake up. */
-enum { PLII_TEAM_MOST = 16, PLII_TEAM_PATIENCE = 10000 };
-
 /* What a step is at, and what it asks for memory for then. */
 typedef struct plii_pass {
     int body;                                 /* index in its world, or PLI_NULL_INDEX */
@@ -31,10 +27,8 @@ struct pli_context {
     void* log_user;
     pli_parallel_for_fn* parallel_for; /* never NULL */
     void* parallel_user;
-    bool has_threads;                             /* parallel_for is that of the caller */
-    int thread_count;                             /* of parallel_for, from 1 to PLII_TEAM_MOST */
-    int team_patience, team_failures, team_delay; /* see team.c */
-    pli_simd simd;                                /* never PLI_SIMD_BEST */
+    bool has_threads; /* parallel_for is that of the caller */
+    pli_simd simd;    /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
     plii_pass pass;

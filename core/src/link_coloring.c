@@ -2,7 +2,6 @@
    each with the lowest colour that is free at its nodes. Linear time but for runs. */
 
 #include "link_colors.h"
-#include "link_shares.h"
 #include "simd.h"
 
 #include <string.h>
@@ -10,8 +9,6 @@
 enum {
     LINK_COLORS_MAX = 64,
     LINK_COLORS_QUADS_NODES = 80, /* a smaller body has too few quads for their colours */
-    LINK_COLORS_REGIONS = 16,     /* of nodes that follow each other */
-    LINK_COLORS_REGIONS_NODES = 2048,
     LINK_COLORS_RUNS_NODES =
         PLII_PLANES_LEAST_NODES /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
 };
@@ -191,9 +188,6 @@ static int link_colors_by_node(const link_colors_work* work, int index) {
     }
     return low;
 }
-static int link_colors_by_region(const link_colors_work* work, int index) {
-    return (int)((int64_t)link_colors_by_node(work, index) * LINK_COLORS_REGIONS / work->node_count);
-}
 static int link_colors_by_pairs(const link_colors_work* work, int index) {
     return (1 << PLII_LINK_PAIRS) - 1 - link_colors_pairs_at(work, index);
 }
@@ -221,13 +215,6 @@ static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, in
     int* sorted = work->sorted;
     work->sorted = work->order;
     work->order = sorted;
-}
-
-/* Threads get the same regions of every colour, or nodes would go from one cache to the other. */
-static void link_colors_sort_colors(link_colors_work* work) {
-    const bool has_regions = plii_has_threads(work->body->context) && work->node_count >= LINK_COLORS_REGIONS_NODES;
-    if (has_regions) { link_colors_sort(work, link_colors_by_region, LINK_COLORS_REGIONS); }
-    link_colors_sort(work, link_colors_by_color, LINK_COLORS_MAX);
 }
 
 // ------------------------------------------------------------------------------------------------------------- kinds
@@ -273,7 +260,7 @@ static void link_colors_sort_kinds(link_colors_work* work) {
         }
     }
     link_colors_sort(work, link_colors_by_kind, 1 << PLII_LINK_PAIRS);
-    link_colors_sort_colors(work);
+    link_colors_sort(work, link_colors_by_color, LINK_COLORS_MAX);
 }
 
 // ------------------------------------------------------------------------------------------------------------ groups
@@ -377,13 +364,11 @@ static void link_colors_copy_runs(const plii_link_runs* made, plii_link_runs* ru
     memcpy(runs->run_links, made->run_links, (size_t)made->run_link_count * sizeof *runs->run_links);
 }
 
-/* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most, with
-   regions three for each of them too. */
+/* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most. */
 static size_t link_colors_most_groups(const pli_body* body, int link_count) {
     const size_t links = (size_t)link_count;
     const bool has_tags = body->link_tags != NULL || body->material_count > 1; /* links of faces may get one */
-    size_t parts = LINK_COLORS_MAX * (has_tags ? 2 * (size_t)body->material_count : 1);
-    if (has_tags && plii_has_threads(body->context)) { parts *= 3 * LINK_COLORS_REGIONS; }
+    const size_t parts = LINK_COLORS_MAX * (has_tags ? 2 * (size_t)body->material_count : 1);
     return links / PLII_LINK_LANES + (parts < links ? parts : links);
 }
 
@@ -429,7 +414,7 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
     if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }
-    link_colors_sort_colors(&work);
+    link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
     if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 
     link_colors_maker maker = {.work = &work, .made = {.runs = work.runs.made}};
@@ -453,7 +438,6 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     colors->storage = block.memory;
     colors->storage_size = block.size;
-    if (plii_link_colors_have_only_runs(colors)) { plii_link_shares_choose(body, &colors->runs, &colors->shares); }
     return true;
 }
 

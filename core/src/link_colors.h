@@ -39,7 +39,6 @@ typedef struct plii_link_colors {
     uint32_t (*places)[PLII_LINK_LANES]; /* [place_count] places (simd.h) of a node in all lanes */
     int (*row_links)[PLII_LINK_LANES];   /* [row_count] or PLI_NULL_INDEX */
     int* serial_links;                   /* [serial_count] */
-    plii_node_shares shares;             /* of threads, where there are only runs */
     void* storage;
     size_t storage_size;
 } plii_link_colors;

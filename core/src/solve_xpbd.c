@@ -219,8 +219,7 @@ static void xpbd_substeps_in_planes(pli_body* body, xpbd_state* state, const xpb
     plii_xpbd_plane_nodes nodes = {
         .dt = substep->dt, .inverse_dt = substep->inverse_dt, .body = body, .records = &state->records};
     substep->planes = &nodes.moving;
-    if (kinds->at[0]->substeps_together(kinds->states[0], &nodes, &state->def, substep)) { return; }
-    ranges->lay_out(&nodes, NULL);
+    ranges->lay_out(&nodes);
     for (int i = 0; i < PLII_XPBD_TAKES; ++i) {
         plii_parallel_for(body->context, ranges->takes[i], &nodes, body->node_count, XPBD_NODES_GRAIN);
     }
@@ -289,12 +288,12 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t xpbd_records_size(const pli_context* context, int node_count) {
-    return (size_t)plii_planes_record_count(context, node_count) * sizeof(pli_vec4);
+static size_t xpbd_records_size(int node_count) {
+    return (size_t)plii_planes_record_count(node_count) * sizeof(pli_vec4);
 }
 
 static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
-    const size_t size = xpbd_records_size(body->context, node_count);
+    const size_t size = xpbd_records_size(node_count);
     plii_release(body->context, state->records.displacements, size);
     plii_release(body->context, state->records.carried, size);
     plii_release(body->context, state->records.accelerations, size);
@@ -303,7 +302,7 @@ static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
 static pli_status xpbd_enable(pli_body* body, void* data) {
     xpbd_state* state = data;
     plii_xpbd_records* records = &state->records;
-    const size_t size = xpbd_records_size(body->context, body->node_count);
+    const size_t size = xpbd_records_size(body->node_count);
     records->displacements = plii_allocate(body->context, size);
     records->carried = plii_allocate(body->context, size);
     records->accelerations = plii_allocate(body->context, size);
@@ -322,13 +321,14 @@ static void xpbd_disable(pli_body* body, void* data) {
 
 static size_t xpbd_bytes(const pli_body* body, const void* data) {
     (void)data;
-    return 3 * xpbd_records_size(body->context, body->node_count);
+    return 3 * xpbd_records_size(body->node_count);
 }
 
 static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                 size_t* sizes) {
+    (void)body;
     (void)data;
-    sizes[0] = sizes[1] = sizes[2] = xpbd_records_size(body->context, change->node_count);
+    sizes[0] = sizes[1] = sizes[2] = xpbd_records_size(change->node_count);
     return 3;
 }
 

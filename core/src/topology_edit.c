@@ -345,7 +345,7 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     pli_context* context = edit->context;
     const size_t new_nodes = (size_t)(edit->node_count - edit->old_node_count);
     product->record_size = (size_t)edit->node_count * sizeof(pli_vec4);
-    product->velocity_size = (size_t)plii_planes_record_count(context, edit->node_count) * sizeof(pli_vec4);
+    product->velocity_size = (size_t)plii_planes_record_count(edit->node_count) * sizeof(pli_vec4);
     product->link_size = (size_t)edit->link_count * sizeof(plii_link);
     product->tag_size = edit_needs_tags(edit) ? (size_t)edit->link_count * sizeof(plii_link_tag) : 0;
     product->node_origin_size = new_nodes * sizeof(plii_node_origin);
@@ -411,8 +411,7 @@ static void edit_replace(const plii_edit* edit, const edit_product* product) {
     const size_t record_size = (size_t)body->node_count * sizeof(pli_vec4);
     plii_release(context, body->positions, record_size);
     plii_release(context, body->previous, record_size);
-    plii_release(context, body->velocities,
-                 (size_t)plii_planes_record_count(context, body->node_count) * sizeof(pli_vec4));
+    plii_release(context, body->velocities, (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4));
     plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
     plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
     plii_topology_release(context, body->topology);

@@ -17,9 +17,8 @@ typedef struct plii_xpbd_planes {
 typedef struct plii_xpbd_plane_nodes {
     plii_xpbd_planes moving;
     plii_planes velocities, accelerations;
-    ptrdiff_t first_place; /* of the first block */
-    int block_count;       /* of PLII_LANES even and as many odd nodes */
-    float dt, inverse_dt;  /* s, of the substep */
+    int block_count;      /* of PLII_LANES even and as many odd nodes */
+    float dt, inverse_dt; /* s, of the substep */
     pli_body* body;
     const struct plii_xpbd_records* records;
 } plii_xpbd_plane_nodes;
@@ -34,8 +33,8 @@ enum { PLII_XPBD_TAKES = 3, PLII_XPBD_GIVES = 2 };
 /* What the solver does to nodes in planes; comes with the kinds that can do with planes. Ranges have
    plii_xpbd_plane_nodes as their task. */
 typedef struct plii_xpbd_plane_moves {
-    /* Where the planes are. Body, records and times are there already; shares may be NULL. */
-    void (*lay_out)(plii_xpbd_plane_nodes* nodes, const plii_node_shares* shares);
+    /* Where the planes are. Body, records and times are there already. */
+    void (*lay_out)(plii_xpbd_plane_nodes* nodes);
     /* From records to planes and back, one after the other for all nodes; ranges are of nodes. */
     pli_range_fn *takes[PLII_XPBD_TAKES], *gives[PLII_XPBD_GIVES];
     void (*fill)(const plii_xpbd_plane_nodes* nodes); /* what lies behind the nodes, after the takes */
@@ -68,10 +67,6 @@ typedef struct plii_xpbd_kind {
     bool (*is_idle)(const pli_body* body, const void* state);
     /* How nodes are moved in planes, where all that is to do in this step can be done there; or NULL. Optional. */
     const plii_xpbd_plane_moves* (*planes)(const pli_body* body, const void* state);
-    /* All substeps by a team of threads, from records to records; planes are not laid out yet. False: nothing is done.
-       Comes with `planes`. */
-    bool (*substeps_together)(void* state, plii_xpbd_plane_nodes* nodes, const pli_xpbd_def* def,
-                              const plii_xpbd_substep* substep);
 } plii_xpbd_kind;
 
 /* Contacts come last, so that what is drawn does not penetrate. */

@@ -1,7 +1,6 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "lanes.h"
-#include "link_shares.h"
 #include "range.h"
 #include "xpbd_links_kernel.h"
 
@@ -124,64 +123,6 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
 }
 
-// ----------------------------------------------------------------------------------------------------- by a team
-
-typedef struct xpbd_links_together {
-    const xpbd_links_state* state;
-    plii_xpbd_plane_nodes* nodes;
-    const pli_xpbd_def* def;
-    const plii_xpbd_substep* substep;
-} xpbd_links_together;
-
-static void xpbd_links_share(const void* data, int color, int begin, int end) {
-    const xpbd_links_part* part = data;
-    part->solve_runs(&part->task, color, begin, end);
-}
-static void xpbd_links_substeps_of_member(const xpbd_links_together* together, plii_link_shares* shares) {
-    const plii_xpbd_plane_moves* moves = &plii_xpbd_moves_in_planes;
-    const pli_xpbd_def* def = together->def;
-    plii_xpbd_plane_nodes own = *together->nodes;
-    own.first_place = plii_planes_place(&own.velocities, shares->first_node);
-    plii_xpbd_substep substep = *together->substep;
-    const xpbd_links_part part = xpbd_links_part_of(own.body, together->state, &substep);
-    plii_link_shares_pass(shares, moves->move, 2 * PLII_LANES, &own);
-    for (substep.index = 0; substep.index < def->substeps; ++substep.index) {
-        for (int s = 0; s < def->sweeps; ++s) {
-            substep.is_first_sweep = s == 0;
-            substep.is_last_sweep = s + 1 == def->sweeps;
-            plii_link_shares_sweep(shares, xpbd_links_share, &part);
-        }
-        const bool is_last = substep.index + 1 == def->substeps;
-        plii_link_shares_pass(shares, is_last ? moves->finish : moves->finish_and_move, 2 * PLII_LANES, &own);
-    }
-}
-static void xpbd_links_member(plii_team* team, int member, void* data) {
-    const xpbd_links_together* together = data;
-    const plii_xpbd_plane_moves* moves = &plii_xpbd_moves_in_planes;
-    plii_link_shares shares;
-    plii_link_shares_find(together->state->colors, team, member, &shares);
-    for (int i = 0; i < PLII_XPBD_TAKES; ++i) {
-        plii_link_shares_turn(&shares, moves->takes[i], together->nodes);
-    }
-    if (member + 1 == shares.member_count) { moves->fill(together->nodes); }
-    xpbd_links_substeps_of_member(together, &shares);
-    plii_team_meet(team, member, shares.member_count, ++shares.steps);
-    for (int i = 0; i < PLII_XPBD_GIVES; ++i) {
-        plii_link_shares_turn(&shares, moves->gives[i], together->nodes);
-    }
-}
-
-static bool xpbd_links_substeps_together(void* data, plii_xpbd_plane_nodes* nodes, const pli_xpbd_def* def,
-                                         const plii_xpbd_substep* substep) {
-    xpbd_links_state* state = data;
-    pli_body* body = nodes->body;
-    xpbd_links_together together = {state, nodes, def, substep};
-    if (state->colors->shares.count == 0) { return false; }
-    plii_xpbd_moves_in_planes.lay_out(nodes, &state->colors->shares);
-    xpbd_links_restart(body, state, substep);
-    return plii_team_run(body->context, state->colors->shares.count, xpbd_links_member, &together);
-}
-
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static size_t xpbd_links_softness_size(const pli_body* body) {
@@ -255,7 +196,6 @@ static const plii_xpbd_kind xpbd_links_kind = {
     .restart = xpbd_links_restart,
     .sweep = xpbd_links_sweep,
     .planes = xpbd_links_planes,
-    .substeps_together = xpbd_links_substeps_together,
 };
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {

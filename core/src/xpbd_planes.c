@@ -9,23 +9,22 @@
 
 #include <string.h>
 
-static plii_planes xpbd_planes_xyz(pli_vec4* place, int node_count, const plii_node_shares* shares) {
-    plii_planes planes = plii_planes_at(place, node_count, shares);
+static plii_planes xpbd_planes_xyz(pli_vec4* place, int node_count) {
+    plii_planes planes = plii_planes_at(place, node_count);
     planes.w = NULL;
     return planes;
 }
 
-static void xpbd_planes_lay_out(plii_xpbd_plane_nodes* nodes, const plii_node_shares* shares) {
+static void xpbd_planes_lay_out(plii_xpbd_plane_nodes* nodes) {
     const pli_body* body = nodes->body;
     const plii_xpbd_records* records = nodes->records;
     const int count = body->node_count;
-    nodes->first_place = 0;
     nodes->block_count = ((count + 1) / 2 + PLII_LANES - 1) / PLII_LANES;
-    nodes->accelerations = xpbd_planes_xyz(records->carried, count, shares);
-    nodes->velocities = xpbd_planes_xyz(records->accelerations, count, shares);
-    nodes->moving.positions = xpbd_planes_xyz(body->positions, count, shares);
-    nodes->moving.displacements = plii_planes_at(records->displacements, count, shares);
-    nodes->moving.carried = xpbd_planes_xyz(body->velocities, count, shares);
+    nodes->accelerations = xpbd_planes_xyz(records->carried, count);
+    nodes->velocities = xpbd_planes_xyz(records->accelerations, count);
+    nodes->moving.positions = xpbd_planes_xyz(body->positions, count);
+    nodes->moving.displacements = plii_planes_at(records->displacements, count);
+    nodes->moving.carried = xpbd_planes_xyz(body->velocities, count);
 }
 
 // ------------------------------------------------------------------------------------------------------- there and
@@ -57,11 +56,8 @@ static void xpbd_planes_take_positions(int begin, int end, void* data) {
 
 /* What lies behind the even and the odd nodes stays where it is. */
 static void xpbd_planes_fill_plane(const plii_planes* planes, int node_count) {
-    const plii_node_shares* shares = planes->shares;
-    const int first_node = shares != NULL ? shares->first[shares->count - 1] : 0;
-    const ptrdiff_t first = plii_planes_place(planes, first_node);
     for (int node = node_count; node < node_count + 2; ++node) {
-        for (ptrdiff_t i = plii_planes_place(planes, node); (i - first) % planes->odd != 0; ++i) {
+        for (ptrdiff_t i = plii_planes_place(planes, node); i % planes->odd != 0; ++i) {
             planes->x[i] = planes->y[i] = planes->z[i] = 0.0f;
             if (planes->w != NULL) { planes->w[i] = 0.0f; }
         }
@@ -155,8 +151,7 @@ static void xpbd_planes_run(const plii_xpbd_plane_nodes* nodes, xpbd_component_f
                                            velocities->y, accelerations->y, moving->displacements.w, dt, inverse_dt},
                                           {moving->positions.z, moving->displacements.z, moving->carried.z,
                                            velocities->z, accelerations->z, moving->displacements.w, dt, inverse_dt}};
-    const int odd = (int)moving->positions.odd, first = (int)nodes->first_place;
-    const int even_begin = first + PLII_LANES * begin, even_end = first + PLII_LANES * end;
+    const int odd = (int)moving->positions.odd, even_begin = PLII_LANES * begin, even_end = PLII_LANES * end;
     for (int k = 0; k < 3; ++k) {
         run(&components[k], even_begin, even_end);
         run(&components[k], odd + even_begin, odd + even_end);

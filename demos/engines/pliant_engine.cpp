@@ -18,7 +18,6 @@ static pli_context* create_context(const EngineOptions& options, ThreadPool& thr
     if (options.threads > 1) {
         def.parallel_for = ThreadPool::parallel_for;
         def.parallel_user = &threads;
-        def.thread_count = threads.thread_count();
     }
     pli_context* context = nullptr;
     const pli_status status = pli_context_create(&def, &context);

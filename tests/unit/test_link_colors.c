@@ -11,7 +11,6 @@
 #include "link_colors.h"
 #include "xpbd_impl.h"
 
-#include <limits.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -322,42 +321,6 @@ static void test_meshes_become_quads_and_small_bodies_single_links(void** state)
     sample_destroy(&s);
 }
 
-/* Of the links in the last lane of a group. */
-static int lowest_node(const pli_body* body, const plii_link_colors* colors, int group) {
-    const int end = group + 1 < colors->group_count ? colors->groups[group + 1].first_row : colors->row_count;
-    int lowest = INT_MAX;
-    for (int row = colors->groups[group].first_row; row < end; ++row) {
-        const int link = colors->row_links[row][7];
-        for (int k = 0; link != PLI_NULL_INDEX && k < 2; ++k) {
-            const int node = body->links[link].nodes[k];
-            lowest = node < lowest ? node : lowest;
-        }
-    }
-    return lowest;
-}
-
-/* Whatever kinds of quads there are: threads take stretches of each colour. */
-static void test_groups_of_colors_go_from_region_to_region_for_threads(void** state) {
-    (void)state;
-    const int part = 7;
-    sample s;
-    assert_true(sample_create(&s, make_large_sphere, true, PLI_SIMD_BEST, &part));
-    const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
-    int kinds = 0;
-    for (int c = 0; c < colors->color_count; ++c) {
-        const plii_link_color* color = &colors->colors[c];
-        int last = 0;
-        for (int g = color->first_group; g < color->first_group + color->group_count; ++g) {
-            const int region = lowest_node(s.body, colors, g) * 16 / s.body->node_count;
-            assert_true(region >= last);
-            last = region;
-            kinds |= colors->groups[g].pairs == PLII_LINK_SINGLE ? 1 : 2;
-        }
-    }
-    assert_int_equal(kinds, 3);
-    sample_destroy(&s);
-}
-
 /* The same mesh with its links in the order of slots, each once. */
 static pli_mesh* reorder(const sample* s, pli_context* context, make_mesh_fn* make_mesh) {
     const plii_link_colors* colors = plii_feature_state(s->body, &plii_link_colors_class);
@@ -527,42 +490,6 @@ static void test_results_are_equal_in_records_and_in_planes(void** state) {
             const uint64_t hash = hash_with_records(grids[m], (link_solver)solver, false);
             assert_true(hash == hash_with_records(grids[m], (link_solver)solver, true));
         }
-    }
-}
-
-static pli_mesh* make_sheet_of_bands(pli_context* context) {
-    return make_sheet_of(context, 200);
-}
-static pli_mesh* make_bending_sheet_of_bands(pli_context* context) {
-    return make_bending_sheet_of(context, 184);
-}
-
-static uint64_t hash_after_sweeps(make_mesh_fn* make_mesh, const int* part, bool has_records) {
-    sample s;
-    assert_true(sample_create(&s, make_mesh, true, PLI_SIMD_BEST, part));
-    pli_solver_settings settings = pli_body_get_solver_settings(s.body);
-    settings.position_iterations = 17;
-    assert_int_equal(pli_body_set_solver_settings(s.body, &settings), PLI_OK);
-    assert_non_null(s.body->iterate_links);
-    if (has_records) { s.body->iterate_links = NULL; }
-    for (int i = 0; i < 2; ++i) {
-        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
-    }
-    const uint64_t hash = pli_body_state_hash(s.body);
-    sample_destroy(&s);
-    return hash;
-}
-
-/* Without threads large grids are solved band by band, in planes several sweeps at once; with them colour by colour. */
-static void test_results_are_equal_with_and_without_bands(void** state) {
-    (void)state;
-    make_mesh_fn* const grids[] = {make_sheet_of_bands, make_bending_sheet_of_bands};
-    const int part = 37;
-    for (int m = 0; m < 2; ++m) {
-        const uint64_t expected = hash_after_sweeps(grids[m], &part, true);
-        assert_true(hash_after_sweeps(grids[m], &part, false) == expected);
-        assert_true(hash_after_sweeps(grids[m], NULL, true) == expected);
-        assert_true(hash_after_sweeps(grids[m], NULL, false) == expected);
     }
 }
 
@@ -771,12 +698,10 @@ int main(void) {
         cmocka_unit_test(test_no_two_lanes_of_a_color_share_a_node),
         cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
-        cmocka_unit_test(test_groups_of_colors_go_from_region_to_region_for_threads),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
         cmocka_unit_test(test_parts_of_quads_and_of_runs_have_equal_results),
         cmocka_unit_test(test_results_are_equal_in_records_and_in_planes),
-        cmocka_unit_test(test_results_are_equal_with_and_without_bands),
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
         cmocka_unit_test(test_unknown_instruction_sets_are_refused),
         cmocka_unit_test(test_few_links_that_all_meet_keep_their_order),

@@ -662,7 +662,6 @@ static void run_many_bodies(trial* t) {
     }
 }
 
-/* Runs of links, and sweeps in bands. */
 static void run_large_grid(trial* t) {
     pli_body* body = add_sheet(t, 70, 0.02f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00 | PLI_PATCH_PIN_01);
     pli_body* other = add_sheet(t, 66, 0.02f, pli_vec3_make(0, 2, 0), PLI_PATCH_PIN_00);
@@ -881,13 +880,12 @@ static void in_one_piece(pli_range_fn* range, void* task, int count, int grain, 
     range(0, count, task);
 }
 
-/* For threads colours come region by region, and with materials that makes the most groups. */
+/* Materials make the most groups. */
 static uint64_t cut_a_cloth_of_many_kinds_of_links(long failing_calls, long* calls) {
     trial t = {.name = "cloth"};
     pli_context_def def = pli_context_def_default();
     def.allocator = (pli_allocator){failing_allocate, failing_release, &t.allocator};
     def.parallel_for = in_one_piece;
-    def.thread_count = 2;
     assert_int_equal(pli_context_create(&def, &t.context), PLI_OK);
     assert_int_equal(pli_world_create(t.context, NULL, &t.world), PLI_OK);
     pli_mesh* mesh = make_sheet(&t, 46, 0.02f, pli_vec3_make(0, 1, 0), PLI_PATCH_PIN_00);

@@ -83,7 +83,7 @@ static void large_bodies_have_equal_bits(void**) {
     const auto large_sheet = demos::Description::build(series_scene("sheet", "sheet 256"), {});
     const auto ball = demos::Description::build(series_scene("sphere", "sphere 20000"), {});
     expect_equal_bits(*sheet, {}, 3);
-    expect_equal_bits(*large_sheet, {}, 2); // in bands on one thread
+    expect_equal_bits(*large_sheet, {}, 2);
     expect_equal_bits(*ball, {}, 2);
     EngineOptions xpbd;
     xpbd.solver.kind = SolverKind::xpbd;

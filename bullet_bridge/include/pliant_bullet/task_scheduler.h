@@ -12,7 +12,6 @@ namespace pliant {
 ///
 ///     pli_context_def def = pli_context_def_default();
 ///     def.parallel_for = pliant::bullet_parallel_for;
-///     def.thread_count = scheduler->getNumThreads();
 ///     def.parallel_user = scheduler; // a btITaskScheduler*; null: the one in use then, btGetTaskScheduler(), if any
 PLI_API void bullet_parallel_for(pli_range_fn* range, void* task, int count, int grain, void* user);
 

@@ -138,10 +138,6 @@ typedef struct pli_context_def {
     void* log_user;                    ///< handed to `log`
     pli_parallel_for_fn* parallel_for; ///< default NULL: everything on the calling thread
     void* parallel_user;               ///< handed to `parallel_for`
-    /// >= 0, default 0: not known. How many parts of a range `parallel_for` runs at the same time, the caller's
-    /// included. With it large grids are solved by threads that wait for each other only where their parts touch. Where
-    /// the hook keeps fewer they do not meet, which costs some 0.1 ms now and then.
-    int thread_count;
     pli_simd simd; ///< default PLI_SIMD_BEST
 } pli_context_def;
 
@@ -150,8 +146,8 @@ PLI_API pli_context_def pli_context_def_default(void);
 
 /// Makes a context, the first thing that a program needs.
 /// @param def NULL for the defaults; copied
-/// @return PLI_ERROR_INVALID_VALUE: one of the two memory hooks missing, a negative number of threads, or an
-///         instruction set that the processor or this build does not have
+/// @return PLI_ERROR_INVALID_VALUE: one of the two memory hooks missing, or an instruction set that the
+///         processor or this build does not have
 PLI_API pli_status pli_context_create(const pli_context_def* def, pli_context** context);
 
 /// Ends a context that holds nothing any more. NULL is allowed.
