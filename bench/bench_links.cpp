@@ -1,8 +1,8 @@
 // Time per link and sweep of a step of ten sweeps over the links of a body: in the order of the mesh, by colours with
 // each instruction set, and btSoftBody's; by colours also of a body that lies on a floor, whose contacts are solved
-// between the sweeps; there `time/link` is the median of the sweeps alone. The counter `stretch` tells what speed is bought with: root mean square of
-// length / rest - 1 of the same body hung up by some nodes, after 300 steps of 1/60 s with 10 sweeps (that of
-// btSoftBody is that of the ordered links, whose results are the same).
+// between the sweeps; there `time/link` is the median of the sweeps alone. The counter `stretch` tells what speed is
+// bought with: root mean square of length / rest - 1 of the same body hung up by some nodes, after 300 steps of 1/60 s
+// with 10 sweeps (that of btSoftBody is that of the ordered links, whose results are the same).
 //
 // Run with --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true on a machine that does other things.
 
@@ -332,11 +332,8 @@ const struct {
 const struct {
     pli_simd simd;
     const char* name;
-} paths[] = {{PLI_SIMD_PORTABLE, "portable"},
-             {PLI_SIMD_SSE2, "SSE2"},
-             {PLI_SIMD_AVX2, "AVX2"},
-             {PLI_SIMD_AVX512, "AVX-512"},
-             {PLI_SIMD_NEON, "NEON"}};
+} paths[] = {
+    {PLI_SIMD_PORTABLE, "portable"}, {PLI_SIMD_SSE2, "SSE2"}, {PLI_SIMD_AVX2, "AVX2"}, {PLI_SIMD_NEON, "NEON"}};
 
 bool is_available(pli_simd simd) {
     pli_context_def def = pli_context_def_default();

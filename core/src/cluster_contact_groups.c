@@ -148,7 +148,7 @@ bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, 
 
 static const plii_groups_kernel* groups_kernel(const pli_context* context) {
 #if PLIANT_SIMD_X86
-    if (context->simd == PLI_SIMD_AVX2 || context->simd == PLI_SIMD_AVX512) { return &plii_groups_kernel_avx2; }
+    if (context->simd == PLI_SIMD_AVX2) { return &plii_groups_kernel_avx2; }
 #else
     (void)context;
 #endif

@@ -57,8 +57,6 @@ static bool context_has_simd(pli_simd simd) {
         return true;
     case PLI_SIMD_AVX2:
         return __builtin_cpu_supports("avx2") != 0;
-    case PLI_SIMD_AVX512:
-        return __builtin_cpu_supports("avx512vl") != 0;
 #endif
 #if PLIANT_SIMD_NEON
     case PLI_SIMD_NEON:
@@ -70,7 +68,7 @@ static bool context_has_simd(pli_simd simd) {
 }
 
 static pli_simd context_best_simd(void) {
-    static const pli_simd best_first[] = {PLI_SIMD_AVX512, PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
+    static const pli_simd best_first[] = {PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
     for (size_t i = 0; i < sizeof best_first / sizeof *best_first; ++i) {
         if (context_has_simd(best_first[i])) { return best_first[i]; }
     }

@@ -31,9 +31,6 @@ typedef struct plii_links_kernel {
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
-    plii_links_kernel_avx512, plii_links_kernel_neon;
-
-/* Sixteen at once. */
-plii_links_runs_fn plii_links_in_planes_avx512;
+    plii_links_kernel_neon;
 
 #endif

@@ -31,7 +31,7 @@ enum { PLII_SIMD_LANES = 8 };
 #endif
 
 /* Of what is called in many places: inline where vectors stay in registers, elsewhere it would only be large. */
-#if defined(PLII_SIMD_AVX2) || defined(PLII_SIMD_AVX512)
+#if defined(PLII_SIMD_AVX2)
 #define PLII_SIMD_LARGE PLII_SIMD_INLINE
 #else
 #define PLII_SIMD_LARGE static
@@ -57,10 +57,7 @@ PLII_SIMD_INLINE pli_vec4* plii_simd_at_mutable(pli_vec4* records, uint32_t plac
     return (pli_vec4*)(void*)((char*)records + 8 * (size_t)place);
 }
 
-#if defined(PLII_SIMD_AVX512)
-#include <immintrin.h> /* for simd_wide.h */
-
-#elif defined(PLII_SIMD_AVX2)
+#if defined(PLII_SIMD_AVX2)
 #include <immintrin.h>
 
 enum { PLII_SIMD_RECORDS = 2 }; /* in a register */

@@ -26,8 +26,6 @@ typedef struct colored_links_state {
 static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
     switch (simd) {
 #if PLIANT_SIMD_X86
-    case PLI_SIMD_AVX512:
-        return &plii_links_kernel_avx512;
     case PLI_SIMD_AVX2:
         return &plii_links_kernel_avx2;
     case PLI_SIMD_SSE2:
@@ -40,13 +38,6 @@ static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
     default:
         return &plii_links_kernel_portable;
     }
-}
-
-static plii_links_runs_fn* colored_links_in_planes(pli_simd simd) {
-#if PLIANT_SIMD_X86
-    if (simd == PLI_SIMD_AVX512) { return plii_links_in_planes_avx512; }
-#endif
-    return colored_links_kernel(simd)->in_planes;
 }
 
 static void colored_links_refresh(pli_body* body, colored_links_state* state) {
@@ -186,7 +177,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = colored_links_kernel(body->context->simd);
-    state->in_planes = colored_links_in_planes(body->context->simd);
+    state->in_planes = state->kernel->in_planes;
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
     if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
         colored_links_release(body, state);

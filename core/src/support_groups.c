@@ -4,7 +4,7 @@
 
 static const plii_support_kernel* support_kernel(const pli_context* context) {
 #if PLIANT_SIMD_X86
-    if (context->simd == PLI_SIMD_AVX2 || context->simd == PLI_SIMD_AVX512) { return &plii_support_kernel_avx2; }
+    if (context->simd == PLI_SIMD_AVX2) { return &plii_support_kernel_avx2; }
 #else
     (void)context;
 #endif

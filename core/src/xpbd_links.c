@@ -24,7 +24,6 @@ typedef struct xpbd_links_state {
 static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
     switch (simd) {
 #if PLIANT_SIMD_X86
-    case PLI_SIMD_AVX512:
     case PLI_SIMD_AVX2:
         return &plii_xpbd_links_kernel_avx2;
     case PLI_SIMD_SSE2:
@@ -37,13 +36,6 @@ static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
     default:
         return &plii_xpbd_links_kernel_portable;
     }
-}
-
-static plii_xpbd_links_runs_fn* xpbd_links_in_planes_of(pli_simd simd) {
-#if PLIANT_SIMD_X86
-    if (simd == PLI_SIMD_AVX512) { return plii_xpbd_links_in_planes_avx512; }
-#endif
-    return xpbd_links_kernel_of(simd)->in_planes;
 }
 
 // --------------------------------------------------------------------------------------------------------- solving
@@ -140,7 +132,7 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = xpbd_links_kernel_of(body->context->simd);
-    state->in_planes = xpbd_links_in_planes_of(body->context->simd);
+    state->in_planes = state->kernel->in_planes;
     state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
     if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||

@@ -40,7 +40,4 @@ typedef struct plii_xpbd_links_kernel {
 extern const plii_xpbd_links_kernel plii_xpbd_links_kernel_portable, plii_xpbd_links_kernel_sse2,
     plii_xpbd_links_kernel_avx2, plii_xpbd_links_kernel_neon;
 
-/* Sixteen at once. */
-plii_xpbd_links_runs_fn plii_xpbd_links_in_planes_avx512;
-
 #endif

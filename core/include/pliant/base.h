@@ -123,8 +123,7 @@ typedef enum pli_simd {
     PLI_SIMD_PORTABLE = 1, ///< plain C, on every processor; the reference for tests
     PLI_SIMD_SSE2 = 2,     ///< four floats at a time, on every x86-64
     PLI_SIMD_AVX2 = 3,     ///< eight floats at a time, x86-64 since about 2013
-    PLI_SIMD_NEON = 4,     ///< four floats at a time, on every 64-bit ARM
-    PLI_SIMD_AVX512 = 5    ///< AVX-512VL: vectors as in AVX2, twice the registers
+    PLI_SIMD_NEON = 4      ///< four floats at a time, on every 64-bit ARM
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
@@ -138,7 +137,7 @@ typedef struct pli_context_def {
     void* log_user;                    ///< handed to `log`
     pli_parallel_for_fn* parallel_for; ///< default NULL: everything on the calling thread
     void* parallel_user;               ///< handed to `parallel_for`
-    pli_simd simd; ///< default PLI_SIMD_BEST
+    pli_simd simd;                     ///< default PLI_SIMD_BEST
 } pli_context_def;
 
 /// Defaults of the fields; no cookie is needed, a zeroed definition is the same.
