@@ -44,7 +44,7 @@ static pli_body* make_curtain(pli_world* world) {
     check(pli_body_create(world, mesh, &def, &curtain));
     pli_mesh_destroy(mesh); // the body has a copy
 
-    check(pli_body_use_colored_links(curtain, true));
+    check(pli_body_enable_colored_links(curtain));
     pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
     contacts.friction = 0.3f;
     check(pli_body_enable_rigid_contacts(curtain, &contacts));
@@ -80,7 +80,7 @@ static void move_ball(pli_rigid* ball, float time) {
 
 static void print_events(const pli_world* world) {
     int count;
-    const pli_event* events = pli_world_events(world, &count);
+    const pli_event* events = pli_world_get_events(world, &count);
     for (int i = 0; i < count; ++i) {
         if (events[i].kind == PLI_EVENT_BODY_FROZEN) { printf("frozen: node %d left the limits\n", events[i].node); }
     }
