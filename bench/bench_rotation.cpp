@@ -1,9 +1,9 @@
-// Time per matrix of the nearest rotation: Pliant's batch with a start near the result and with a poor one, Pliant's
+// Time per matrix of the nearest rotation: Pliant's with a start near the result and with a poor one, Pliant's
 // iteration in Bullet's order, and Bullet's.
 
 extern "C" {
 #include "polar.h"
-#include "rotation_batch.h"
+#include "rotation_fit.h"
 }
 
 #include <LinearMath/btPolarDecomposition.h>
@@ -38,7 +38,12 @@ struct Samples {
         }
         rotations.resize(matrices.size());
         near = far;
-        plii_rotation_batch(count(), matrices.data(), near.data(), rotations.data());
+        fit(near);
+    }
+    void fit(std::vector<pli_quat>& quaternions) {
+        for (size_t i = 0; i < matrices.size(); ++i) {
+            rotations[i] = plii_rotation_fit(&matrices[i], &quaternions[i]);
+        }
     }
     int count() const { return static_cast<int>(matrices.size()); }
 };
@@ -49,18 +54,18 @@ void per_matrix(benchmark::State& state, const Samples& samples) {
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-void batch(benchmark::State& state, bool is_near) {
+void fit(benchmark::State& state, bool is_near) {
     Samples samples;
     std::vector<pli_quat> quaternions;
     for (auto _ : state) {
         quaternions = is_near ? samples.near : samples.far;
-        plii_rotation_batch(samples.count(), samples.matrices.data(), quaternions.data(), samples.rotations.data());
+        samples.fit(quaternions);
         benchmark::DoNotOptimize(samples.rotations.data());
     }
     per_matrix(state, samples);
 }
-BENCHMARK_CAPTURE(batch, near_start, true);
-BENCHMARK_CAPTURE(batch, poor_start, false);
+BENCHMARK_CAPTURE(fit, near_start, true);
+BENCHMARK_CAPTURE(fit, poor_start, false);
 
 void polar_factor(benchmark::State& state) {
     Samples samples;

@@ -6,7 +6,7 @@
 
 #include "rotation_follow.h"
 
-#include "rotation_batch.h"
+#include "rotation_fit.h"
 
 #define FOLLOW_MOST_STEPS 4
 #define FOLLOW_LAST_STEP                                                                                               \
@@ -183,7 +183,7 @@ void plii_rotation_follow(int count, const pli_mat3* matrices, pli_quat* quatern
         const int found = follow_block(lane_count, matrices + begin, quaternions + begin, rotations + begin);
         for (int i = begin; i < begin + lane_count; ++i) {
             if ((found >> (i - begin) & 1) != 0) { continue; }
-            plii_rotation_batch(1, &matrices[i], &quaternions[i], &rotations[i]);
+            rotations[i] = plii_rotation_fit(&matrices[i], &quaternions[i]);
         }
     }
 }

@@ -20,8 +20,6 @@ typedef struct plii_support_block {
     float x[PLII_SUPPORT_LANES], y[PLII_SUPPORT_LANES], z[PLII_SUPPORT_LANES];
 } plii_support_block;
 
-typedef struct plii_support_kernel plii_support_kernel;
-
 typedef struct plii_support_groups {
     int node_count;             /* 0 for a set that is too small */
     int* nodes;                 /* [node_count] group after group */
@@ -30,21 +28,7 @@ typedef struct plii_support_groups {
     int* begin;                 /* [count + 1] */
     pli_bounds* bounds;         /* [count], of this step */
     bool is_current;            /* what is of this step has been made */
-    const plii_support_kernel* kernel;
 } plii_support_groups;
-
-/* What is asked of packed coordinates, with the instructions of every processor of the target or with more, from
-   support_groups_kernel.inl; all with the same results. */
-struct plii_support_kernel {
-    int (*farthest)(const plii_support_groups* groups, pli_vec3 direction); /* its place in `nodes` */
-    float (*reach)(const plii_support_groups* groups, pli_vec3 direction);
-    /* plii_support_groups_has_near: returns the square of the length of the gap. */
-    float (*find_way)(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, pli_vec3* gap);
-    int (*find_below)(const plii_support_groups* groups, pli_vec3 foot, pli_vec3 normal, float limit, pli_vec3* points,
-                      float* heights);
-};
-
-extern const plii_support_kernel plii_support_kernel_base, plii_support_kernel_avx2;
 
 static inline size_t plii_support_block_count(const plii_support_groups* groups) {
     return ((size_t)groups->node_count + PLII_SUPPORT_LANES - 1) / PLII_SUPPORT_LANES;

@@ -1,7 +1,7 @@
 /* Nearest rotations of matrices of all kinds against a singular value decomposition in double precision. */
 
 #include "check.h"
-#include "rotation_batch.h"
+#include "rotation_fit.h"
 #include "rotation_follow.h"
 
 #include <stdlib.h>
@@ -202,7 +202,7 @@ enum { MATRIX_COUNT = 1000000, CHUNK = 1000 };
 static void test_against_singular_values(void** state) {
     (void)state;
     uint64_t seed = 1;
-    static pli_mat3 matrices[CHUNK], rotations[CHUNK];
+    static pli_mat3 matrices[CHUNK];
     static pli_quat starts[CHUNK], quaternions[CHUNK];
     double worst_orthogonality = 0.0, worst_determinant = 0.0, worst_rotation[KIND_COUNT] = {0.0};
     double worst_trace[KIND_COUNT] = {0.0};
@@ -212,9 +212,8 @@ static void test_against_singular_values(void** state) {
             starts[i] = quaternions[i] = random_quaternion(&seed);
             matrices[i] = random_matrix(&seed, (matrix_kind)(i % KIND_COUNT), starts[i]);
         }
-        plii_rotation_batch(CHUNK, matrices, quaternions, rotations);
         for (int i = 0; i < CHUNK; ++i) {
-            const pli_mat3 r = rotations[i];
+            const pli_mat3 r = plii_rotation_fit(&matrices[i], &quaternions[i]);
             const double orthogonality = orthogonality_error(r);
             const double determinant =
                 (double)pli_vec3_dot(r.rows[0], pli_vec3_cross(r.rows[1], r.rows[2])); /* about 1, so float will do */
@@ -254,31 +253,6 @@ static void test_against_singular_values(void** state) {
     }
 }
 
-/* A result does not depend on its lane or on its neighbours, and may be written over the matrices. */
-static void test_lanes_are_alike(void** state) {
-    (void)state;
-    uint64_t seed = 9;
-    enum { COUNT = 50 };
-    pli_mat3 matrices[COUNT], rotations[COUNT], in_place[COUNT];
-    pli_quat starts[COUNT], quaternions[COUNT];
-    for (int i = 0; i < COUNT; ++i) {
-        starts[i] = quaternions[i] = random_quaternion(&seed);
-        matrices[i] = in_place[i] = random_matrix(&seed, (matrix_kind)(i % KIND_COUNT), starts[i]);
-    }
-    plii_rotation_batch(COUNT, matrices, quaternions, rotations);
-    for (int i = 0; i < COUNT; ++i) {
-        pli_quat single = starts[i];
-        pli_mat3 rotation;
-        plii_rotation_batch(1, &matrices[i], &single, &rotation);
-        assert_memory_equal(&single, &quaternions[i], sizeof single);
-        assert_memory_equal(&rotation, &rotations[i], sizeof rotation);
-    }
-    memcpy(quaternions, starts, sizeof starts);
-    plii_rotation_batch(COUNT, in_place, quaternions, in_place);
-    assert_memory_equal(in_place, rotations, sizeof rotations);
-    plii_rotation_batch(0, NULL, NULL, NULL);
-}
-
 /* What the matrix leaves open is taken from the start; what it does not is not. */
 static void test_start_fills_what_is_open(void** state) {
     (void)state;
@@ -289,15 +263,15 @@ static void test_start_fills_what_is_open(void** state) {
     rank_1.rows[1].y = 3; /* y stays y: any turn around it is as good */
     pli_quat q = turn;
     pli_mat3 r;
-    plii_rotation_batch(1, &zero, &q, &r);
+    r = plii_rotation_fit(&zero, &q);
     check_near(q.y, 0.6, 1e-7);
     check_near(q.w, 0.8, 1e-7);
-    plii_rotation_batch(1, &rank_1, &q, &r);
+    r = plii_rotation_fit(&rank_1, &q);
     check_near(q.y, 0.6, 1e-6);
     check_near(r.rows[1].y, 1, 1e-6);
     const pli_mat3 identity = pli_mat3_identity();
     q = (pli_quat){.x = 0, .y = 0, .z = 1, .w = 0}; /* half a turn away */
-    plii_rotation_batch(1, &identity, &q, &r);
+    r = plii_rotation_fit(&identity, &q);
     check_near(fabsf(q.w), 1, 1e-7);
     check_near(r.rows[0].x, 1, 1e-7);
 }
@@ -311,8 +285,8 @@ static void test_useless_input(void** state) {
     matrices[0].rows[1].z = NAN;
     matrices[1].rows[0].x = INFINITY;
     pli_quat q[4] = {{0, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 0, 0}, {NAN, 0, INFINITY, 1}};
-    plii_rotation_batch(4, matrices, q, rotations);
     for (int i = 0; i < 4; ++i) {
+        rotations[i] = plii_rotation_fit(&matrices[i], &q[i]);
         check_at_most(orthogonality_error(rotations[i]), 1e-6);
         check_near(rotations[i].rows[1].y, 1, 1e-6);
         check_near(rotations[i].rows[0].x, i == 1 ? -1 : 1, 1e-6);
@@ -329,7 +303,7 @@ static pli_quat turned(pli_quat q, pli_vec3 turn) {
 }
 
 /* Starts up to half a radian beside the result, and matrices of all kinds beside those that shape matching has. */
-static void test_follow_is_batch(void** state) {
+static void test_follow_is_fit(void** state) {
     (void)state;
     uint64_t seed = 3;
     enum { COUNT = 20000 };
@@ -339,7 +313,7 @@ static void test_follow_is_batch(void** state) {
         pli_quat result = random_quaternion(&seed);
         const pli_mat3 matrix = random_matrix(&seed, kind, result);
         pli_mat3 expected, found;
-        plii_rotation_batch(1, &matrix, &result, &expected);
+        expected = plii_rotation_fit(&matrix, &result);
         pli_quat q = turned(result, pli_vec3_scale(random_vector(&seed), 0.3f * random_unit(&seed)));
         plii_rotation_follow(1, &matrix, &q, &found);
         if (!(orthogonality_error(found) <= worst_orthogonality)) { worst_orthogonality = orthogonality_error(found); }
@@ -377,7 +351,7 @@ static void test_follow_lanes_are_alike(void** state) {
     for (int i = 0; i < COUNT; ++i) {
         starts[i] = random_quaternion(&seed);
         matrices[i] = random_matrix(&seed, (matrix_kind)(i % KIND_COUNT), starts[i]);
-        if (i % 3 != 0) { plii_rotation_batch(1, &matrices[i], &starts[i], &rotations[i]); }
+        if (i % 3 != 0) { rotations[i] = plii_rotation_fit(&matrices[i], &starts[i]); }
         quaternions[i] = starts[i];
     }
     matrices[7].rows[1].y = NAN;
@@ -396,9 +370,9 @@ static void test_follow_lanes_are_alike(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_against_singular_values),  cmocka_unit_test(test_lanes_are_alike),
-        cmocka_unit_test(test_start_fills_what_is_open), cmocka_unit_test(test_useless_input),
-        cmocka_unit_test(test_follow_is_batch),          cmocka_unit_test(test_follow_lanes_are_alike),
+        cmocka_unit_test(test_against_singular_values), cmocka_unit_test(test_start_fills_what_is_open),
+        cmocka_unit_test(test_useless_input),           cmocka_unit_test(test_follow_is_fit),
+        cmocka_unit_test(test_follow_lanes_are_alike),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
