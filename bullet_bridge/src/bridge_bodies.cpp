@@ -23,7 +23,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
     }
     if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
     pli_world_def world_def = def.world;
-    if (def.mode == CollisionMode::reference) { world_def.as_bullet = true; }
+    if (def.mode == CollisionMode::reference) { world_def.reference_mode = true; }
     if (status == PLI_OK) { status = pli_world_create(context, &world_def, &world); }
     if (status != PLI_OK) {
         bullet_world_ = nullptr;

@@ -29,7 +29,7 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
 static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
                                    pli_vec3 centre) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const float epsilon = clusters->def.as_bullet ? 1e-4f : 0.0f;
+    const float epsilon = clusters->def.reference_mode ? 1e-4f : 0.0f;
     const pli_mat3 start = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
     plii_float4 rows[3];
     for (int k = 0; k < 3; ++k) {
@@ -100,7 +100,7 @@ static void cluster_match(pli_body* body, const plii_clusters* clusters, const p
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     for (int i = 0; i < cluster->member_count; ++i) {
         pli_vec4* position = &body->positions[members[i].node];
-        if (!(position->w > 0.0f) && !clusters->def.as_bullet) { continue; }
+        if (!(position->w > 0.0f) && !clusters->def.reference_mode) { continue; }
         const pli_vec3 goal = pli_transform_point(cluster->frame, plii_xyz(members[i].rest));
         plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, cluster->settings.matching));
     }
@@ -117,7 +117,7 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     pli_bounds bounds;
     plii_lanes_to_vec3(&bounds.min, low);
     plii_lanes_to_vec3(&bounds.max, high);
-    if (clusters->def.as_bullet && cluster->has_bounds) {
+    if (clusters->def.reference_mode && cluster->has_bounds) {
         const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
         plii_fat_box_update(&cluster->bounds, bounds, motion, body->collision_margin);
     } else {
@@ -268,7 +268,7 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
 }
 
 static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
-    if (clusters->def.as_bullet) {
+    if (clusters->def.reference_mode) {
         clusters_update_in_order(body, clusters, first, in_step);
     } else {
         clusters_update_in_batches(body, clusters, first, in_step);
@@ -306,7 +306,7 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
     const plii_float4 zero = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
         pli_vec4* sum = &clusters->node_sums[i];
-        if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.as_bullet)) {
+        if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
             const plii_float4 moved = plii_float4_mul(plii_float4_from(sum), plii_float4_all(1.0f / sum->w));
             plii_float4_to(&body->positions[i],
                            plii_float4_add(plii_float4_from(&body->positions[i]), plii_lanes_xyz(moved)));

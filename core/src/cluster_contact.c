@@ -21,8 +21,8 @@ static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
                         plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
-static void cluster_contact_make_as_bullet(plii_cluster_contact* contact, const plii_joint_side sides[2],
-                                           const plii_contact_terms* terms) {
+static void cluster_contact_make_as_reference(plii_cluster_contact* contact, const plii_joint_side sides[2],
+                                              const plii_contact_terms* terms) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
     const pli_vec3 sliding = pli_vec3_sub(velocity, pli_vec3_scale(contact->normal, approach));
@@ -55,32 +55,32 @@ void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_c
     const pli_vec3 point = pli_vec3_lerp(info->witness, surface, 0.5f);
     contact->arms[0] = pli_vec3_sub(point, centre);
     contact->arms[1] = pli_vec3_sub(point, other_centre);
-    contact->as_bullet = false;
+    contact->reference_mode = false;
     const float depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
     contact->as.own.terms = (pli_vec4){depth, terms->hardness, terms->split, terms->friction};
 }
 
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
-                               const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact) {
+                               const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact) {
     if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
     const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
-    if (!as_bullet) {
+    if (!reference_mode) {
         plii_cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
         return true;
     }
     cluster_contact_start(contact, info, normal, targets);
     contact->arms[0] = pli_vec3_sub(info->witness, sides[0].frame.origin);
     contact->arms[1] = pli_vec3_sub(info->other_witness, sides[1].frame.origin);
-    contact->as_bullet = true;
-    cluster_contact_make_as_bullet(contact, sides, terms);
+    contact->reference_mode = true;
+    cluster_contact_make_as_reference(contact, sides, terms);
     return true;
 }
 
-// ---------------------------------------------------------------------------------------------------------- as_bullet
+// ---------------------------------------------------------------------------------------------------- reference mode
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
-    plii_cluster_contact_as_bullet* own = &contact->as.bullet;
+    plii_cluster_contact_as_reference* own = &contact->as.bullet;
     own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, own->erp), step->dt);
     if (own->split > 0.0f) {
         own->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, own->split));

@@ -80,8 +80,8 @@ typedef struct plii_contact_groups {
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
 } plii_contact_groups;
 
-/* Contacts are added pair by pair: [count] of the same two sides, not as_bullet, which stay where they are until the
-   step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+/* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
+   until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
 bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups, int rigid_count);
 bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
                              int count);

@@ -21,7 +21,7 @@ static bool cluster_contacts_is_last(const pli_body* body) {
 }
 
 static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const plii_cluster_contact* b) {
-    return a->as_bullet == b->as_bullet && a->targets[0].cluster == b->targets[0].cluster &&
+    return a->reference_mode == b->reference_mode && a->targets[0].cluster == b->targets[0].cluster &&
            a->targets[1].cluster == b->targets[1].cluster && a->targets[1].rigid == b->targets[1].rigid;
 }
 
@@ -34,7 +34,7 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_groups* gr
         while (next < state->count && cluster_contacts_share_sides(first, &state->contacts[next])) {
             ++next;
         }
-        if (!first->as_bullet && !plii_contact_groups_add(context, groups, first, next - i)) { return false; }
+        if (!first->reference_mode && !plii_contact_groups_add(context, groups, first, next - i)) { return false; }
     }
     return true;
 }
@@ -59,10 +59,10 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, 
 static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
-    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         plii_cluster_contact* contact = &state->contacts[i];
-        if (contact->as_bullet) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
+        if (contact->reference_mode) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
     }
     state->leads = cluster_contacts_is_last(body);
     if (state->leads) { cluster_contacts_lead(body, state, step); }
@@ -71,9 +71,9 @@ static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step
 static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     (void)step;
     plii_cluster_contacts* state = data;
-    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
-        if (state->contacts[i].as_bullet) { plii_cluster_contact_solve(&state->contacts[i]); }
+        if (state->contacts[i].reference_mode) { plii_cluster_contact_solve(&state->contacts[i]); }
     }
     if (state->leads) { plii_contact_groups_solve(&state->groups); }
 }
@@ -83,10 +83,10 @@ static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* 
 static void cluster_contacts_finish(pli_body* body, void* data, const plii_step* step) {
     (void)step;
     plii_cluster_contacts* state = data;
-    const bool has_own = plii_body_clusters(body)->def.as_bullet;
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
-        if (contact->as_bullet) { plii_cluster_contact_finish(contact); }
+        if (contact->reference_mode) { plii_cluster_contact_finish(contact); }
     }
     if (state->leads) { plii_contact_groups_finish(&state->groups); }
 }

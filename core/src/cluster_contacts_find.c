@@ -1,6 +1,6 @@
-/* Which clusters meet what. A pair has the contact of its nearest points, which is all there is as_bullet
-   (CollideCL_RS, CollideCL_SS); otherwise up to three more at nodes far from it, so that flat sides rest on each other.
-   Shapes that are not convex are met node by node. */
+/* Which clusters meet what. A pair has the contact of its nearest points, which is all there is in
+   reference mode (CollideCL_RS, CollideCL_SS); otherwise up to three more at nodes far from it, so that flat sides
+   rest on each other. Shapes that are not convex are met node by node. */
 
 #include "lanes.h"
 
@@ -17,8 +17,8 @@
 #define CLUSTER_CONTACTS_APPROACHES 6 /* steps towards a point, before GJK is asked */
 #define CLUSTER_CONTACTS_TILT 0.1f    /* of the directions in which corners are looked for */
 
-static bool cluster_contacts_are_as_bullet(const pli_body* body, const pli_cluster_contact* info) {
-    return plii_body_clusters(body)->def.as_bullet && info->other != body;
+static bool cluster_contacts_are_as_reference(const pli_body* body, const pli_cluster_contact* info) {
+    return plii_body_clusters(body)->def.reference_mode && info->other != body;
 }
 
 /* A pair as its contacts are made. Its sides are taken for the first of them: most pairs have none. */
@@ -39,7 +39,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
                                        const plii_contact_terms* terms) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
-    const bool as_bullet = cluster_contacts_are_as_bullet(body, info);
+    const bool reference_mode = cluster_contacts_are_as_reference(body, info);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -50,7 +50,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
         pair->has_sides = true;
     }
     plii_cluster_contact* contact = &state->contacts[state->count];
-    if (plii_cluster_contact_make(info, pair->sides, terms, as_bullet, contact)) {
+    if (plii_cluster_contact_make(info, pair->sides, terms, reference_mode, contact)) {
         contact->is_self = info->other == body;
         state->count += 1;
     }
@@ -59,7 +59,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
 
 /* Clusters of one body deform against each other too much for their contacts to be followed. */
 static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
-    return !state->clusters->def.as_bullet && !state->def.measure_always && key.other != body;
+    return !state->clusters->def.reference_mode && !state->def.measure_always && key.other != body;
 }
 
 /* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
@@ -354,7 +354,7 @@ static pli_status cluster_contacts_measure_convex(met_pair* pair, pli_cluster_co
     nodes.count = 0;
     if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return PLI_OK; }
     PLII_TRY(cluster_contacts_add(pair, &info, terms));
-    if (cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+    if (cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return PLI_OK; }
     near_nodes found;
     near_nodes_start(&found, &info);
     cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
@@ -438,10 +438,11 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
 }
 
 /* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
-static pli_bounds cluster_contacts_near(const pli_body* body, bool as_bullet, const pli_rigid* rigid, int shape_index) {
+static pli_bounds cluster_contacts_near(const pli_body* body, bool reference_mode, const pli_rigid* rigid,
+                                        int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
-    const pli_bounds local = as_bullet ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
-    const float margin = as_bullet ? shape->def.radius + body->collision_margin : body->collision_margin;
+    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
+    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
     return plii_bounds_grow(plii_bounds_transform(local, plii_rigid_shape_transform(rigid, shape_index)), margin);
 }
 
@@ -450,11 +451,11 @@ static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_conta
     const pli_shape* shape = rigid->shapes[shape_index];
     plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
-    const bool as_bullet = clusters->def.as_bullet;
-    pli_bounds near = cluster_contacts_near(body, as_bullet, rigid, shape_index);
-    if (!as_bullet && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    const bool reference_mode = clusters->def.reference_mode;
+    pli_bounds near = cluster_contacts_near(body, reference_mode, rigid, shape_index);
+    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
-    if (!as_bullet && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     plii_clusters_take_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
@@ -579,7 +580,7 @@ static pli_status cluster_contacts_measure_pair(met_pair* pair, plii_cluster_con
     const plii_cluster* other_cluster = &plii_body_clusters(other)->items[info.other_cluster];
     const bool is_small =
         cluster->member_count < CLUSTER_CONTACTS_MIN_NODES || other_cluster->member_count < CLUSTER_CONTACTS_MIN_NODES;
-    if (is_small || cluster_contacts_are_as_bullet(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+    if (is_small || cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return PLI_OK; }
 
     const pli_vec3 origin = cluster->frame.origin;
     near_nodes found;
@@ -641,7 +642,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
         .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
     };
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    const float reach = clusters->def.as_bullet ? 0.0f : terms.margin;
+    const float reach = clusters->def.reference_mode ? 0.0f : terms.margin;
     const int before = state->count;
     plii_clusters_take_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
     plii_clusters_take_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
@@ -743,7 +744,7 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_memory_reserve(context, &state->memory, pairs);
-    if (clusters->def.as_bullet || state->def.measure_always) { return; }
+    if (clusters->def.reference_mode || state->def.measure_always) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 

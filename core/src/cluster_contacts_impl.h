@@ -12,12 +12,12 @@
 #include "pair_memory.h"
 #include "support_groups.h"
 
-typedef struct plii_cluster_contact_as_bullet {
+typedef struct plii_cluster_contact_as_reference {
     float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
     float erp, split; /* Bullet: m_erp, m_split */
     pli_vec3 drift, split_drift;
     pli_mat3 impulse_matrix;
-} plii_cluster_contact_as_bullet;
+} plii_cluster_contact_as_reference;
 
 typedef struct plii_cluster_contact_own {
     /* x: depth, m; y: hardness; z: share of the correction that is a displacement; w: Coulomb's friction. All four are
@@ -30,9 +30,9 @@ struct plii_cluster_contact {
     plii_joint_target targets[2];
     pli_vec3 arms[2]; /* from each side's centre to where impulses act */
     pli_vec3 normal;
-    bool is_self, as_bullet;
+    bool is_self, reference_mode;
     union {
-        plii_cluster_contact_as_bullet bullet;
+        plii_cluster_contact_as_reference bullet;
         plii_cluster_contact_own own;
     } as;
 };
@@ -72,7 +72,7 @@ typedef struct plii_cluster_contacts {
     plii_clusters* clusters; /* of the body, as of the last search */
     plii_cluster_contact* contacts;
     int count, capacity;
-    bool leads;                 /* solves the contacts of all bodies, but for those as_bullet */
+    bool leads;                 /* solves the contacts of all bodies, but for those in reference mode */
     plii_contact_groups groups; /* of these */
     plii_pair_memory memory;
     plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
@@ -99,12 +99,12 @@ extern const plii_feature_class plii_cluster_contacts_class;
 
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
-                               const plii_contact_terms* terms, bool as_bullet, plii_cluster_contact* contact);
-/* A contact that is not as_bullet; `normal` is a unit vector. */
+                               const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact);
+/* A contact that is not in reference mode; `normal` is a unit vector. */
 void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
                               const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
                               const plii_contact_terms* terms);
-/* Of contacts that are as_bullet. */
+/* Of contacts in reference mode. */
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);
 void plii_cluster_contact_finish(plii_cluster_contact* contact);

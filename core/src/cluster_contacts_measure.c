@@ -239,7 +239,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
-    if (!state->def.measure_always && !soft.clusters->def.as_bullet) {
+    if (!state->def.measure_always && !soft.clusters->def.reference_mode) {
         const rigid_answer answer =
             cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
         if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
@@ -263,7 +263,7 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
         if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-    if (!state->def.measure_always && !state->clusters->def.as_bullet) {
+    if (!state->def.measure_always && !state->clusters->def.reference_mode) {
         a.vertices = b.vertices = &cluster_hull_vertices;
     }
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);

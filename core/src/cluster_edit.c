@@ -29,7 +29,7 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_clusters_class, &state));
     plii_clusters* clusters = state;
-    const bool has_other_masses = used.as_bullet != clusters->def.as_bullet;
+    const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
     clusters->def = used;
     body->joint_iterations = used.iterations;
     if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }

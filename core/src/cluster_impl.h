@@ -18,8 +18,9 @@ typedef struct plii_cluster {
     int first_member, member_count;
     bool contains_pinned_node;
     bool is_point; /* does not turn: all nodes are at one place, but for rounding */
-    /* Only with as_bullet: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of this
-       step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping nodes.
+    /* Only in reference mode: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of
+       this step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping
+       nodes.
      */
     bool has_no_inverse, has_no_frame;
     float inverse_mass;
@@ -28,7 +29,7 @@ typedef struct plii_cluster {
        counts from that first centre. */
     pli_vec3 rest_centre;
     pli_transform frame; /* this and what follows is of the step in progress; current only when `has_frame` */
-    pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not with as_bullet */
+    pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not in reference mode */
     pli_mat3 inverse_inertia;
     pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
     /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
@@ -37,7 +38,7 @@ typedef struct plii_cluster {
     int velocity_impulse_count, drift_impulse_count;
     uint64_t
         open_groups;   /* of contacts that act on the cluster and take more pairs, as bits; 0 but while they are made */
-    pli_bounds bounds; /* of the nodes; with as_bullet the box that is kept from step to step */
+    pli_bounds bounds; /* of the nodes; in reference mode the box that is kept from step to step */
     bool has_bounds;
     bool has_frame; /* see plii_clusters_take_frames */
 } plii_cluster;

@@ -2,7 +2,7 @@
 
 #include "cluster_impl.h"
 
-/* Mass of a pinned node: as_bullet an absolute one, else this many times all other masses of the cluster. */
+/* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. */
 #define CLUSTER_BULLET_PINNED_MASS 1e18f
 #define CLUSTER_PINNED_MASS_RATIO 1e6
 
@@ -19,7 +19,7 @@ static void cluster_take_masses(const pli_body* body, const plii_clusters* clust
         }
     }
     float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
-    if (!clusters->def.as_bullet) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
+    if (!clusters->def.reference_mode) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
     float total = 0.0f;
     for (int i = 0; i < cluster->member_count; ++i) {
         const float inverse_mass = body->positions[members[i].node].w;
@@ -118,8 +118,8 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     inertia.rows[2].y = inertia.rows[1].z;
     const pli_mat3 inverse = plii_mat3_inverse(inertia);
     const bool is_finite = plii_mat3_is_finite(inverse);
-    cluster->has_no_inverse = clusters->def.as_bullet && !is_finite;
-    cluster->inverse_inertia_local = clusters->def.as_bullet && is_finite
+    cluster->has_no_inverse = clusters->def.reference_mode && !is_finite;
+    cluster->inverse_inertia_local = clusters->def.reference_mode && is_finite
                                          ? inverse
                                          : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
     const pli_mat3* turns = &cluster->inverse_inertia_local;

@@ -26,7 +26,7 @@ static float volume_response(const pli_body* body, float dt) {
 static void volume_run(pli_body* body, void* state, const plii_step* step) {
     const volume_state* volume = state;
     const float response = volume_response(body, step->dt);
-    const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.as_bullet;
+    const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.reference_mode;
     const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
     const float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
     plii_forces_add_along_normals(body, scale);

@@ -26,7 +26,7 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
         joint->is_idle = rigid != NULL && rigid->is_absent;
         if (joint->is_idle) { continue; }
         joint->keeps_momentum =
-            rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.as_bullet;
+            rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.reference_mode;
         joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_side_of(&joint->other);
         if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }

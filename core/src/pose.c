@@ -71,7 +71,7 @@ static void pose_match(pli_body* body, const pose_state* pose) {
 static void pose_run(pli_body* body, void* state, const plii_step* step) {
     (void)step;
     pose_state* pose = state;
-    if (body->world->def.as_bullet) {
+    if (body->world->def.reference_mode) {
         plii_body_update_bounds(body);
         body->has_early_bounds = true;
     }

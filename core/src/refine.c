@@ -201,7 +201,7 @@ static bool refine_copy_all(refine_work* work, int* copies, int node_count) {
     return true;
 }
 
-static bool refine_detach_as_bullet(refine_work* work, const int* copies) {
+static bool refine_detach_as_reference(refine_work* work, const int* copies) {
     plii_edit* edit = &work->edit;
     const int link_count = edit->link_count;
     for (int i = 0; i < link_count; ++i) {
@@ -353,8 +353,8 @@ static bool refine_part(refine_work* work, int* copies, int node_count) {
 
 // ------------------------------------------------------------------------------------------------ the whole
 
-static bool refine_part_as_bullet(refine_work* work, int* copies, int node_count) {
-    return refine_copy_all(work, copies, node_count) && refine_detach_as_bullet(work, copies) &&
+static bool refine_part_as_reference(refine_work* work, int* copies, int node_count) {
+    return refine_copy_all(work, copies, node_count) && refine_detach_as_reference(work, copies) &&
            refine_remove_loose_links(&work->edit);
 }
 
@@ -375,7 +375,7 @@ static pli_status refine_cut(refine_work* work) {
     const size_t copies_size = (size_t)node_count * sizeof(int);
     int* copies = plii_allocate(work->edit.context, copies_size);
     if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    const bool ok = work->def.reset_rest_lengths ? refine_part_as_bullet(work, copies, node_count)
+    const bool ok = work->def.reset_rest_lengths ? refine_part_as_reference(work, copies, node_count)
                                                  : refine_part(work, copies, node_count);
     const pli_status status = ok ? refine_check_tetra_copies(work, copies) : PLI_ERROR_OUT_OF_MEMORY;
     plii_release(work->edit.context, copies, copies_size);

@@ -127,7 +127,7 @@ void PliantEngine::enable_features(pli_body* body, const scene_soft_def& def) {
 
 void PliantEngine::enable_clusters(pli_body* body, const scene_soft_def& def) {
     pli_clusters_def clusters = pli_clusters_def_default();
-    clusters.as_bullet = options_.reference;
+    clusters.reference_mode = options_.reference;
     check(pli_body_enable_clusters(body, &clusters));
     constexpr int most_iterations = 8192; // as in Bullet
     check(def.cluster_count > 0 ? pli_body_generate_clusters(body, def.cluster_count, most_iterations, nullptr)

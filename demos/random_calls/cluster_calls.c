@@ -69,7 +69,7 @@ void calls_change_clusters(calls* c) {
     switch (bytes_below(&c->bytes, 16)) {
     case 0:
         def.iterations = bytes_small(&c->bytes, 1, 5);
-        def.as_bullet = bytes_flag(&c->bytes);
+        def.reference_mode = bytes_flag(&c->bytes);
         TRY(pli_body_enable_clusters(body, &def));
         break;
     case 1:

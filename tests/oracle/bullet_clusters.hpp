@@ -1,6 +1,6 @@
 // Soft bodies with clusters on both engines, rigid bodies, and one step of all of them in the order of
-// btSoftRigidDynamicsWorld. Pliant's clusters are as_bullet; distances of cluster contacts come from Bullet's GJK and
-// EPA, their order from m_joints. Single precision.
+// btSoftRigidDynamicsWorld. Pliant's clusters are in reference mode; distances of cluster contacts come from Bullet's
+// GJK and EPA, their order from m_joints. Single precision.
 #pragma once
 
 #include "check.h"
@@ -138,7 +138,7 @@ public:
         assert_int_equal(pli_body_create(m_world, mesh, &def, &made.pliant), PLI_OK);
         pli_mesh_destroy(mesh);
         pli_clusters_def cluster_def = pli_clusters_def_default();
-        cluster_def.as_bullet = true;
+        cluster_def.reference_mode = true;
         assert_int_equal(pli_body_enable_clusters(made.pliant, &cluster_def), PLI_OK);
         made.bullet->generateClusters(clusters);
         if (clusters > 0) {

@@ -136,7 +136,7 @@ void test_joints_between_bodies_equal_bullet(void**) {
     twin::soft_twin& upper = s.add(ball(s.context(), {1, 1, 1}, {0, 5, 0}), 1, 1);
     twin::soft_twin& lower = s.add(ball(s.context(), {1, 0.5f, 1}, {1.5f, 4, 0}), 1, 3);
     pli_clusters_def def = pli_clusters_def_default();
-    def.as_bullet = true;
+    def.reference_mode = true;
     def.iterations = 7;
     assert_int_equal(pli_body_enable_clusters(lower.pliant, &def), PLI_OK);
     lower.bullet->m_cfg.citerations = 7;

@@ -99,7 +99,7 @@ void check(const pli_body* body, pli_status status) {
 void prepare(pli_body* body, const scene_soft_def& def, const Extras& extras) {
     if (!def.has_clusters) { return; }
     pli_clusters_def clusters = pli_clusters_def_default();
-    clusters.as_bullet = true;
+    clusters.reference_mode = true;
     clusters.iterations = extras.cluster_iterations;
     check(body, pli_body_enable_clusters(body, &clusters));
     for (int i = 0; i < pli_body_cluster_count(body); ++i) {

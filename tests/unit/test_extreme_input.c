@@ -536,7 +536,7 @@ static void enable_forces(pli_body* body) {
 static void enable_clusters(pli_body* body) {
     if (chance(0.6f)) { return; }
     pli_clusters_def clusters = pli_clusters_def_default();
-    clusters.as_bullet = chance(0.3f);
+    clusters.reference_mode = chance(0.3f);
     TRY(pli_body_enable_clusters(body, &clusters));
     if (chance(0.7f)) {
         TRY(pli_body_generate_clusters(body, 1 + random_below(4), 20, NULL));

@@ -229,9 +229,9 @@ static void enable_xpbd_contacts(trial* t, pli_body* body) {
     TRIAL_CALL(t, pli_body_enable_xpbd_soft_contacts(body, &def));
 }
 
-static void enable_clusters(trial* t, pli_body* body, bool as_bullet, int count) {
+static void enable_clusters(trial* t, pli_body* body, bool reference_mode, int count) {
     pli_clusters_def def = pli_clusters_def_default();
-    def.as_bullet = as_bullet;
+    def.reference_mode = reference_mode;
     TRIAL_CALL(t, pli_body_enable_clusters(body, &def));
     if (count > 0) { TRIAL_CALL(t, pli_body_generate_clusters(body, count, 20, NULL)); }
 }

@@ -29,7 +29,7 @@ typedef struct pli_clusters_def {
     int iterations; ///< >= 1, default 4: joint and contact iterations of the clusters. Bullet name: citerations
     /// Reference mode only: as btSoftBody does it, default false. Frames may be reflections, pinned nodes weigh 1e18 kg
     /// and are moved by matching and impulses, candidates for contacts come from boxes that are kept from step to step.
-    bool as_bullet;
+    bool reference_mode;
     uint32_t cookie; ///< set by the default function
 } pli_clusters_def;
 
@@ -37,8 +37,8 @@ typedef struct pli_clusters_def {
 PLI_API pli_clusters_def pli_clusters_def_default(void);
 
 /// Lets a body have clusters, or changes the settings of all. It starts without any cluster; the calls below that make
-/// some enable them with the defaults when needed. A change of `as_bullet` takes the present shape of all clusters as
-/// their rest shape.
+/// some enable them with the defaults when needed. A change of `reference_mode` takes the present shape of all clusters
+/// as their rest shape.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def);
@@ -132,8 +132,8 @@ typedef struct pli_cluster_contacts_def {
     bool with_rigids; ///< default true. Bullet name: CL_RS
     bool with_bodies; ///< default true; the other body needs it too. Bullet name: CL_SS
     bool with_self;   ///< default false: clusters of one body that are apart when first met. Bullet name: CL_SELF
-    /// 0 to PLI_MAX_FACTOR, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; as_bullet the
-    /// share of the sliding velocity that each iteration removes. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; the smaller of the two sides counts. Coulomb's coefficient; in reference mode
+    /// the share of the sliding velocity that each iteration removes. Bullet name: kDF
     float friction;
     float dynamic_hardness; ///< [0, 1], default 0.1: share of the overlap with a dynamic body that a step removes.
                             ///< Bullet name: kSRHR_CL
@@ -148,7 +148,7 @@ typedef struct pli_cluster_contacts_def {
     bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
     /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step. Default false:
     /// those whose sides hardly move against each other are followed for a few steps, in which they are right to some
-    /// percent of the margin. Always so with clusters as_bullet and with `distance`.
+    /// percent of the margin. Always so with clusters in reference mode and with `distance`.
     bool measure_always;
     /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
     /// the one of the core.

@@ -25,10 +25,10 @@ typedef struct pli_refine_def {
     float accuracy; ///< > 0, default 1e-4: how near to zero `surface` is at the new nodes, in its unit
     bool cut;       ///< default true: part the body along the surface; false: only refine
     /// Reference mode only: take the present lengths as rest lengths of all links, and the present areas, as btSoftBody
-    /// does, and keep to its rules for what lies on the surface: all nodes there are doubled, which may leave nodes behind that hang on
-    /// nothing; link 0 is not detached; links with a loose end go, even of a rope. Default false: links that are not
-    /// cut keep their rest length, the parts of a link share its rest length, new links get the length they have in the
-    /// rest shape of their face, and only what lies between two sides is doubled.
+    /// does, and keep to its rules for what lies on the surface: all nodes there are doubled, which may leave nodes
+    /// behind that hang on nothing; link 0 is not detached; links with a loose end go, even of a rope. Default false:
+    /// links that are not cut keep their rest length, the parts of a link share its rest length, new links get the
+    /// length they have in the rest shape of their face, and only what lies between two sides is doubled.
     bool reset_rest_lengths;
     uint32_t cookie; ///< set by the default function
 } pli_refine_def;

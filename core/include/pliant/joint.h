@@ -27,7 +27,7 @@ typedef struct pli_joint_softness {
     float error_reduction; ///< [0, 1], default 1: share of the error corrected per step. Bullet name: erp
     float velocity_factor; ///< [0, 1], default 1: share of the relative velocity removed. Bullet name: cfm
     /// [0, 1], default 1: share of the correction that is a displacement, not a velocity. A rigid body is not
-    /// displaced; as_bullet it takes this share as a velocity all the same, at the expense of the momentum.
+    /// displaced; in reference mode it takes this share as a velocity all the same, at the expense of the momentum.
     float split;
 } pli_joint_softness;
 

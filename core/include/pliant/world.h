@@ -23,7 +23,7 @@ typedef struct pli_world_def {
     bool makes_room;
     /// Reference mode only: as btSoftBody does it, default false. Bounds of predicted bodies are those from before pose
     /// matching, and the force of volume conservation has no limit.
-    bool as_bullet;
+    bool reference_mode;
     void* user_data; ///< of the caller, default NULL; see pli_world_get_user_data
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
