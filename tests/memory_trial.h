@@ -163,10 +163,10 @@ static inline void trial_check_stepped(const trial* t, const pli_body* body, con
         moved += x.x != b.x || x.y != b.y || x.z != b.z;
     }
     assert_true(moved > 0);
-    const bool is_cut_short = pli_body_get_self_collision_report(body).is_cut_short ||
-                              pli_body_get_self_grids_report(body).is_cut_short ||
-                              pli_body_get_self_faces_report(body).is_cut_short;
-    if (is_cut_short && t->allocator.failed == t->failed_before) { TRIAL_FAIL(t, "step %d lacks pairs", t->step); }
+    const bool is_truncated = pli_body_get_self_collision_report(body).is_truncated ||
+                              pli_body_get_self_grids_report(body).is_truncated ||
+                              pli_body_get_self_faces_report(body).is_truncated;
+    if (is_truncated && t->allocator.failed == t->failed_before) { TRIAL_FAIL(t, "step %d lacks pairs", t->step); }
 }
 
 static inline void trial_check_step(trial* t, pli_status status) {

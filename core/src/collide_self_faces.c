@@ -275,7 +275,7 @@ static void self_faces_begin(pli_body* body, self_faces_state* state) {
     self_faces_search_run(&search);
     if (!search.has_memory) { state->reach = 0.0f; }
     state->report.pairs = state->pair_count;
-    state->report.is_cut_short = !search.has_memory;
+    state->report.is_truncated = !search.has_memory;
 }
 
 // --------------------------------------------------------------------------------------------------------- contacts
@@ -333,7 +333,7 @@ static void self_faces_restart(pli_body* body, self_faces_state* state, const pl
     for (int i = 0; i < state->pair_count; ++i) {
         if (state->due[i] > state->moved + motion || !self_faces_take(state, i)) { continue; }
         if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->active_count + 1)) {
-            state->report.is_cut_short = true;
+            state->report.is_truncated = true;
             return;
         }
         state->active[state->active_count++] = i;

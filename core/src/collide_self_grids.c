@@ -69,11 +69,11 @@ static bool self_grids_solve(pli_body* body, self_grids_state* state, float shif
     const bool is_built = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
                                                state->def.distance, shift);
     bool has_all = is_built;
-    state->pairs.is_cut_short = false;
+    state->pairs.is_truncated = false;
     for (int i = 0; i < state->hash.count; ++i) {
         has_all = self_grids_part_near(body, state, i, seen) && has_all;
     }
-    state->report.is_cut_short = state->report.is_cut_short || !has_all || state->pairs.is_cut_short;
+    state->report.is_truncated = state->report.is_truncated || !has_all || state->pairs.is_truncated;
     return is_built;
 }
 

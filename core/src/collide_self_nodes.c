@@ -37,7 +37,7 @@ static const plii_link_graph* self_nodes_graph(const pli_body* body) {
 static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
     const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
     state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
-    state->pairs.is_cut_short = false;
+    state->pairs.is_truncated = false;
     state->pairs.searches = 0;
 }
 
@@ -54,7 +54,7 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
                           PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->capacity);
     state->report.pairs = pairs->count;
     state->report.searches = pairs->searches;
-    state->report.is_cut_short = state->report.is_cut_short || pairs->is_cut_short || !has_room;
+    state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
 }
 
 /* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are

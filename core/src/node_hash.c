@@ -230,7 +230,7 @@ static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const n
         is_whole = is_grid ? node_hash_scan(search, &runs[r], lanes, most, true)
                            : node_hash_scan(search, &runs[r], lanes, most, false);
     }
-    pairs->is_cut_short = pairs->is_cut_short || !is_whole;
+    pairs->is_truncated = pairs->is_truncated || !is_whole;
     return true;
 }
 

@@ -47,7 +47,7 @@ typedef struct plii_node_hash {
 typedef struct plii_node_pairs {
     plii_node_pair* pairs;
     int count, capacity;
-    bool is_cut_short; /* some are missing */
+    bool is_truncated; /* some are missing */
 } plii_node_pairs;
 
 /* Sorts points into cells of at least `cell_size` > 0 m; `shift` m moves the grid along all axes. Positions that are

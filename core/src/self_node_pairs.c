@@ -76,7 +76,7 @@ static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state
         PLII_RESERVE(body->context, &state->pairs, &state->capacity, state->count + more)) {
         return true;
     }
-    state->is_cut_short = true;
+    state->is_truncated = true;
     return false;
 }
 
@@ -114,7 +114,7 @@ static void self_nodes_take_common(const pli_body* body, const plii_link_graph* 
     near->count = 0;
     if (!plii_node_hash_find(body->context, &state->hash, node, state->middle[node], radius, near) ||
         !self_nodes_reserve(body, state, near->count)) {
-        state->is_cut_short = true;
+        state->is_truncated = true;
         return;
     }
     self_nodes_mark_linked(body, graph, state, node);
@@ -145,10 +145,10 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
     near->count = 0;
     if (!plii_node_hash_find_near(body->context, &state->hash, centre, radius, near) ||
         !self_nodes_reserve(body, state, near->count + index)) {
-        state->is_cut_short = true;
+        state->is_truncated = true;
         return;
     }
-    state->is_cut_short = state->is_cut_short || near->is_cut_short;
+    state->is_truncated = state->is_truncated || near->is_truncated;
     self_nodes_mark_linked(body, graph, state, node);
     for (int k = 0; k < near->count; ++k) {
         const int other = near->pairs[k].other;
@@ -236,12 +236,12 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->count = 0;
     state->searches += 1;
     state->is_known = false;
-    state->near.is_cut_short = false;
+    state->near.is_truncated = false;
     if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
         !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_ROOM) ||
         !plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
                               state->thickness + 2.0f * state->reach, 0.0f)) {
-        state->is_cut_short = true;
+        state->is_truncated = true;
         return;
     }
     for (int i = 0; i < node_count; ++i) {
@@ -250,8 +250,8 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     for (int i = 0; i < state->apart_count; ++i) {
         self_nodes_take_apart(body, graph, state, i, 0.0f);
     }
-    state->is_cut_short = state->is_cut_short || state->near.is_cut_short;
-    state->is_known = !state->is_cut_short;
+    state->is_truncated = state->is_truncated || state->near.is_truncated;
+    state->is_known = !state->is_truncated;
 }
 
 bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness) {

@@ -37,7 +37,7 @@ typedef struct plii_self_node_pairs {
     plii_self_pair* pairs;
     int count, capacity;
     bool is_known;     /* there was a search, of these nodes */
-    bool is_cut_short; /* some are missing, for lack of memory or in a crowd */
+    bool is_truncated; /* some are missing, for lack of memory or in a crowd */
     int searches;
 } plii_self_node_pairs;
 

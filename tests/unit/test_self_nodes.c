@@ -49,7 +49,7 @@ static void check_hash_finds_all(pli_context* context, const points* p, float ra
         }
     }
     free(seen);
-    assert_false(pairs.is_cut_short);
+    assert_false(pairs.is_truncated);
     assert_int_equal(pairs.count, count_all_pairs(p, radius));
     plii_node_hash_free(context, &hash);
     plii_node_pairs_free(context, &pairs);
@@ -93,7 +93,7 @@ static void test_hash_of_a_collapsed_body_stays_bounded(void** data) {
     plii_node_pairs pairs = {0};
     assert_true(plii_node_hash_build(scene->context, &hash, COUNT, at, 0.1f, 0.0f));
     find_all(scene->context, &hash, &p, 0.1f, &pairs);
-    assert_true(pairs.is_cut_short);
+    assert_true(pairs.is_truncated);
     assert_true(pairs.count <= COUNT * PLII_NODE_PAIRS_MAX_ROW);
     /* Not finite: no crash, and the others are still found. */
     at[0] = pli_vec3_make(NAN, INFINITY, -INFINITY);
@@ -129,7 +129,7 @@ static void test_pairs_are_parted_by_inverse_mass(void** data) {
     assert_int_equal(report.pairs, 2);
     assert_int_equal(report.contacts, 2);
     assert_int_equal(report.searches, 1);
-    assert_false(report.is_cut_short);
+    assert_false(report.is_truncated);
 }
 
 /* Five nodes in a row drift together, one more comes towards them and stops. */

@@ -58,7 +58,7 @@ typedef struct pli_self_collision_report {
     int contacts;      ///< pairs that the last iteration or substep parted
     int searches;      ///< 0 while pairs found before serve, 1, and once more when too many nodes left the reach of it
     int limited_nodes; ///< slowed by the speed limit, in each substep
-    bool is_cut_short; ///< a node with 512 neighbours, or no memory: some pairs were left out
+    bool is_truncated; ///< a node with 512 neighbours, or no memory: some pairs were left out
 } pli_self_collision_report;
 
 /// Report of the last step, all zero before the first one and when not enabled.
@@ -94,7 +94,7 @@ PLI_API pli_status pli_body_disable_self_grids(pli_body* body);
 /// How the last step went.
 typedef struct pli_self_grids_report {
     int pairs;         ///< seen by the first grid or, failing that, by the second
-    bool is_cut_short; ///< as in pli_self_collision_report
+    bool is_truncated; ///< as in pli_self_collision_report
 } pli_self_grids_report;
 
 /// Report of the last step, all zero before the first one and when not enabled.
@@ -135,7 +135,7 @@ typedef struct pli_self_faces_report {
     int pairs;         ///< of node and face or of two edges in reach
     int contacts;      ///< pairs that the last iteration or substep parted
     int shortened;     ///< times that a motion was cut short
-    bool is_cut_short; ///< no memory: some pairs were left out, crossings are possible
+    bool is_truncated; ///< no memory: some pairs were left out, crossings are possible
 } pli_self_faces_report;
 
 /// Report of the last step, all zero before the first one and when not enabled.
