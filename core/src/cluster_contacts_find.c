@@ -59,7 +59,7 @@ static pli_status cluster_contacts_add(met_pair* pair, const pli_cluster_contact
 
 /* Clusters of one body deform against each other too much for their contacts to be followed. */
 static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
-    return !state->clusters->def.reference_mode && !state->def.measure_always && key.other != body;
+    return !state->clusters->def.reference_mode && !state->def.disable_contact_cache && key.other != body;
 }
 
 /* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
@@ -744,7 +744,7 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
     if (state->def.distance != NULL || pairs == 0) { return; }
     (void)plii_pair_memory_reserve(context, &state->memory, pairs);
-    if (clusters->def.reference_mode || state->def.measure_always) { return; }
+    if (clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 

@@ -107,7 +107,7 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
 
 /* Most pairs that are too far apart were so before, in a direction that still may show it. */
 static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
-    return !state->def.measure_always && cache != NULL && cache->count == 1 && !cache->has_vertices;
+    return !state->def.disable_contact_cache && cache != NULL && cache->count == 1 && !cache->has_vertices;
 }
 
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
@@ -115,7 +115,7 @@ static bool cluster_contacts_measure(const plii_cluster_contacts* state, const p
                                      pli_cluster_contact* info) {
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
-    if (!state->def.measure_always) {
+    if (!state->def.disable_contact_cache) {
         options.gap = CLUSTER_CONTACTS_GAP;
         options.follows_way = true;
     }
@@ -239,7 +239,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
-    if (!state->def.measure_always && !soft.clusters->def.reference_mode) {
+    if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
         const rigid_answer answer =
             cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
         if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
@@ -263,7 +263,7 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
         if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-    if (!state->def.measure_always && !state->clusters->def.reference_mode) {
+    if (!state->def.disable_contact_cache && !state->clusters->def.reference_mode) {
         a.vertices = b.vertices = &cluster_hull_vertices;
     }
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);

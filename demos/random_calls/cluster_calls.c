@@ -42,7 +42,7 @@ static void enable_contacts(calls* c, pli_body* body, calls_context* home) {
     def.with_bodies = flags / 8 % 4 > 0;
     def.with_self = (flags & 32) != 0;
     def.accurate_penetration = (flags & 64) != 0;
-    def.measure_always = (flags & 128) != 0;
+    def.disable_contact_cache = (flags & 128) != 0;
     if (bytes_flag(&c->bytes)) {
         def.friction = a_share(c);
         def.dynamic_hardness = a_share(c);

@@ -261,7 +261,7 @@ void test_distances_equal_those_of_bullet(void**) {
     def.mode = pliant::CollisionMode::reference;
     pliant::Bridge bridge(*stock.world, def);
     pli_cluster_contacts_def contacts_def = pli_cluster_contacts_def_default();
-    contacts_def.measure_always = true;
+    contacts_def.disable_contact_cache = true;
     pli_body* torus = add_clusters(bridge, make_torus(bridge.context(), 0.8f, 0.3f, pli_vec3_make(0.2f, 1, 0.1f)), 8, 6,
                                    contacts_def);
     int compared = 0;

@@ -296,7 +296,7 @@ static pli_body* make_folded_ribbon(bool with_self, float max_impulse, float fac
         assert_int_equal(pli_body_set_cluster_settings(body, i, &settings), PLI_OK);
     }
     pli_cluster_contacts_def def = pli_cluster_contacts_def_default();
-    def.measure_always = true; /* the height of the fold depends on every touch of the floor */
+    def.disable_contact_cache = true; /* the height of the fold depends on every touch of the floor */
     def.with_self = with_self;
     assert_int_equal(pli_body_enable_cluster_contacts(body, &def), PLI_OK);
     /* The neighbours are those of the flat ribbon. */

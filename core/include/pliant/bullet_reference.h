@@ -4,7 +4,7 @@
 /// What there is only to equal btSoftBody bit for bit: its orders, its boxes and its picture of rigid shapes. For
 /// comparisons (docs/comparison.md) and nothing else; without it bodies step faster and find all of their contacts. Not
 /// in pliant.h. Fields of definitions that belong here say "reference mode only": pli_world_def::reference_mode,
-/// pli_clusters_def::reference_mode, pli_cluster_contacts_def::measure_always and ::distance,
+/// pli_clusters_def::reference_mode, pli_cluster_contacts_def::disable_contact_cache and ::distance,
 /// pli_soft_contacts_def::bullet_boxes, pli_refine_def::reset_rest_lengths.
 
 #include "body.h"

@@ -149,7 +149,7 @@ typedef struct pli_cluster_contacts_def {
     /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step. Default false:
     /// those whose sides hardly move against each other are followed for a few steps, in which they are right to some
     /// percent of the margin. Always so with clusters in reference mode and with `distance`.
-    bool measure_always;
+    bool disable_contact_cache;
     /// Reference mode only: replaces the distance query, for comparisons with that of another library; default NULL:
     /// the one of the core.
     pli_cluster_distance_fn* distance;
