@@ -20,14 +20,15 @@ static void parts_join(int* parents, const int* nodes, int count) {
     }
 }
 
-int pli_body_part_count(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+pli_status pli_body_count_parts(const pli_body* body, int* count) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
     const plii_topology* topology = body->topology;
     const size_t size = (size_t)body->node_count * sizeof(int);
     int* parents = plii_allocate(body->context, size);
     if (parents == NULL) {
-        PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes", body->node_count);
-        return PLI_NULL_INDEX;
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes",
+                         body->node_count);
     }
     for (int i = 0; i < body->node_count; ++i) {
         parents[i] = i;
@@ -45,14 +46,15 @@ int pli_body_part_count(const pli_body* body) {
         parents[i] = parts_find(parents, i);
     }
     /* The second node of a part counts it; a loose node is alone. */
-    int count = 0;
+    int parts = 0;
     for (int i = 0; i < body->node_count; ++i) {
         const int root = parents[i];
         if (root != i && root != PLI_NULL_INDEX && parents[root] == root) {
-            ++count;
+            ++parts;
             parents[root] = PLI_NULL_INDEX;
         }
     }
     plii_release(body->context, parents, size);
-    return count;
+    *count = parts;
+    return PLI_OK;
 }

@@ -169,6 +169,7 @@ void calls_measure_body(calls* c) {
     pli_transform pose;
     BODY_CALL(c, chosen, pli_body_count_crossings(body, &crossings));
     BODY_CALL(c, chosen, pli_body_get_pose(body, &pose));
-    const int parts = pli_body_part_count(body);
-    if (parts < -1 || parts > pli_body_get_view(body).node_count) { calls_finding(c, "%d parts", parts); }
+    int parts = 0;
+    BODY_CALL(c, chosen, pli_body_count_parts(body, &parts));
+    if (parts < 0 || parts > pli_body_get_view(body).node_count) { calls_finding(c, "%d parts", parts); }
 }

@@ -194,7 +194,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_cut_link, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_cut_link(h->body, 0, 1, 0.5f)))                      \
     X(pli_body_cut_swept, BODY, CHANGES_IDLE,                                                                          \
       CALL_STATUS(pli_body_cut_swept(h->body, call_point, call_point, call_point, call_point, NULL)))                  \
-    X(pli_body_part_count, BODY, READS, CALL_VALUE(pli_body_part_count(h->body) == 0))                                 \
+    X(pli_body_count_parts, BODY, READS, CALL_STATUS(pli_body_count_parts(h->body, (int[]){0})))                       \
     X(pli_body_enable_aero, BODY, CHANGES, CALL_STATUS(pli_body_enable_aero(h->body, CALL_DEF(pli_aero))))             \
     X(pli_body_set_wind, BODY, CHANGES, CALL_STATUS(pli_body_set_wind(h->body, call_point)))                           \
     X(pli_body_disable_aero, BODY, CHANGES, CALL_STATUS(pli_body_disable_aero(h->body)))                               \

@@ -64,9 +64,10 @@ PLI_API pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, flo
 PLI_API pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from_end, pli_vec3 to_start,
                                       pli_vec3 to_end, int* parted);
 
-/// Number of parts that hang together by links, faces or tetrahedra; a node without any is a part of its own and not
-/// counted. PLI_NULL_INDEX when there is no memory to count.
-PLI_API int pli_body_part_count(const pli_body* body);
+/// Counts the parts that hang together by links, faces or tetrahedra; a node without any is a part of its own and not
+/// counted.
+/// @return PLI_ERROR_OUT_OF_MEMORY
+PLI_API pli_status pli_body_count_parts(const pli_body* body, int* count);
 
 #ifdef __cplusplus
 }
