@@ -76,12 +76,14 @@ static pli_simd context_best_simd(void) {
 }
 
 pli_context_def pli_context_def_default(void) {
-    return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL}};
+    return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL},
+                             .cookie = PLII_DEF_COOKIE};
 }
 
 pli_status pli_context_create(const pli_context_def* def, pli_context** context) {
     if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
     pli_context_def used = def != NULL ? *def : pli_context_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) { return PLI_ERROR_INVALID_DEF; }
     if (used.allocator.allocate == NULL && used.allocator.release == NULL) {
         used.allocator = pli_context_def_default().allocator;
     }

@@ -46,6 +46,14 @@ static pli_context* counting_context(counting* c) {
     return context;
 }
 
+static void test_definition_has_to_start_from_the_defaults(void** unused) {
+    (void)unused;
+    const pli_context_def def = {.log = counting_log};
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(&def, &context), PLI_ERROR_INVALID_DEF);
+    assert_null(context);
+}
+
 static void test_context_returns_every_byte(void** unused) {
     (void)unused;
     counting c;
@@ -192,6 +200,7 @@ static void test_context_names_every_status(void** unused) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_definition_has_to_start_from_the_defaults),
         cmocka_unit_test(test_context_returns_every_byte),
         cmocka_unit_test(test_context_steady_step_allocates_nothing),
         cmocka_unit_test(test_context_keeps_and_logs_the_last_error),

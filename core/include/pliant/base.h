@@ -138,9 +138,10 @@ typedef struct pli_context_def {
     pli_parallel_for_fn* parallel_for; ///< default NULL: everything on the calling thread
     void* parallel_user;               ///< handed to `parallel_for`
     pli_simd simd;                     ///< default PLI_SIMD_BEST
+    uint32_t cookie;                   ///< set by the default function
 } pli_context_def;
 
-/// Defaults of the fields; no cookie is needed, a zeroed definition is the same.
+/// Defaults of the fields.
 PLI_API pli_context_def pli_context_def_default(void);
 
 /// Makes a context, the first thing that a program needs.
