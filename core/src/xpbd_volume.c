@@ -9,9 +9,8 @@
 #include <string.h>
 
 typedef struct xpbd_volume_state {
-    float compliance;     /* m^5/N */
-    float pressure_ratio; /* wanted volume over the one at rest */
-    double rest_volume;   /* m^3 */
+    pli_xpbd_volume_def def;
+    double rest_volume; /* m^3 */
     float multiplier;
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
@@ -84,9 +83,9 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_xpbd_subste
     pli_vec4* displacements = substep->displacements;
     const double volume = xpbd_volume_gather(body, state->gradients, substep);
     const float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
-    const double missing = volume - (double)state->pressure_ratio * state->rest_volume;
+    const double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
     const float change =
-        plii_xpbd_multiplier((float)missing, weight, state->compliance, 0.0f, state->multiplier, 0.0f, substep);
+        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, state->multiplier, 0.0f, substep);
     state->multiplier += change;
     const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
@@ -147,18 +146,24 @@ static const plii_xpbd_kind xpbd_volume_kind = {
     .sweep = xpbd_volume_sweep,
 };
 
-pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio) {
+pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
+    return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(plii_xpbd_check_value(body, compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, pressure_ratio, PLI_MAX_FACTOR, "pressure_ratio", __func__));
+    const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_volume_def_default()");
+    }
+    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, used.pressure_ratio, PLI_MAX_FACTOR, "pressure_ratio", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
     void* data = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_volume_kind, __func__, &data));
-    xpbd_volume_state* state = data;
-    state->compliance = compliance;
-    state->pressure_ratio = pressure_ratio;
+    ((xpbd_volume_state*)data)->def = used;
     return PLI_OK;
 }
 

@@ -181,7 +181,9 @@ void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run)
     const scene_soft_def def = definition_for_solver(record, run);
     if (def.volume_conservation > 0.0f) {
         check(body, pli_body_disable_volume_conservation(body)); // a force would be too stiff
-        check(body, pli_body_enable_xpbd_volume(body, 1.0f / def.volume_conservation, 1.0f));
+        pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+        volume.compliance = 1.0f / def.volume_conservation;
+        check(body, pli_body_enable_xpbd_volume(body, &volume));
     }
     if (!record.anchors.empty()) { check(body, pli_body_enable_xpbd_anchors(body, 0.0f)); }
     if (def.has_rigid_contacts) {

@@ -84,8 +84,10 @@ static void change_xpbd(calls* c, pli_body* body, calls_context* home) {
     if ((chosen & 2) != 0) { enable_bending(c, body, home); }
     if ((chosen & 4) != 0) { TRY(pli_body_enable_xpbd_tetras(body, bytes_float(&c->bytes, 0.0f, 0.01f))); }
     if ((chosen & 8) != 0) {
-        const float compliance = bytes_float(&c->bytes, 0.0f, 0.01f), ratio = bytes_float(&c->bytes, 0.0f, 2.0f);
-        TRY(pli_body_enable_xpbd_volume(body, compliance, ratio));
+        pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+        volume.compliance = bytes_float(&c->bytes, 0.0f, 0.01f);
+        volume.pressure_ratio = bytes_float(&c->bytes, 0.0f, 2.0f);
+        TRY(pli_body_enable_xpbd_volume(body, &volume));
     }
     if ((chosen & 16) != 0) { TRY(pli_body_enable_xpbd_anchors(body, bytes_float(&c->bytes, 0.0f, 0.01f))); }
     if ((chosen & 32) != 0) { enable_contacts(c, body, home); }

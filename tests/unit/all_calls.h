@@ -369,7 +369,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_disable_xpbd_bending, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_bending(h->body)))          \
     X(pli_body_enable_xpbd_tetras, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd_tetras(h->body, 0.5f)))        \
     X(pli_body_disable_xpbd_tetras, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_tetras(h->body)))            \
-    X(pli_body_enable_xpbd_volume, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd_volume(h->body, 0.5f, 0.5f)))  \
+    X(pli_body_enable_xpbd_volume, BODY, CHANGES_IDLE,                                                                 \
+      CALL_STATUS(pli_body_enable_xpbd_volume(h->body, CALL_DEF(pli_xpbd_volume))))                                    \
     X(pli_body_disable_xpbd_volume, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_volume(h->body)))            \
     X(pli_body_enable_xpbd_anchors, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd_anchors(h->body, 0.5f)))      \
     X(pli_body_disable_xpbd_anchors, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_anchors(h->body)))          \

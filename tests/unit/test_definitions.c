@@ -26,6 +26,7 @@ ENABLE(implicit, pli_implicit)
 ENABLE(xpbd, pli_xpbd)
 ENABLE(xpbd_links, pli_xpbd_links)
 ENABLE(xpbd_bending, pli_xpbd_bending)
+ENABLE(xpbd_volume, pli_xpbd_volume)
 ENABLE(xpbd_rigid_contacts, pli_xpbd_contacts)
 ENABLE(xpbd_soft_contacts, pli_xpbd_contacts)
 
@@ -91,6 +92,7 @@ static void test_null_is_the_defaults(void** state) {
         {enable_xpbd, false},
         {enable_xpbd_links, true},
         {enable_xpbd_bending, true},
+        {enable_xpbd_volume, true},
         {enable_xpbd_rigid_contacts, true},
         {enable_xpbd_soft_contacts, true},
     };

@@ -444,7 +444,10 @@ static void choose_solver(pli_body* body) {
     bending.is_flat = chance(0.5f);
     if (chance(0.3f)) { TRY(pli_body_enable_xpbd_bending(body, &bending)); }
     if (chance(0.3f)) { TRY(pli_body_enable_xpbd_tetras(body, number(1e-3f))); }
-    if (chance(0.3f)) { TRY(pli_body_enable_xpbd_volume(body, number(1e-3f), number(1))); }
+    pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+    volume.compliance = number(1e-3f);
+    volume.pressure_ratio = number(1);
+    if (chance(0.3f)) { TRY(pli_body_enable_xpbd_volume(body, &volume)); }
     if (chance(0.3f)) { TRY(pli_body_enable_xpbd_anchors(body, number(1e-3f))); }
     pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
     contacts.compliance = chance(0.5f) ? 0.0f : number(1e-3f);

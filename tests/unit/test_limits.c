@@ -459,7 +459,9 @@ static void test_features_keep_to_their_limits(void** unused) {
     pli_xpbd_links_def links = pli_xpbd_links_def_default();
     links.damping = much;
     check_refused(pli_body_enable_xpbd_links(body, &links), "damping is");
-    check_refused(pli_body_enable_xpbd_volume(body, 0, much), "pressure_ratio is");
+    pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+    volume.pressure_ratio = much;
+    check_refused(pli_body_enable_xpbd_volume(body, &volume), "pressure_ratio is");
     CHECK_OK(pli_body_disable_xpbd(body));
 
     pli_ray_def ray = pli_ray_def_default();

@@ -439,7 +439,7 @@ static void run_xpbd(trial* t) {
     }
     const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
     TRIAL_CALL(t, pli_body_enable_xpbd_bending(bodies[0], &bending));
-    TRIAL_CALL(t, pli_body_enable_xpbd_volume(bodies[1], 0.0f, 1.0f));
+    TRIAL_CALL(t, pli_body_enable_xpbd_volume(bodies[1], NULL));
     TRIAL_CALL(t, pli_body_enable_xpbd_tetras(bodies[2], 1e-6f));
     TRIAL_CALL(t, pli_body_enable_xpbd_anchors(bodies[0], 0.0f));
     enable_tethers(t, bodies[0]);
@@ -607,7 +607,9 @@ static void run_cuts_under_xpbd(trial* t) {
     enable_xpbd(t, body);
     const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
     TRIAL_CALL(t, pli_body_enable_xpbd_bending(body, &bending));
-    TRIAL_CALL(t, pli_body_enable_xpbd_volume(body, 1.0f, 1.0f));
+    pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
+    volume.compliance = 1.0f;
+    TRIAL_CALL(t, pli_body_enable_xpbd_volume(body, &volume));
     enable_xpbd_contacts(t, body);
     enable_tethers(t, body);
     trial_steps(t, 2);

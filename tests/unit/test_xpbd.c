@@ -354,6 +354,13 @@ static void test_tetra_yields_by_its_compliance(void** unused) {
     check_near(1.0 / 6.0 - tetra_volume(body), 60.0 * (double)compliance, 0.01 * 60.0 * (double)compliance);
 }
 
+static pli_status enable_volume(pli_body* body, float compliance, float pressure_ratio) {
+    pli_xpbd_volume_def def = pli_xpbd_volume_def_default();
+    def.compliance = compliance;
+    def.pressure_ratio = pressure_ratio;
+    return pli_body_enable_xpbd_volume(body, &def);
+}
+
 static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
     (void)unused;
     no_gravity();
@@ -361,10 +368,10 @@ static void test_closed_surface_takes_its_pressure_ratio(void** unused) {
     CHECK_OK(sample_create_ellipsoid(context, pli_vec3_make(1, 0.8f, 1.2f), &mesh));
     pli_body* body = make_body(mesh, 10, 1);
     const double rest = (double)pli_body_volume(body);
-    CHECK_OK(pli_body_enable_xpbd_volume(body, 0.0f, 1.0f));
+    CHECK_OK(pli_body_enable_xpbd_volume(body, NULL));
     set_damping(body, 0.2f);
     for (float ratio = 0.5f; ratio <= 1.5f; ratio += 0.5f) {
-        CHECK_OK(pli_body_enable_xpbd_volume(body, 0.0f, ratio));
+        CHECK_OK(enable_volume(body, 0.0f, ratio));
         step_many(60, 1.0 / 60.0);
         check_near(pli_body_volume(body), rest * (double)ratio, 1e-4 * rest);
         check_at_most(pli_vec3_length(pli_body_momentum(body)), 1e-3);
@@ -576,7 +583,7 @@ static pli_status crowd_enable(crowd* c, pli_rigid* rigid) {
     pli_status status = pli_body_enable_xpbd(body, &xpbd);
     if (status == PLI_OK) { status = pli_body_enable_xpbd_links(body, &links); }
     if (status == PLI_OK) { status = pli_body_enable_xpbd_bending(body, &bending); }
-    if (status == PLI_OK) { status = pli_body_enable_xpbd_volume(body, 0.0f, 1.0f); }
+    if (status == PLI_OK) { status = pli_body_enable_xpbd_volume(body, NULL); }
     if (status == PLI_OK) { status = pli_body_add_anchor(body, &anchor, NULL); }
     if (status == PLI_OK) { status = pli_body_enable_xpbd_anchors(body, 0.0f); }
     if (status == PLI_OK) { status = pli_body_enable_rigid_contacts(body, &rigid_search); }
@@ -685,7 +692,7 @@ static void test_bodies_may_be_cut_between_steps(void** unused) {
     enable_links(body, 0, 0);
     const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
     CHECK_OK(pli_body_enable_xpbd_bending(body, &bending));
-    CHECK_OK(pli_body_enable_xpbd_volume(body, 1000.0f, 1.0f));
+    CHECK_OK(enable_volume(body, 1000.0f, 1.0f));
     step_many(5, 1.0 / 60.0);
     const int links = pli_body_get_view(body).link_count;
     CHECK_OK(pli_body_cut_link(body, 6, 7, 0.5f));
@@ -745,8 +752,8 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     check_body_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_DEF, "bending_def_default");
     check_body_refused(pli_body_enable_xpbd_tetras(body, 0), PLI_ERROR_INVALID_MESH, "no tetrahedra");
     check_body_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
-    check_body_refused(pli_body_enable_xpbd_volume(body, 0, 1), PLI_ERROR_INVALID_MESH, "no faces");
-    check_body_refused(pli_body_enable_xpbd_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
+    check_body_refused(pli_body_enable_xpbd_volume(body, NULL), PLI_ERROR_INVALID_MESH, "no faces");
+    check_body_refused(enable_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
     contacts.friction = -0.5f;
     check_body_refused(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_ERROR_INVALID_VALUE,
                        "friction is -0.5");

@@ -17,11 +17,15 @@
 /// Calls without a status give zero, NULL or whatever is neutral instead.
 ///
 /// Definitions. What has more than one number is told by a definition: a struct that its `_default` function fills, of
-/// which only what differs is set, and which is copied. Calls that enable something, and others that say so, take NULL
-/// for the defaults.
+/// which only what differs is set, and which is copied; one number is passed as it is. Calls that enable something, and
+/// others that say so, take NULL for the defaults.
 ///
 /// Features. pli_body_enable_x turns something on, or changes it when it is on; pli_body_disable_x turns it off, and
-/// does nothing when it is off. Both return a status, and both cost nothing later for what is off.
+/// does nothing when it is off. Both return a status.
+///
+/// Getters. pli_x_get_y gives what is stored; measures (pli_body_volume, pli_body_momentum) and counts (pli_x_y_count)
+/// are nouns; what takes memory to find out returns a status (pli_body_count_parts). Lists fill the room that the
+/// caller gives and return how many there are.
 ///
 /// Callbacks. The library calls hooks and callbacks of the user from the middle of its work: those of a context, a
 /// profile function, controllers of joints, the surface of a cut, the functions of a shape. In all of them calls that

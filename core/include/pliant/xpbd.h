@@ -88,11 +88,20 @@ PLI_API pli_status pli_body_enable_xpbd_tetras(pli_body* body, float compliance)
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_tetras(pli_body* body);
 
+/// Volume inside the faces.
+typedef struct pli_xpbd_volume_def {
+    float compliance;     ///< m^5/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
+    float pressure_ratio; ///< 0 to PLI_MAX_FACTOR, default 1: wanted volume over the volume at rest
+    uint32_t cookie;      ///< set by the default function
+} pli_xpbd_volume_def;
+
+/// Defaults of the fields.
+PLI_API pli_xpbd_volume_def pli_xpbd_volume_def_default(void);
+
 /// Keeps the volume inside the faces, which must be closed, or changes how; at rest as it is when first enabled.
-/// @param compliance     m^5/N, 0 to PLI_MAX_COEFFICIENT
-/// @param pressure_ratio 0 to PLI_MAX_FACTOR: wanted volume over the volume at rest
+/// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces, PLI_ERROR_WRONG_STATE without XPBD or while stepping
-PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, float compliance, float pressure_ratio);
+PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def);
 
 /// Lets the volume inside the faces change freely. Nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
