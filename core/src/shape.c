@@ -13,7 +13,6 @@ pli_shape_def pli_shape_def_default(void) {
 }
 
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
-    if (shape != NULL) { *shape = NULL; }
     PLII_TRY(plii_check_context_change(context, function));
     if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape is null"); }
     return PLI_OK;
