@@ -1,6 +1,7 @@
 /* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
    contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
 
+#include "pipeline.h"
 #include "rigid_lanes.h"
 
 #include "anchor_impl.h"

@@ -3,6 +3,7 @@
 #include "handle.h"
 #include "mesh_impl.h"
 #include "node_planes.h"
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 

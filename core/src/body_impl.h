@@ -3,6 +3,7 @@
 
 #include "context.h"
 #include "feature.h"
+#include "topology.h"
 #include "vec.h"
 
 /* 12 bytes. What follows from masses and material is made where it is needed. */
@@ -11,19 +12,9 @@ typedef struct plii_link {
     float rest_length_squared; /* m^2 */
 } plii_link;
 
-/* Faces and tetrahedra never change while bodies step, so bodies of one mesh share them. */
-typedef struct plii_topology {
-    int reference_count;
-    int face_count, tetra_count;
-    int (*faces)[3];
-    uint16_t* face_materials; /* [face_count], or NULL when all are 0 */
-    int (*tetras)[4];
-} plii_topology;
-
 /* Material and kind of a link; kept only where they differ from material 0, not bending. */
 typedef uint16_t plii_link_tag;
 #define PLII_LINK_TAG_BENDING 0x8000
-#define PLII_MAX_MATERIALS 0x8000
 
 /* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
 typedef struct plii_solver_class {

@@ -2,6 +2,8 @@
 
 #include "box_tree.h"
 
+#include "bounds.h"
+
 #include <string.h>
 
 /* The ten low bits of a number, two zero bits put between each. */

@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 
+#include "bounds.h"
 #include "cluster_impl.h"
 
 #include "fat_box.h"

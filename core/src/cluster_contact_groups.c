@@ -3,6 +3,8 @@
    temporal coherence", 2005). A contact is a long chain of operations that waits for the one before, so pairs that have
    nothing movable in common are found first come, first served, and solved four at a time. */
 
+#include "cluster_contact_groups.h"
+
 #include "cluster_contacts_impl.h"
 #include "cluster_groups_kernel.h"
 

@@ -1,8 +1,10 @@
 /* Contacts of clusters with rigid bodies, with clusters of other bodies and of their own, solved together with the
    joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
 
+#include "cluster_contact_groups.h"
 #include "cluster_contacts_impl.h"
 #include "contact_order.h"
+#include "pipeline.h"
 #include "pliant/bullet_reference.h"
 #include "range.h"
 #include "world_impl.h"

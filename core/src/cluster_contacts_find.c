@@ -4,7 +4,9 @@
 
 #include "lanes.h"
 
+#include "bounds.h"
 #include "cluster_contacts_impl.h"
+#include "pipeline.h"
 
 #include "shape_impl.h"
 #include "world_impl.h"

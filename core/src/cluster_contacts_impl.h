@@ -5,7 +5,7 @@
    pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
 
 #include "box_tree.h"
-#include "cluster_contact_groups.h"
+#include "cluster_contact_group.h"
 #include "edge_set.h"
 #include "joint_side.h"
 #include "near_boxes.h"

@@ -1,6 +1,7 @@
 /* Clusters of a body: adding and removing them, their settings, and what a user sees of them. */
 
 #include "cluster_impl.h"
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 

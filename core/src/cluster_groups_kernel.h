@@ -4,7 +4,7 @@
 /* What groups of contacts do in a step, with the instructions of every processor of the target or with more, from
    cluster_groups_kernel.inl; all with the same results. */
 
-#include "cluster_contact_groups.h"
+#include "cluster_contact_group.h"
 
 struct plii_groups_kernel {
     void (*prepare)(plii_contact_groups* groups, const plii_step* step); /* fills the blocks */

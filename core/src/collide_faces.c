@@ -11,11 +11,13 @@
 #include "lanes.h"
 
 #include "body_impl.h"
+#include "bounds.h"
 #include "box_tree.h"
 #include "closest_point.h"
 #include "contact_order.h"
 #include "fat_box.h"
 #include "near_boxes.h"
+#include "pipeline.h"
 #include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 #include "range.h"

@@ -2,6 +2,8 @@
    and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
    for bit, but for the order of the contacts: shape by shape, ascending nodes. */
 
+#include "bounds.h"
+#include "pipeline.h"
 #include "rigid_lanes.h"
 
 #include "body_impl.h"

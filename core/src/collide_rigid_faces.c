@@ -5,6 +5,8 @@
    the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
+#include "bounds.h"
+#include "pipeline.h"
 #include "range.h"
 #include "rigid_faces_impl.h"
 #include "shape_impl.h"

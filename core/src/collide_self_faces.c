@@ -7,8 +7,10 @@
    crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
    motions short in the same spirit. */
 
+#include "bounds.h"
 #include "box_tree.h"
 #include "closest_point.h"
+#include "pipeline.h"
 #include "range.h"
 #include "self_collision_impl.h"
 

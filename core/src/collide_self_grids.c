@@ -4,6 +4,7 @@
 
 #include "link_graph.h"
 #include "node_hash.h"
+#include "pipeline.h"
 #include "range.h"
 #include "self_collision_impl.h"
 

@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 
+#include "pipeline.h"
 #include "range.h"
 #include "self_node_pairs.h"
 

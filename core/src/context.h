@@ -23,6 +23,7 @@ typedef struct plii_shortage {
 struct pli_context {
     uint32_t magic;
     pli_allocator allocator;
+    bool has_zeroed_memory; /* what the allocator gives is zero already */
     pli_log_fn* log;
     void* log_user;
     pli_parallel_for_fn* parallel_for; /* never NULL */
@@ -44,7 +45,8 @@ struct pli_context {
    checked build for pli_last_error(NULL). */
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
-void plii_log(pli_context* context, pli_log_level level, const char* format, ...) PLI_PRINTF_LIKE(3, 4);
+/* Of calls that no context could keep the message of; empty but in a checked build. */
+const char* plii_lost_error(void);
 
 #define PLII_FAIL(context, status, ...) plii_fail(context, status, __func__, __VA_ARGS__)
 
@@ -90,7 +92,9 @@ static inline pli_status plii_check_change(pli_context* context, const char* fun
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 
-/* Zeroed, 64-byte aligned; NULL when out of memory or when `size` is 0. */
+enum { PLII_ALIGNMENT = 64 }; /* bytes */
+
+/* Zeroed, so aligned; NULL when out of memory or when `size` is 0. */
 void* plii_allocate(pli_context* context, size_t size);
 /* NULL is allowed. */
 void plii_release(pli_context* context, void* block, size_t size);

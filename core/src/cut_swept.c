@@ -7,7 +7,9 @@
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
    returns to its start closes. */
 
+#include "bounds.h"
 #include "cut_separate.h"
+#include "pipeline.h"
 #include "pliant/cut.h"
 #include "range.h"
 

@@ -5,6 +5,7 @@
    normals, bit for bit. At LATTICE_MAX_CELLS cells all are dropped and sampling starts again, which changes time, not
    results. */
 
+#include "bounds.h"
 #include "handle.h"
 #include "pliant/bullet_reference.h"
 #include "range.h"

@@ -3,6 +3,7 @@
 
 /* Boxes that are kept from step to step (btDbvt::update), for those who must find the same pairs as Bullet. */
 
+#include "bounds.h"
 #include "vec.h"
 
 /* A stored box is replaced only when it does not hold the new one, and then by a larger one. */

@@ -5,6 +5,7 @@
 #include "lanes.h"
 
 #include "body_impl.h"
+#include "pipeline.h"
 #include "pliant/forces.h"
 #include "range.h"
 #include "world_impl.h"

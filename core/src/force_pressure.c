@@ -1,6 +1,7 @@
 /* Pressure of a gas in a closed surface: each node gets normal * area * coefficient / |volume|.
    Bullet: kPR in btSoftBody::applyForces. */
 
+#include "pipeline.h"
 #include "pliant/forces.h"
 
 #include "body_impl.h"

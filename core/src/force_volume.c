@@ -1,6 +1,7 @@
 /* Conservation of volume: each node gets normal * area * (rest volume - volume) * coefficient.
    Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
 
+#include "pipeline.h"
 #include "pliant/forces.h"
 
 #include "body_impl.h"

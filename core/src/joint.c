@@ -4,6 +4,7 @@
 #include "handle.h"
 #include "id_pool.h"
 #include "joint_impl.h"
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 

@@ -1,9 +1,9 @@
 #ifndef PLII_MESH_IMPL_H
 #define PLII_MESH_IMPL_H
 
-#include "body_impl.h"
 #include "context.h"
 #include "pliant/mesh.h"
+#include "topology.h"
 #include "vec.h"
 
 struct pli_mesh {
@@ -28,7 +28,6 @@ struct pli_mesh {
 /* The shared topology with one more reference; in another context than the mesh's, a copy of its own. NULL when out of
    memory. */
 plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context);
-void plii_topology_release(pli_context* context, plii_topology* topology);
 /* To be called after every change of faces or tetras. */
 void plii_mesh_forget_topology(pli_mesh* mesh);
 

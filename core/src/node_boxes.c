@@ -1,7 +1,9 @@
 /* Boxes of nodes that are kept from step to step. Bullet: m_ndbvt of a btSoftBody without VF_SS. */
 
 #include "body_impl.h"
+#include "bounds.h"
 #include "fat_box.h"
+#include "pipeline.h"
 #include "pliant/bullet_reference.h"
 #include "pliant/contact.h"
 

@@ -3,6 +3,7 @@
 #include "lanes.h"
 
 #include "body_impl.h"
+#include "bounds.h"
 #include "range.h"
 
 #include <string.h>

@@ -4,6 +4,7 @@
 #include "lanes.h"
 
 #include "body_impl.h"
+#include "pipeline.h"
 #include "pliant/pose.h"
 #include "polar.h"
 #include "world_impl.h"

@@ -2,6 +2,7 @@
 
 #include "lanes.h"
 
+#include "bounds.h"
 #include "handle.h"
 #include "range.h"
 #include "shape_impl.h"

@@ -22,7 +22,7 @@ struct pli_rigid {
     bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
-    pli_vec3 start_linear_velocity, start_angular_velocity; /* of one that was touched: before the impulses of the step */
+    pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;

@@ -1,5 +1,6 @@
 /* Convex hull of points, grown by a radius. Inside the hull the nearest side counts, outside the nearest triangle. */
 
+#include "bounds.h"
 #include "box_tree.h"
 #include "closest_point.h"
 #include "convex_hull.h"

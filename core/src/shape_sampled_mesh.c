@@ -1,6 +1,7 @@
 /* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
    gradient of the interpolant. How the samples come about: mesh_sampling.c. */
 
+#include "bounds.h"
 #include "mesh_sampling.h"
 #include "range.h"
 #include "shape_impl.h"

@@ -5,6 +5,7 @@
    a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
    first `thickness` is inside; farther behind there is nothing. */
 
+#include "bounds.h"
 #include "box_tree.h"
 #include "closest_point.h"
 #include "range.h"

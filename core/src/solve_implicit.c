@@ -5,6 +5,7 @@
    velocities of the nodes that they move follow. */
 
 #include "implicit_system.h"
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 

@@ -2,6 +2,7 @@
    btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
 
 #include "links_kernel.h"
+#include "pipeline.h"
 #include "simd.h"
 
 enum {

@@ -3,6 +3,7 @@
    is left out (Bullet divides by zero there). */
 
 #include "body_impl.h"
+#include "pipeline.h"
 
 typedef struct velocity_link {
     pli_vec3 direction; /* node b - node a at the start of the step, not normalised */

@@ -4,6 +4,7 @@
 
 #include "lanes.h"
 
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 #include "xpbd_impl.h"

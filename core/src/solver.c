@@ -3,6 +3,7 @@
 
 #include "lanes.h"
 
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 

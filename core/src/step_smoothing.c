@@ -3,6 +3,7 @@
    about free flight counts as if it had taken as long as a step before. */
 
 #include "body_impl.h"
+#include "pipeline.h"
 #include "pliant/body.h"
 #include "world_impl.h"
 

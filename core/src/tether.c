@@ -5,6 +5,7 @@
 #include "pliant/tether.h"
 #include "body_impl.h"
 #include "hold.h"
+#include "pipeline.h"
 #include "range.h"
 #include "world_impl.h"
 #include "xpbd_rigid.h"

@@ -66,24 +66,6 @@ static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
 }
 
-static inline bool plii_bounds_overlap(pli_bounds a, pli_bounds b) {
-    return a.min.x <= b.max.x && a.max.x >= b.min.x && a.min.y <= b.max.y && a.max.y >= b.min.y && a.min.z <= b.max.z &&
-           a.max.z >= b.min.z;
-}
-static inline pli_bounds plii_bounds_grow(pli_bounds b, float margin) {
-    const pli_vec3 m = pli_vec3_make(margin, margin, margin);
-    b.min = pli_vec3_sub(b.min, m);
-    b.max = pli_vec3_add(b.max, m);
-    return b;
-}
-static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
-    return outer.min.x <= inner.min.x && outer.min.y <= inner.min.y && outer.min.z <= inner.min.z &&
-           outer.max.x >= inner.max.x && outer.max.y >= inner.max.y && outer.max.z >= inner.max.z;
-}
-
-/* Bounds of a box after a rigid motion. */
-pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose);
-
 static inline bool plii_vec3_is_zero(pli_vec3 v) {
     return v.x == 0.0f && v.y == 0.0f && v.z == 0.0f;
 }

@@ -1,5 +1,7 @@
 /* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
 
+#include "bounds.h"
+#include "pipeline.h"
 #include "world_impl.h"
 
 #include "range.h"

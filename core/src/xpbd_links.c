@@ -1,6 +1,7 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "lanes.h"
+#include "pipeline.h"
 #include "range.h"
 #include "xpbd_links_kernel.h"
 

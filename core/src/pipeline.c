@@ -1,6 +1,6 @@
 /* The pipeline of a body: which features are enabled, who needs whom, and what runs in which stage. */
 
-#include "feature.h"
+#include "pipeline.h"
 
 #include "world_impl.h"
 
