@@ -2,8 +2,8 @@
 // iteration in Bullet's order, and Bullet's.
 
 extern "C" {
-#include "polar.h"
-#include "rotation_fit.h"
+#include "math/polar.h"
+#include "math/rotation_fit.h"
 }
 
 #include <LinearMath/btPolarDecomposition.h>

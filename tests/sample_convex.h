@@ -3,7 +3,7 @@
 
 /* Convex sets for tests: hulls of a few points, ordinary and hostile, with a count of support calls. */
 
-#include "convex_distance.h"
+#include "geometry/convex_distance.h"
 
 #define SAMPLE_MAX_POINTS 20
 

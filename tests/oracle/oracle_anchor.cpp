@@ -6,7 +6,7 @@
 #include "oracle/bullet_twin.hpp"
 
 extern "C" {
-#include "rigid_impl.h"
+#include "body/rigid_impl.h"
 }
 
 #include <pliant/anchor.h>

@@ -6,7 +6,7 @@
 #include "oracle/bullet_twin.hpp"
 
 extern "C" {
-#include "polar.h"
+#include "math/polar.h"
 }
 
 #include <pliant/pose.h>

@@ -1,9 +1,9 @@
 /* The hull service: closed, convex, made of extreme points only, whatever the points. */
 
 #include "check.h"
-#include "convex_hull.h"
+#include "geometry/convex_hull.h"
 #include "failing_allocator.h"
-#include "orientation.h"
+#include "geometry/orientation.h"
 
 static pli_context* context;
 

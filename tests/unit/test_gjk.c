@@ -1,7 +1,7 @@
 /* Distance of convex cores: exact values, proof by support planes, degenerate sets, warm start. */
 
 #include "check.h"
-#include "gjk.h"
+#include "geometry/gjk.h"
 #include "sample_convex.h"
 
 static plii_gjk_result run_convex(plii_convex a, plii_convex b, plii_convex_cache* cache) {

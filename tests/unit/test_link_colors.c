@@ -8,8 +8,8 @@
 
 #include <pliant/pliant.h>
 
-#include "link_colors.h"
-#include "xpbd_impl.h"
+#include "solver/coloring/link_colors.h"
+#include "solver/xpbd/xpbd_impl.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 
 #include "check.h"
 
-#include "pair_memory.h"
+#include "geometry/pair_memory.h"
 
 #include <pliant/pliant.h>
 

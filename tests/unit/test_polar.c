@@ -2,7 +2,7 @@
 
 #include "check.h"
 
-#include "polar.h"
+#include "math/polar.h"
 
 #include <math.h>
 

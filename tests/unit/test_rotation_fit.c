@@ -1,8 +1,8 @@
 /* Nearest rotations of matrices of all kinds against a singular value decomposition in double precision. */
 
 #include "check.h"
-#include "rotation_fit.h"
-#include "rotation_follow.h"
+#include "math/rotation_fit.h"
+#include "math/rotation_follow.h"
 
 #include <stdlib.h>
 #include <string.h>

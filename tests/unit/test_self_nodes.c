@@ -2,7 +2,7 @@
 
 #include "self_cloth.h"
 
-#include "node_hash.h"
+#include "geometry/node_hash.h"
 
 enum { STATES = 20 };
 

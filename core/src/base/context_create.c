@@ -1,0 +1,155 @@
+/* Life of a context: its definition, the allocator of the C library, instruction sets. */
+
+#include "base/handle.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Zeroed: of large blocks the system gives pages only as they are first written, which for some never comes. What
+   calloc gave stands in front of the block. */
+static void* context_default_allocate(size_t size, size_t alignment, void* user) {
+    (void)user;
+    const size_t front = sizeof(void*) + alignment - 1;
+    char* base = size <= SIZE_MAX - front ? calloc(1, front + size) : NULL;
+    if (base == NULL) { return NULL; }
+    const uintptr_t least = (uintptr_t)base + sizeof(void*);
+    char* block = base + sizeof(void*) + (alignment - least % alignment) % alignment;
+    memcpy(block - sizeof base, &base, sizeof base);
+    return block;
+}
+
+static void context_default_release(void* block, size_t size, void* user) {
+    (void)size;
+    (void)user;
+    void* base = NULL;
+    memcpy(&base, (char*)block - sizeof base, sizeof base);
+    free(base);
+}
+
+static void context_serial_for(pli_range_fn* range, void* task, int count, int grain, void* user) {
+    (void)grain;
+    (void)user;
+    range(0, count, task);
+}
+
+static bool context_has_simd(pli_simd simd) {
+    switch (simd) {
+    case PLI_SIMD_PORTABLE:
+        return true;
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_SSE2:
+        return true;
+    case PLI_SIMD_AVX2:
+        return __builtin_cpu_supports("avx2") != 0;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return true;
+#endif
+    default:
+        return false;
+    }
+}
+
+static pli_simd context_best_simd(void) {
+    static const pli_simd best_first[] = {PLI_SIMD_AVX2, PLI_SIMD_SSE2, PLI_SIMD_NEON};
+    for (size_t i = 0; i < sizeof best_first / sizeof *best_first; ++i) {
+        if (context_has_simd(best_first[i])) { return best_first[i]; }
+    }
+    return PLI_SIMD_PORTABLE;
+}
+
+pli_context_def pli_context_def_default(void) {
+    return (pli_context_def){.allocator = {context_default_allocate, context_default_release, NULL},
+                             .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_context_create(const pli_context_def* def, pli_context** context) {
+    if (context == NULL) { return PLI_ERROR_NULL_ARGUMENT; }
+    pli_context_def used = def != NULL ? *def : pli_context_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) { return PLI_ERROR_INVALID_DEF; }
+    if (used.allocator.allocate == NULL && used.allocator.release == NULL) {
+        used.allocator = pli_context_def_default().allocator;
+    }
+    if (used.allocator.allocate == NULL || used.allocator.release == NULL) { return PLI_ERROR_INVALID_VALUE; }
+    if (used.simd == PLI_SIMD_BEST) { used.simd = context_best_simd(); }
+    if (!context_has_simd(used.simd)) { return PLI_ERROR_INVALID_VALUE; }
+    pli_context* made = used.allocator.allocate(sizeof *made, PLII_ALIGNMENT, used.allocator.user);
+    if (made == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    memset(made, 0, sizeof *made);
+    made->allocator = used.allocator;
+    made->has_zeroed_memory = used.allocator.allocate == context_default_allocate;
+    made->log = used.log;
+    made->log_user = used.log_user;
+    made->parallel_for = used.parallel_for != NULL ? used.parallel_for : context_serial_for;
+    made->parallel_user = used.parallel_user;
+    made->has_threads = used.parallel_for != NULL;
+    made->simd = used.simd;
+    if (!plii_handle_add_context(made)) {
+        used.allocator.release(made, sizeof *made, used.allocator.user);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    *context = made;
+    return PLI_OK;
+}
+
+/* "2 worlds, 1 mesh and 3 shapes are still alive" */
+static pli_status context_check_empty(pli_context* context, const char* function) {
+    const struct {
+        int count;
+        const char *one, *many;
+    } kinds[] = {{context->world_count, "world", "worlds"},
+                 {context->mesh_count, "mesh", "meshes"},
+                 {context->shape_count, "shape", "shapes"},
+                 {context->triangles_count, "set of triangles", "sets of triangles"}};
+    enum { KINDS = sizeof kinds / sizeof *kinds };
+    int left = 0;
+    for (int i = 0; i < KINDS; ++i) {
+        left += kinds[i].count > 0;
+    }
+    if (left == 0) { return PLI_OK; }
+    char list[128] = "";
+    size_t length = 0;
+    const bool is_one = left == 1;
+    int total = 0;
+    for (int i = 0; i < KINDS; ++i) {
+        if (kinds[i].count == 0) { continue; }
+        total += kinds[i].count;
+        const char* separator = length == 0 ? "" : left == 1 ? " and " : ", ";
+        length += (size_t)snprintf(list + length, sizeof list - length, "%s%d %s", separator, kinds[i].count,
+                                   kinds[i].count == 1 ? kinds[i].one : kinds[i].many);
+        left -= 1;
+    }
+    return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s %s still alive", list,
+                     is_one && total == 1 ? "is" : "are");
+}
+
+pli_status pli_context_destroy(pli_context* context) {
+    if (context == NULL) { return PLI_OK; }
+    PLII_TRY(plii_check_context_change(context, __func__));
+    PLII_TRY(context_check_empty(context, __func__));
+    plii_handle_retire(context);
+    context->allocator.release(context, sizeof *context, context->allocator.user);
+    return PLI_OK;
+}
+
+const char* pli_last_error(const pli_context* context) {
+    return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : plii_lost_error();
+}
+size_t pli_context_allocated_bytes(const pli_context* context) {
+    return plii_check_context(context, __func__) == PLI_OK ? context->allocated_bytes : 0;
+}
+uint64_t pli_context_allocation_count(const pli_context* context) {
+    return plii_check_context(context, __func__) == PLI_OK ? context->allocation_count : 0;
+}
+
+pli_status plii_check_context(const pli_context* context, const char* function) {
+    return plii_check_handle(context, PLII_HANDLE_CONTEXT, NULL, NULL, function);
+}
+
+pli_status plii_check_context_change(pli_context* context, const char* function) {
+    PLII_TRY(plii_check_context(context, function));
+    return plii_check_change(context, function);
+}

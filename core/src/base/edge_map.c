@@ -1,0 +1,98 @@
+/* Open addressing with linear probing, at most half full; the table doubles. */
+
+#include "base/edge_map.h"
+
+#include <limits.h>
+
+#define EDGE_MAP_MIN_SLOTS 64
+
+static size_t edge_map_hash(int a, int b) {
+    uint64_t hash = ((uint64_t)(uint32_t)a << 32 | (uint64_t)(uint32_t)b) * UINT64_C(0x9e3779b97f4a7c15);
+    hash ^= hash >> 32;
+    return (size_t)hash;
+}
+
+/* The slot of an edge with a < b, or the free one where it belongs. */
+static size_t edge_map_probe(const plii_edge_map* map, int a, int b) {
+    const size_t mask = map->slot_count - 1;
+    size_t i = edge_map_hash(a, b) & mask;
+    while (map->slots[i] != 0) {
+        const plii_edge* edge = &map->edges[map->slots[i] - 1];
+        if (edge->a == a && edge->b == b) { break; }
+        i = (i + 1) & mask;
+    }
+    return i;
+}
+
+static bool edge_map_grow(plii_edge_map* map) {
+    const size_t old_count = map->slot_count;
+    const size_t slot_count = old_count == 0 ? EDGE_MAP_MIN_SLOTS : 2 * old_count;
+    if (slot_count > SIZE_MAX / sizeof *map->slots) { return false; }
+    int* slots = plii_allocate(map->context, slot_count * sizeof *slots);
+    if (slots == NULL) { return false; }
+    plii_release(map->context, map->slots, old_count * sizeof *map->slots);
+    map->slots = slots;
+    map->slot_count = slot_count;
+    for (int i = 0; i < map->count; ++i) {
+        map->slots[edge_map_probe(map, map->edges[i].a, map->edges[i].b)] = i + 1;
+    }
+    return true;
+}
+
+int plii_edge_map_add(plii_edge_map* map, int a, int b) {
+    const int low = a < b ? a : b, high = a < b ? b : a;
+    if ((size_t)map->count + 1 > map->slot_count / 2 && !edge_map_grow(map)) { return PLI_NULL_INDEX; }
+    const size_t slot = edge_map_probe(map, low, high);
+    if (map->slots[slot] != 0) { return map->slots[slot] - 1; }
+    if (map->count == INT_MAX || !PLII_RESERVE(map->context, &map->edges, &map->capacity, map->count + 1)) {
+        return PLI_NULL_INDEX;
+    }
+    map->edges[map->count] =
+        (plii_edge){.a = low, .b = high, .node = PLI_NULL_INDEX, .rest_squared = -1.0f, .first = PLI_NULL_INDEX};
+    map->slots[slot] = ++map->count;
+    return map->count - 1;
+}
+
+int plii_edge_map_find(const plii_edge_map* map, int a, int b) {
+    if (map->count == 0) { return PLI_NULL_INDEX; }
+    return map->slots[edge_map_probe(map, a < b ? a : b, a < b ? b : a)] - 1;
+}
+
+/* One pass of a stable counting sort by node a or b. */
+static void edge_map_sort_pass(const plii_edge_map* map, bool by_a, int node_count, int* begin, const int* from,
+                               int* to) {
+    for (int i = 0; i <= node_count; ++i) {
+        begin[i] = 0;
+    }
+    for (int i = 0; i < map->count; ++i) {
+        ++begin[(by_a ? map->edges[i].a : map->edges[i].b) + 1];
+    }
+    for (int i = 0; i < node_count; ++i) {
+        begin[i + 1] += begin[i];
+    }
+    for (int i = 0; i < map->count; ++i) {
+        const int place = from != NULL ? from[i] : i;
+        to[begin[by_a ? map->edges[place].a : map->edges[place].b]++] = place;
+    }
+}
+
+bool plii_edge_map_order(const plii_edge_map* map, int node_count, int* order) {
+    if (map->count == 0) { return true; }
+    const size_t begin_size = ((size_t)node_count + 1) * sizeof(int), half_size = (size_t)map->count * sizeof(int);
+    int* begin = plii_allocate(map->context, begin_size);
+    int* half_sorted = plii_allocate(map->context, half_size);
+    const bool ok = begin != NULL && half_sorted != NULL;
+    if (ok) {
+        edge_map_sort_pass(map, false, node_count, begin, NULL, half_sorted);
+        edge_map_sort_pass(map, true, node_count, begin, half_sorted, order);
+    }
+    plii_release(map->context, begin, begin_size);
+    plii_release(map->context, half_sorted, half_size);
+    return ok;
+}
+
+void plii_edge_map_free(plii_edge_map* map) {
+    plii_release(map->context, map->edges, (size_t)map->capacity * sizeof *map->edges);
+    plii_release(map->context, map->slots, map->slot_count * sizeof *map->slots);
+    *map = (plii_edge_map){.context = map->context};
+}

@@ -1,0 +1,37 @@
+/* Slots with generations; freed slots are used again, last freed first. */
+
+#include "base/id_pool.h"
+
+bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool) {
+    return pool->first_free1 != 0 || PLII_RESERVE(context, &pool->slots, &pool->capacity, pool->count + 1);
+}
+
+int plii_id_pool_take(plii_id_pool* pool, int item) {
+    int slot = pool->first_free1 - 1;
+    if (slot >= 0) {
+        pool->first_free1 = pool->slots[slot].next_free + 1;
+    } else {
+        slot = pool->count++;
+        pool->slots[slot].generation = 1;
+    }
+    pool->slots[slot].item = item;
+    return slot;
+}
+
+void plii_id_pool_give_back(plii_id_pool* pool, int slot) {
+    pool->slots[slot].generation += 1;
+    pool->slots[slot].item = PLI_NULL_INDEX;
+    pool->slots[slot].next_free = pool->first_free1 - 1;
+    pool->first_free1 = slot + 1;
+}
+
+int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation) {
+    if (index1 < 1 || index1 > pool->count) { return PLI_NULL_INDEX; }
+    const plii_id_slot* slot = &pool->slots[index1 - 1];
+    return slot->generation == generation ? slot->item : PLI_NULL_INDEX;
+}
+
+void plii_id_pool_release(pli_context* context, plii_id_pool* pool) {
+    plii_release(context, pool->slots, plii_id_pool_bytes(pool));
+    *pool = (plii_id_pool){0};
+}

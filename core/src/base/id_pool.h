@@ -1,0 +1,35 @@
+#ifndef PLII_ID_POOL_H
+#define PLII_ID_POOL_H
+
+/* Ids of things in growing arrays: a slot with a generation that is raised when the thing goes, so that an old id is
+   told from a new one. Public ids are { slot + 1, generation }; all zero is none. */
+
+#include "base/context.h"
+
+typedef struct plii_id_slot {
+    uint32_t generation;
+    int item;      /* PLI_NULL_INDEX when free */
+    int next_free; /* PLI_NULL_INDEX at the end */
+} plii_id_slot;
+
+typedef struct plii_id_pool {
+    plii_id_slot* slots;
+    int count, capacity;
+    int first_free1; /* slot + 1; 0: none */
+} plii_id_pool;
+
+/* Room for one more; false when out of memory. */
+bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool);
+/* A slot for `item`; plii_id_pool_reserve must have succeeded. */
+int plii_id_pool_take(plii_id_pool* pool, int item);
+/* Ids of the slot become stale. */
+void plii_id_pool_give_back(plii_id_pool* pool, int slot);
+/* The item of a public id, or PLI_NULL_INDEX when it is stale. */
+int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation);
+void plii_id_pool_release(pli_context* context, plii_id_pool* pool);
+
+static inline size_t plii_id_pool_bytes(const plii_id_pool* pool) {
+    return (size_t)pool->capacity * sizeof *pool->slots;
+}
+
+#endif

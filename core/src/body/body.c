@@ -1,0 +1,568 @@
+/* A body's life and state: cooking a mesh, access to nodes, measures. Features live in their own files. */
+
+#include "base/handle.h"
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "math/range.h"
+#include "mesh/mesh_impl.h"
+#include "solver/coloring/node_planes.h"
+
+#include <string.h>
+
+// --------------------------------------------------------------------------------------------------- checks
+
+pli_status plii_check_body(const pli_body* body, const char* function) {
+    return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
+}
+
+pli_status plii_check_body_change(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_change(body->context, function);
+}
+
+pli_status plii_check_body_idle(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_world_idle(body->world, function);
+}
+
+pli_status plii_check_node(const pli_body* body, int node, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    if (node < 0 || node >= body->node_count) {
+        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                         "node %d is out of range, the body has %d nodes", node, body->node_count);
+    }
+    return PLI_OK;
+}
+
+static pli_status body_check_vec3(const pli_body* body, pli_vec3 value, float limit, const char* what,
+                                  const char* function) {
+    if (!plii_vec3_is_finite(value)) {
+        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s (%g, %g, %g) is not finite", what,
+                         (double)value.x, (double)value.y, (double)value.z);
+    }
+    return plii_check_vec3_within(body->context, value, limit, what, function);
+}
+
+static pli_status body_check_settings(pli_context* context, const pli_solver_settings* s, const char* function) {
+    if (s->velocity_iterations < 0 || s->position_iterations < 0 || s->drift_iterations < 0) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "iterations must not be negative: velocity %d, position %d, drift %d", s->velocity_iterations,
+                         s->position_iterations, s->drift_iterations);
+    }
+    if (!plii_is_finite(s->drift_correction)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "drift_correction is not finite");
+    }
+    PLII_TRY(plii_check_within(context, s->drift_correction, PLI_MAX_FACTOR, "drift_correction", function));
+    if (!(s->velocity_damping >= 0.0f && s->velocity_damping <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "velocity_damping %g is not in [0, 1]",
+                         (double)s->velocity_damping);
+    }
+    if (!(s->time_scale > 0.0f) || !plii_is_finite(s->time_scale)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "time_scale %g is not positive and finite",
+                         (double)s->time_scale);
+    }
+    return plii_check_between(context, s->time_scale, PLI_MIN_TIME_SCALE, PLI_MAX_TIME_SCALE, "time_scale", function);
+}
+
+static pli_status body_check_margin(pli_context* context, float margin, const char* function) {
+    if (!(margin >= 0.0f) || !plii_is_finite(margin)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "collision margin %g is negative or not finite",
+                         (double)margin);
+    }
+    return plii_check_within(context, margin, PLI_MAX_COORDINATE, "the collision margin", function);
+}
+
+// ----------------------------------------------------------------------------------------------------- life
+
+pli_body_def pli_body_def_default(void) {
+    return (pli_body_def){
+        .collision_margin = 0.25f,
+        .solver = {.position_iterations = 1, .drift_correction = 1.0f, .time_scale = 1.0f},
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+static bool body_needs_link_tags(const pli_mesh* mesh) {
+    for (int i = 0; i < mesh->link_count; ++i) {
+        if (mesh->links[i].material != 0 || mesh->links[i].is_bending) { return true; }
+    }
+    return false;
+}
+
+/* With room for planes in their place. */
+static size_t body_velocity_bytes(const pli_body* body) {
+    return (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4);
+}
+
+static void body_release_arrays(pli_body* body) {
+    pli_context* context = body->context;
+    const size_t record_bytes = (size_t)body->node_count * sizeof(pli_vec4);
+    plii_release(context, body->positions, record_bytes);
+    plii_release(context, body->previous, record_bytes);
+    plii_release(context, body->velocities, body_velocity_bytes(body));
+    plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
+    plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
+    plii_release(context, body->materials, (size_t)body->material_count * sizeof *body->materials);
+    plii_release(context, body->ignored_rigids, (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids);
+    if (body->topology != NULL) { plii_topology_release(context, body->topology); }
+    plii_handle_release(context, body, PLII_HANDLE_BODY, sizeof *body);
+}
+
+static pli_status body_allocate_arrays(pli_body* body, pli_mesh* mesh) {
+    pli_context* context = body->context;
+    body->node_count = mesh->node_count;
+    body->link_count = mesh->link_count;
+    body->material_count = mesh->material_count;
+    const size_t record_bytes = (size_t)body->node_count * sizeof(pli_vec4);
+    const size_t tag_bytes = body_needs_link_tags(mesh) ? (size_t)body->link_count * sizeof *body->link_tags : 0;
+    body->positions = plii_allocate(context, record_bytes);
+    body->previous = plii_allocate(context, record_bytes);
+    body->velocities = plii_allocate(context, body_velocity_bytes(body));
+    body->links = plii_allocate(context, (size_t)body->link_count * sizeof *body->links);
+    body->link_tags = plii_allocate(context, tag_bytes);
+    body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
+    body->topology = plii_mesh_acquire_topology(mesh, context);
+    const bool complete = body->positions != NULL && body->previous != NULL && body->velocities != NULL &&
+                          (body->links != NULL || body->link_count == 0) &&
+                          (body->link_tags != NULL || tag_bytes == 0) && body->materials != NULL &&
+                          body->topology != NULL;
+    return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static void body_cook(pli_body* body, const pli_mesh* mesh) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 p = mesh->positions[i];
+        body->positions[i] = (pli_vec4){p.x, p.y, p.z, mesh->inverse_masses[i]};
+        plii_set_xyz(&body->previous[i], p);
+    }
+    for (int i = 0; i < body->link_count; ++i) {
+        const pli_link* link = &mesh->links[i];
+        plii_link* cooked = &body->links[i];
+        cooked->nodes[0] = link->nodes[0];
+        cooked->nodes[1] = link->nodes[1];
+        const float rest_length =
+            pli_vec3_length(pli_vec3_sub(mesh->positions[link->nodes[0]], mesh->positions[link->nodes[1]]));
+        cooked->rest_length_squared = rest_length * rest_length;
+        if (body->link_tags != NULL) {
+            body->link_tags[i] = (plii_link_tag)(link->material | (link->is_bending ? PLII_LINK_TAG_BENDING : 0));
+        }
+    }
+    plii_body_update_bounds(body);
+}
+
+pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
+    PLII_TRY(plii_check_world_idle(world, __func__));
+    pli_context* context = world->context;
+    if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the body is null"); }
+    PLII_TRY(plii_check_handle(mesh, PLII_HANDLE_MESH, context, NULL, __func__));
+    const pli_body_def used = def != NULL ? *def : pli_body_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_body_def_default()");
+    }
+    PLII_TRY(body_check_settings(context, &used.solver, __func__));
+    PLII_TRY(body_check_margin(context, used.collision_margin, __func__));
+    if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
+    if (mesh->material_count > PLII_MAX_MATERIALS) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
+                         mesh->material_count, PLII_MAX_MATERIALS);
+    }
+
+    pli_body* made = plii_handle_create(context, PLII_HANDLE_BODY, sizeof *made);
+    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the body"); }
+    made->world = world;
+    made->context = context;
+    made->user_data = used.user_data;
+    made->collision_margin = used.collision_margin;
+    made->solver_class = &plii_position_solver;
+    made->solver = used.solver;
+    made->sweep_links = plii_links_sweep;
+    /* Bodies share the faces of their mesh, which the mesh keeps count of. */
+    pli_status status = body_allocate_arrays(made, (pli_mesh*)(uintptr_t)mesh);
+    if (status == PLI_OK) {
+        body_cook(made, mesh);
+        status = plii_feature_enable(made, &plii_links_class, NULL);
+        if (status == PLI_OK) { status = plii_world_add_body(world, made); }
+    }
+    if (status != PLI_OK) {
+        plii_feature_disable_all(made);
+        body_release_arrays(made);
+        return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
+                         mesh->link_count);
+    }
+    *body = made;
+    return PLI_OK;
+}
+
+void pli_body_destroy(pli_body* body) {
+    if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
+    plii_world_remove_body(body->world, body);
+    plii_feature_disable_all(body);
+    body_release_arrays(body);
+}
+
+// ------------------------------------------------------------------------------------------------- settings
+
+pli_world* pli_body_get_world(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->world : NULL;
+}
+void* pli_body_get_user_data(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->user_data : NULL;
+}
+pli_status pli_body_set_user_data(pli_body* body, void* user_data) {
+    PLII_TRY(plii_check_body(body, __func__));
+    body->user_data = user_data;
+    return PLI_OK;
+}
+
+pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->solver : (pli_solver_settings){0};
+}
+
+pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
+    PLII_TRY(body_check_settings(body->context, settings, __func__));
+    body->solver = *settings;
+    return PLI_OK;
+}
+
+float pli_body_get_collision_margin(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->collision_margin : 0.0f;
+}
+
+pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(body_check_margin(body->context, margin, __func__));
+    body->collision_margin = margin;
+    plii_body_update_bounds(body);
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------ derived quantities
+
+void plii_body_refresh(pli_body* body) {
+    plii_walk_begin(body->context);
+    if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
+        plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
+    }
+    plii_walk_end(body->context);
+}
+
+// ---------------------------------------------------------------------------------------------------- state
+
+pli_body_view pli_body_get_view(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return (pli_body_view){0}; }
+    const plii_topology* topology = body->topology;
+    return (pli_body_view){
+        .node_count = body->node_count,
+        .link_count = body->link_count,
+        .face_count = topology->face_count,
+        .tetra_count = topology->tetra_count,
+        .positions = body->positions,
+        .previous = body->previous,
+        .velocities = body->velocities,
+        .normals = body->normals,
+        .link_nodes = body->link_count > 0 ? body->links[0].nodes : NULL,
+        .link_node_stride = (int)(sizeof(plii_link) / sizeof(int)),
+        .face_nodes = topology->face_count > 0 ? topology->faces[0] : NULL,
+        .tetra_nodes = topology->tetra_count > 0 ? topology->tetras[0] : NULL,
+    };
+}
+
+pli_bounds pli_body_get_bounds(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->bounds : (pli_bounds){{0, 0, 0}, {0, 0, 0}};
+}
+
+static pli_status body_check_link(const pli_body* body, int link, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    if (link >= 0 && link < body->link_count) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "link %d is out of range, the body has %d links", link, body->link_count);
+}
+
+float pli_body_get_rest_length(const pli_body* body, int link) {
+    return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
+}
+
+pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(body_check_link(body, link, __func__));
+    if (!(rest_length >= 0.0f) || !plii_is_finite(rest_length)) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "rest length %g of link %d is negative or not finite",
+                         (double)rest_length, link);
+    }
+    PLII_TRY(plii_check_within(body->context, rest_length, PLI_MAX_COORDINATE, "the rest length", __func__));
+    body->links[link].rest_length_squared = rest_length * rest_length;
+    body->link_revision += 1;
+    return PLI_OK;
+}
+
+pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (positions == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "positions is null"); }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!plii_vec3_is_finite(positions[i]) || (velocities != NULL && !plii_vec3_is_finite(velocities[i]))) {
+            return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the state of node %d is not finite", i);
+        }
+        if (!plii_is_place(positions[i]) ||
+            (velocities != NULL && !plii_vec3_is_within(velocities[i], PLI_MAX_SPEED))) {
+            const pli_vec3 x = positions[i], v = velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0);
+            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                             "node %d is at (%g, %g, %g) with (%g, %g, %g) m/s, the limits are %g m and %g m/s", i,
+                             (double)x.x, (double)x.y, (double)x.z, (double)v.x, (double)v.y, (double)v.z,
+                             (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
+        }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], positions[i]);
+        plii_set_xyz(&body->previous[i], positions[i]);
+        plii_set_xyz(&body->velocities[i], velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0));
+    }
+    plii_body_refresh(body);
+    return PLI_OK;
+}
+
+pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_node(body, node, __func__));
+    PLII_TRY(body_check_vec3(body, position, PLI_MAX_COORDINATE, "position", __func__));
+    plii_set_xyz(&body->positions[node], position);
+    plii_body_update_bounds(body);
+    return PLI_OK;
+}
+
+pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_node(body, node, __func__));
+    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    plii_set_xyz(&body->velocities[node], velocity);
+    return PLI_OK;
+}
+
+pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_node(body, node, __func__));
+    if (!(mass >= 0.0f) || !plii_is_finite(mass)) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is negative or not finite",
+                         (double)mass, node);
+    }
+    PLII_TRY(plii_check_mass(body->context, mass, __func__));
+    body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
+    body->link_revision += 1;
+    return PLI_OK;
+}
+
+pli_status pli_body_transform(pli_body* body, pli_transform transform) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (!plii_transform_is_finite(transform)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 moved = pli_transform_point(transform, plii_xyz(body->positions[i]));
+        const pli_vec3 before = pli_transform_point(transform, plii_xyz(body->previous[i]));
+        const pli_vec3 turned = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
+        if (!plii_is_place(moved) || !plii_is_place(before) || !plii_vec3_is_within(turned, PLI_MAX_SPEED)) {
+            const bool is_finite = plii_vec3_is_finite(moved) && plii_vec3_is_finite(turned);
+            return PLII_FAIL(body->context, is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE,
+                             "the transform takes node %d out of range: to (%g, %g, %g) with (%g, %g, %g) m/s, the "
+                             "limits are %g m and %g m/s",
+                             i, (double)moved.x, (double)moved.y, (double)moved.z, (double)turned.x, (double)turned.y,
+                             (double)turned.z, (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
+        }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], pli_transform_point(transform, plii_xyz(body->positions[i])));
+        plii_set_xyz(&body->previous[i], pli_transform_point(transform, plii_xyz(body->previous[i])));
+        plii_set_xyz(&body->velocities[i], pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i])));
+    }
+    plii_body_refresh(body);
+    return PLI_OK;
+}
+
+/* Of a node, with what was added before. */
+static pli_status body_check_force(const pli_body* body, int node, pli_vec3 force, const char* function) {
+    if (body->forces == NULL || !(body->positions[node].w > 0.0f)) { return PLI_OK; }
+    const pli_vec3 sum = pli_vec3_add(body->forces[node], force);
+    if (plii_vec3_is_within(sum, PLI_MAX_FORCE)) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function,
+                     "the forces on node %d would be (%g, %g, %g), the limit is %g", node, (double)sum.x, (double)sum.y,
+                     (double)sum.z, (double)PLI_MAX_FORCE);
+}
+
+static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
+    if (body->positions[node].w > 0.0f) { body->forces[node] = pli_vec3_add(body->forces[node], force); }
+}
+
+pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(plii_check_node(body, node, __func__));
+    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    PLII_TRY(body_check_force(body, node, force, __func__));
+    PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
+    body_add_force_to(body, node, force);
+    return PLI_OK;
+}
+
+pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        PLII_TRY(body_check_force(body, i, force, __func__));
+    }
+    PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
+    for (int i = 0; i < body->node_count; ++i) {
+        body_add_force_to(body, i, force);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
+        if (body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED)) {
+            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                             "the velocity of node %d would be (%g, %g, %g), the limit is %g", i, (double)sum.x,
+                             (double)sum.y, (double)sum.z, (double)PLI_MAX_SPEED);
+        }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), velocity));
+        }
+    }
+    return PLI_OK;
+}
+
+bool pli_body_is_frozen(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->is_frozen;
+}
+pli_status pli_body_set_frozen(pli_body* body, bool frozen) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    body->is_frozen = frozen;
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------- ignored rigid bodies
+
+static int body_find_ignored_rigid(const pli_body* body, const pli_rigid* rigid) {
+    for (int i = 0; i < body->ignored_rigid_count; ++i) {
+        if (body->ignored_rigids[i] == rigid) { return i; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
+    return body_find_ignored_rigid(body, rigid) != PLI_NULL_INDEX;
+}
+
+bool pli_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return false; }
+    if (plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__) != PLI_OK) { return false; }
+    return plii_body_ignores_rigid(body, rigid);
+}
+
+pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, NULL, __func__));
+    const int index = body_find_ignored_rigid(body, rigid);
+    if (ignore && index == PLI_NULL_INDEX) {
+        if (!PLII_RESERVE(body->context, &body->ignored_rigids, &body->ignored_rigid_capacity,
+                          body->ignored_rigid_count + 1)) {
+            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for another ignored rigid body");
+        }
+        body->ignored_rigids[body->ignored_rigid_count++] = rigid;
+    } else if (!ignore && index != PLI_NULL_INDEX) {
+        body->ignored_rigids[index] = body->ignored_rigids[--body->ignored_rigid_count];
+    }
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------------- measures
+
+/* FNV-1a over 32-bit words. */
+static uint64_t body_hash_words(uint64_t hash, const pli_vec4* records, int count) {
+    for (int i = 0; i < count; ++i) {
+        uint32_t words[3];
+        memcpy(words, &records[i], sizeof words);
+        for (int k = 0; k < 3; ++k) {
+            hash = (hash ^ words[k]) * 0x100000001b3u;
+        }
+    }
+    return hash;
+}
+
+uint64_t pli_body_state_hash(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const uint64_t hash = body_hash_words(0xcbf29ce484222325u, body->positions, body->node_count);
+    return body_hash_words(hash, body->velocities, body->node_count);
+}
+
+float pli_body_total_mass(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
+    double mass = 0.0;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) { mass += 1.0 / (double)body->positions[i].w; }
+    }
+    return (float)mass;
+}
+
+float pli_body_kinetic_energy(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
+    double energy = 0.0;
+    for (int i = 0; i < body->node_count; ++i) {
+        const float speed_squared = pli_vec3_length_squared(plii_xyz(body->velocities[i]));
+        if (body->positions[i].w > 0.0f) { energy += 0.5 * (double)speed_squared / (double)body->positions[i].w; }
+    }
+    return (float)energy;
+}
+
+float pli_body_max_stretch(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
+    float max_stretch = 0.0f;
+    for (int i = 0; i < body->link_count; ++i) {
+        const plii_link* link = &body->links[i];
+        if (!(link->rest_length_squared > 0.0f)) { continue; }
+        const pli_vec3 delta =
+            pli_vec3_sub(plii_xyz(body->positions[link->nodes[1]]), plii_xyz(body->positions[link->nodes[0]]));
+        const float ratio = sqrtf(pli_vec3_length_squared(delta) / link->rest_length_squared);
+        max_stretch = plii_max(max_stretch, fabsf(ratio - 1.0f));
+    }
+    return max_stretch;
+}
+
+pli_vec3 pli_body_momentum(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return pli_vec3_make(0, 0, 0); }
+    double momentum[3] = {0.0, 0.0, 0.0};
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const double mass = 1.0 / (double)body->positions[i].w;
+        momentum[0] += mass * (double)body->velocities[i].x;
+        momentum[1] += mass * (double)body->velocities[i].y;
+        momentum[2] += mass * (double)body->velocities[i].z;
+    }
+    return pli_vec3_make((float)momentum[0], (float)momentum[1], (float)momentum[2]);
+}
+
+float pli_body_volume(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? plii_body_volume(body) : 0.0f;
+}
+
+size_t pli_body_bytes(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const size_t node_bytes = 2 * sizeof(pli_vec4);
+    const size_t link_bytes = sizeof(plii_link) + (body->link_tags != NULL ? sizeof(plii_link_tag) : 0);
+    return sizeof *body + (size_t)body->node_count * node_bytes + body_velocity_bytes(body) +
+           (size_t)body->link_count * link_bytes + (size_t)body->material_count * sizeof *body->materials +
+           (size_t)body->topology->face_count * sizeof *body->topology->faces +
+           (body->topology->face_materials != NULL
+                ? (size_t)body->topology->face_count * sizeof *body->topology->face_materials
+                : 0) +
+           (size_t)body->topology->tetra_count * sizeof *body->topology->tetras +
+           (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids + plii_feature_bytes(body);
+}
+
+int pli_body_get_features(const pli_body* body, int capacity, pli_feature_cost* features) {
+    return plii_check_body(body, __func__) == PLI_OK ? plii_feature_list(body, capacity, features) : 0;
+}

@@ -1,0 +1,156 @@
+#ifndef PLII_BODY_IMPL_H
+#define PLII_BODY_IMPL_H
+
+#include "base/context.h"
+#include "body/feature.h"
+#include "math/vec.h"
+#include "mesh/topology.h"
+
+/* 12 bytes. What follows from masses and material is made where it is needed. */
+typedef struct plii_link {
+    int nodes[2];
+    float rest_length_squared; /* m^2 */
+} plii_link;
+
+/* Material and kind of a link; kept only where they differ from material 0, not bending. */
+typedef uint16_t plii_link_tag;
+#define PLII_LINK_TAG_BENDING 0x8000
+
+/* How a body is stepped. One is chosen at a time; those other than the position-based one come with a feature. */
+typedef struct plii_solver_class {
+    const char* name;
+    void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
+    void (*solve)(pli_body* body);
+    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
+    /* Of the collision margin: contacts with rigid bodies are looked for so much further out. */
+    float contact_reach;
+    bool holds_nodes; /* takes the holds of features (hold.h) into its system; their position solves rest */
+} plii_solver_class;
+
+struct pli_body {
+    /* What hosts ask of every body and pair comes first, in one line of the cache. */
+    uint32_t magic;
+    bool is_frozen;
+    bool collides_with_bodies; /* a feature has collide_body */
+    int world_index;           /* place in the world's list */
+    pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
+    pli_world* world;
+    pli_context* context;
+    void* user_data;
+
+    int node_count, link_count, material_count;
+    pli_vec4* positions;      /* [node_count] xyz, w = inverse mass */
+    pli_vec4* previous;       /* [node_count] xyz at the start of the step */
+    pli_vec4* velocities;     /* [node_count] xyz */
+    plii_link* links;         /* [link_count] */
+    plii_link_tag* link_tags; /* [link_count] or NULL */
+    uint32_t link_revision;   /* counts changes of rest lengths and masses */
+    /* One sweep over the links on positions: in their order unless a feature knows better. */
+    void (*sweep_links)(pli_body* body, void* state);
+    /* All position iterations at once, with the same results; may overwrite the velocities. False, and nothing is done,
+       where that is not possible. NULL: it never is. */
+    bool (*iterate_links)(pli_body* body, void* state);
+    void* sweep_links_state; /* of both */
+    pli_material* materials; /* [material_count] */
+    plii_topology* topology;
+
+    float collision_margin;
+    const plii_solver_class* solver_class;
+    pli_solver_settings solver;
+    plii_step step;       /* of the step in progress */
+    int joint_iterations; /* wanted in the joint solve; 0 without clusters */
+    plii_pipeline pipeline;
+    /* Features that look at the whole way of the nodes. With them the bounds of a predicted body cover the start of the
+       step too, and rigid bodies are met along their way. */
+    int sweeping_features;
+    bool has_early_bounds; /* those of this step are taken already; see pli_world_def.reference_mode */
+
+    /* Filled by services, NULL while nobody needs them. */
+    pli_vec3* forces;       /* [node_count] N, consumed by integration */
+    pli_vec3* normals;      /* [node_count] unit, zero for nodes without faces */
+    pli_vec3* face_normals; /* [face_count] unit */
+    float* areas;           /* [node_count] mean of the doubled areas of the faces around, at rest */
+    float* face_areas;      /* [face_count] doubled area, at rest */
+    /* [node_count] as Bullet keeps them, and those of soft contacts, which count where there are some; for comparisons:
+       rigid bodies are met by the nodes whose boxes they touch. */
+    pli_bounds* node_boxes;
+    const pli_bounds* soft_node_boxes;
+    uint8_t* anchored; /* [node_count] 1 where an anchor holds the node */
+    bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
+
+    const pli_rigid** ignored_rigids;
+    int ignored_rigid_count, ignored_rigid_capacity;
+};
+
+/* Services. */
+extern const plii_feature_class plii_forces_class;       /* body->forces */
+extern const plii_feature_class plii_normals_class;      /* body->normals; refreshed after each step */
+extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
+extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
+
+/* Adds normal * area * scale to the forces on the nodes that are not pinned. */
+void plii_forces_add_along_normals(pli_body* body, float scale);
+
+/* Links on positions: what every body starts with. */
+extern const plii_feature_class plii_links_class;
+/* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
+void plii_links_sweep(pli_body* body, void* state);
+
+/* POSITION has nothing but links to do in this step. */
+bool plii_solver_has_only_links(const pli_body* body);
+
+/* True when all nodes are where nodes may be. */
+bool plii_body_update_bounds(pli_body* body);
+/* True when no node is faster than nodes may be. */
+bool plii_body_is_slow(const pli_body* body);
+/* The first node that is too far out, too fast or not finite, or PLI_NULL_INDEX. */
+int plii_body_find_lost_node(const pli_body* body);
+static inline float plii_link_stiffness(const pli_body* body, int link) {
+    const int material = body->link_tags != NULL ? body->link_tags[link] & (PLII_LINK_TAG_BENDING - 1) : 0;
+    return body->materials[material].linear_stiffness;
+}
+/* (inverse mass a + inverse mass b) / stiffness */
+static inline float plii_link_mass_term(const pli_body* body, int link) {
+    const int* nodes = body->links[link].nodes;
+    return (body->positions[nodes[0]].w + body->positions[nodes[1]].w) / plii_link_stiffness(body, link);
+}
+/* What follows from positions, after they were set. */
+void plii_body_refresh(pli_body* body);
+
+/* Signed volume of the closed surface, relative to node 0, in Bullet's order of summation (getVolume). */
+float plii_body_volume(const pli_body* body);
+
+/* Bullet's: what every body starts with. */
+extern const plii_solver_class plii_position_solver;
+
+/* PLI_OK when an idle body may take up or leave `solver_class`: not from a third solver. */
+pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
+
+/* Bounds of the nodes. False when one is NaN or beyond the largest coordinate: the body is put back to the start of the
+   step and frozen then, with an event. */
+bool plii_solver_update_bounds(pli_body* body);
+/* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
+bool plii_solver_check_velocities(pli_body* body);
+/* Puts all nodes back to the start of the step, at rest. */
+void plii_solver_take_start(pli_body* body);
+/* At the end of a prediction: the same, of the whole way where a feature looks at it. */
+void plii_solver_update_predicted_bounds(pli_body* body);
+
+bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
+
+/* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
+pli_status plii_check_body(const pli_body* body, const char* function);
+/* The same for a call that changes something, which must not come from a callback ... */
+pli_status plii_check_body_change(const pli_body* body, const char* function);
+/* ... nor between predict and solve. */
+pli_status plii_check_body_idle(const pli_body* body, const char* function);
+pli_status plii_check_node(const pli_body* body, int node, const char* function);
+
+/* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
+   everything. */
+static inline int plii_body_contact_room(const pli_body* body) {
+    const int most = 1024;
+    return body->node_count < most ? body->node_count : most;
+}
+
+#endif

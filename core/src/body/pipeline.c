@@ -1,0 +1,254 @@
+/* The pipeline of a body: which features are enabled, who needs whom, and what runs in which stage. */
+
+#include "body/pipeline.h"
+
+#include "body/world_impl.h"
+
+static int feature_find(const pli_body* body, const plii_feature_class* klass) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        if (pipeline->features[i].klass == klass) { return i; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass) {
+    return feature_find(body, klass) != PLI_NULL_INDEX;
+}
+
+bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass) {
+    const pli_world* world = body->world;
+    for (int i = 0; i < world->body_count; ++i) {
+        if (world->bodies[i] != body && plii_feature_is_enabled(world->bodies[i], klass)) { return true; }
+    }
+    return false;
+}
+
+void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
+}
+
+/* Insertion into stage order keeps the order of enabling among equals. Room was made before. */
+static void feature_rebuild_pipeline(pli_body* body) {
+    plii_pipeline* pipeline = &body->pipeline;
+    int count = 0;
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        pipeline->begin[stage] = count;
+        int last_order = INT32_MIN;
+        for (;;) {
+            int next_order = INT32_MAX;
+            for (int i = 0; i < pipeline->feature_count; ++i) {
+                const plii_feature_class* klass = pipeline->features[i].klass;
+                const int order = klass->stages[stage].order;
+                if (klass->stages[stage].run != NULL && order > last_order && order < next_order) {
+                    next_order = order;
+                }
+            }
+            if (next_order == INT32_MAX) { break; }
+            for (int i = 0; i < pipeline->feature_count; ++i) {
+                const plii_feature* feature = &pipeline->features[i];
+                if (feature->klass->stages[stage].run != NULL && feature->klass->stages[stage].order == next_order) {
+                    const plii_feature_class* klass = feature->klass;
+                    pipeline->entries[count++] = (plii_pipeline_entry){klass->stages[stage].run, feature->state, klass};
+                }
+            }
+            last_order = next_order;
+        }
+    }
+    pipeline->begin[PLII_STAGE_COUNT] = count;
+    body->collides_with_bodies = false;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        body->collides_with_bodies = body->collides_with_bodies || pipeline->features[i].klass->collide_body != NULL;
+    }
+}
+
+static void feature_drop_user(pli_body* body, const plii_feature_class* klass);
+
+static void feature_drop_needs(pli_body* body, const plii_feature_class* klass) {
+    for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+        feature_drop_user(body, *need);
+    }
+}
+
+static void feature_remove(pli_body* body, int index) {
+    plii_pipeline* pipeline = &body->pipeline;
+    const plii_feature feature = pipeline->features[index];
+    if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
+    plii_release(body->context, feature.state, feature.klass->state_size);
+    for (int i = index; i + 1 < pipeline->feature_count; ++i) {
+        pipeline->features[i] = pipeline->features[i + 1];
+    }
+    pipeline->feature_count -= 1;
+    feature_rebuild_pipeline(body);
+    feature_drop_needs(body, feature.klass);
+}
+
+static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    plii_feature* feature = &body->pipeline.features[index];
+    feature->users -= 1;
+    if (feature->users == 0) { feature_remove(body, index); }
+}
+
+static int feature_count_stages(const plii_feature_class* klass) {
+    int count = 0;
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        count += klass->stages[stage].run != NULL;
+    }
+    return count;
+}
+
+static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
+    plii_pipeline* pipeline = &body->pipeline;
+    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass);
+    if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
+        !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    void* state = plii_allocate(body->context, klass->state_size);
+    if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (klass->enable != NULL) {
+        const pli_status status = klass->enable(body, state);
+        if (status != PLI_OK) {
+            plii_release(body->context, state, klass->state_size);
+            return status;
+        }
+    }
+    pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
+    feature_rebuild_pipeline(body);
+    return PLI_OK;
+}
+
+/* One more user of a feature, which is added with its needs when it is not there. */
+static pli_status feature_add_user(pli_body* body, const plii_feature_class* klass) {
+    int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX) {
+        pli_status status = PLI_OK;
+        int met_needs = 0;
+        for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+            status = feature_add_user(body, *need);
+            if (status != PLI_OK) { break; }
+            met_needs += 1;
+        }
+        if (status == PLI_OK) { status = feature_add(body, klass); }
+        if (status != PLI_OK) {
+            while (met_needs > 0) {
+                feature_drop_user(body, klass->needs[--met_needs]);
+            }
+            return status;
+        }
+        index = feature_find(body, klass);
+    }
+    body->pipeline.features[index].users += 1;
+    return PLI_OK;
+}
+
+pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state) {
+    int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) {
+        const pli_status status = feature_add_user(body, klass);
+        if (status == PLI_ERROR_OUT_OF_MEMORY) {
+            return PLII_FAIL(body->context, status, "no memory to enable %s", klass->name);
+        }
+        if (status != PLI_OK) { return status; }
+        index = feature_find(body, klass);
+        body->pipeline.features[index].by_user = true;
+    }
+    if (state != NULL) { *state = body->pipeline.features[index].state; }
+    body->world->wants_room = true;
+    return PLI_OK;
+}
+
+void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
+    const int index = feature_find(body, klass);
+    if (index == PLI_NULL_INDEX || !body->pipeline.features[index].by_user) { return; }
+    body->pipeline.features[index].by_user = false;
+    feature_drop_user(body, klass);
+}
+
+void plii_feature_disable_all(pli_body* body) {
+    plii_pipeline* pipeline = &body->pipeline;
+    /* A feature is enabled after its needs, so going backwards no need goes before its user. */
+    for (int i = pipeline->feature_count - 1; i >= 0; --i) {
+        const plii_feature feature = pipeline->features[i];
+        if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
+        plii_release(body->context, feature.state, feature.klass->state_size);
+    }
+    plii_release(body->context, pipeline->features, (size_t)pipeline->feature_capacity * sizeof *pipeline->features);
+    plii_release(body->context, pipeline->entries, (size_t)pipeline->entry_capacity * sizeof *pipeline->entries);
+    *pipeline = (plii_pipeline){0};
+}
+
+static size_t feature_held_bytes(const pli_body* body, const plii_feature* feature) {
+    const plii_feature_class* klass = feature->klass;
+    return klass->state_size + (klass->bytes != NULL ? klass->bytes(body, feature->state) : 0);
+}
+
+size_t plii_feature_bytes(const pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    size_t bytes = (size_t)pipeline->feature_capacity * sizeof *pipeline->features +
+                   (size_t)pipeline->entry_capacity * sizeof *pipeline->entries;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        bytes += feature_held_bytes(body, &pipeline->features[i]);
+    }
+    return bytes;
+}
+
+static bool feature_has_passes(const plii_feature_class* klass) {
+    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
+        if (klass->stages[stage].run != NULL) { return true; }
+    }
+    return klass->collide_rigid != NULL || klass->collide_body != NULL || klass->substepped != NULL;
+}
+
+int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        features[i] = (pli_feature_cost){.name = feature->klass->name,
+                                         .bytes = feature_held_bytes(body, feature),
+                                         .is_needed = !feature->by_user,
+                                         .has_passes = feature_has_passes(feature->klass)};
+    }
+    return pipeline->feature_count;
+}
+
+// ------------------------------------------------------------------------------------------------------- run
+
+static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                 const plii_step* step) {
+    static const char* const names[PLII_STAGE_COUNT] = {
+        [PLII_STAGE_FORCES] = "forces",
+        [PLII_STAGE_UPDATE] = "update",
+        [PLII_STAGE_JOINT_PREPARE] = "joint prepare",
+        [PLII_STAGE_JOINT_SOLVE] = "joint solve",
+        [PLII_STAGE_JOINT_FINISH] = "joint finish",
+        [PLII_STAGE_PREPARE] = "prepare",
+        [PLII_STAGE_VELOCITY] = "velocity",
+        [PLII_STAGE_POSITION] = "position",
+        [PLII_STAGE_DRIFT] = "drift",
+        [PLII_STAGE_FINISH] = "finish",
+        [PLII_STAGE_REFRESH] = "refresh",
+    };
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        const plii_pipeline_entry* entry = &pipeline->entries[i];
+        body->context->pass.feature = entry->klass;
+        plii_world_profile(body->world, names[stage], entry->klass->name, true);
+        entry->run(body, entry->state, step);
+        plii_world_profile(body->world, names[stage], entry->klass->name, false);
+    }
+}
+
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+    if (body->world->profile != NULL) {
+        feature_run_profiled(body, pipeline, stage, step);
+        return;
+    }
+    plii_pass* pass = &body->context->pass;
+    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
+        const plii_pipeline_entry entry = pipeline->entries[i];
+        pass->feature = entry.klass;
+        entry.run(body, entry.state, step);
+    }
+}

@@ -1,0 +1,31 @@
+#ifndef PLII_PIPELINE_H
+#define PLII_PIPELINE_H
+
+/* Features of a body: enabling them, and running those that act in a stage. */
+
+#include "body/feature.h"
+
+/* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
+pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
+/* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
+void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
+bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
+/* Another body of the world has it. */
+bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
+/* NULL when not enabled, or without state. */
+void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+void plii_feature_disable_all(pli_body* body);
+size_t plii_feature_bytes(const pli_body* body);
+/* At most `capacity` of those that are enabled; returns how many there are. */
+int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features);
+
+static inline bool plii_stage_is_empty(const plii_pipeline* pipeline, plii_stage stage) {
+    return pipeline->begin[stage] == pipeline->begin[stage + 1];
+}
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
+static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                  const plii_step* step) {
+    if (!plii_stage_is_empty(pipeline, stage)) { plii_run_entries(body, pipeline, stage, step); }
+}
+
+#endif

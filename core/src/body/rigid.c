@@ -1,0 +1,397 @@
+/* Rigid proxies: state, shapes, and free motion for programs without a rigid-body engine. */
+
+#include "math/lanes.h"
+
+#include "base/handle.h"
+#include "body/world_impl.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
+    PLII_TRY(plii_check_rigid(rigid, function));
+    return plii_check_change(rigid->context, function);
+}
+
+pli_rigid_def pli_rigid_def_default(void) {
+    return (pli_rigid_def){
+        .kind = PLI_RIGID_STATIC,
+        .state = {.pose = pli_transform_identity()},
+        .friction = 0.5f,
+        .linear_factor = {1, 1, 1},
+        .angular_factor = {1, 1, 1},
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+/* Of the numbers of a rotation. */
+#define RIGID_MAX_ROTATION 2.0f
+
+/* All but inverse masses that are too small; also what a body of its kind does not use. */
+static bool rigid_state_is_within(const pli_rigid_state* state) {
+#define RIGID_THREE(limit) limit, limit, limit
+    static const float limits[] = {RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(RIGID_MAX_ROTATION),
+                                   RIGID_THREE(PLI_MAX_COORDINATE),
+                                   RIGID_THREE(PLI_MAX_SPEED),
+                                   RIGID_THREE(PLI_MAX_ANGULAR_SPEED),
+                                   1.001f / PLI_MIN_MASS, /* inverse mass */
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA),
+                                   RIGID_THREE(PLI_MAX_INVERSE_INERTIA)};
+#undef RIGID_THREE
+    enum { COUNT = sizeof *state / sizeof(float) };
+    _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
+    const float* values = (const float*)state;
+    plii_mask4 is_within = plii_lanes_at_most(plii_float4_all(0.0f), plii_float4_all(0.0f));
+#pragma GCC unroll 7 /* each body that takes part comes here twice in a step */
+    for (int i = 0; i < COUNT; i += PLII_LANES) {
+        const plii_float4 four = plii_float4_load(&values[i]), size = plii_lanes_max(four, plii_float4_negate(four));
+        is_within = plii_lanes_both(is_within, plii_lanes_at_most(size, plii_float4_load(&limits[i])));
+    }
+    return plii_lanes_bits(is_within) == 15;
+}
+
+static pli_status rigid_check_pose(pli_context* context, pli_transform pose, const char* function) {
+    const pli_mat3* turn = &pose.rotation;
+    for (int i = 0; i < 3; ++i) {
+        PLII_TRY(plii_check_vec3_within(context, turn->rows[i], RIGID_MAX_ROTATION, "a row of the rotation", function));
+    }
+    return plii_check_vec3_within(context, pose.origin, PLI_MAX_COORDINATE, "the origin", function);
+}
+
+static pli_status rigid_check_limits(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                     const char* function) {
+    PLII_TRY(rigid_check_pose(context, state->pose, function));
+    if (kind == PLI_RIGID_STATIC) { return PLI_OK; }
+    PLII_TRY(plii_check_vec3_within(context, state->linear_velocity, PLI_MAX_SPEED, "the linear velocity", function));
+    PLII_TRY(plii_check_vec3_within(context, state->angular_velocity, PLI_MAX_ANGULAR_SPEED, "the angular velocity",
+                                    function));
+    if (kind == PLI_RIGID_KINEMATIC) { return PLI_OK; }
+    if (!plii_is_inverse_mass(state->inverse_mass)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the inverse mass is %g, masses go from %g to %g",
+                         (double)state->inverse_mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
+    }
+    for (int i = 0; i < 3; ++i) {
+        PLII_TRY(plii_check_vec3_within(context, state->inverse_inertia_world.rows[i], PLI_MAX_INVERSE_INERTIA,
+                                        "a row of the inverse inertia", function));
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                    const char* function) {
+    if (rigid_state_is_within(state) && (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass))) {
+        return PLI_OK;
+    }
+    if (!plii_transform_is_finite(state->pose)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
+    }
+    if (kind != PLI_RIGID_STATIC &&
+        (!plii_vec3_is_finite(state->linear_velocity) || !plii_vec3_is_finite(state->angular_velocity))) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "a velocity is not finite");
+    }
+    if (kind != PLI_RIGID_DYNAMIC) { return rigid_check_limits(context, kind, state, function); }
+    if (!(state->inverse_mass > 0.0f) || !plii_is_finite(state->inverse_mass)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "inverse mass %g of a dynamic body is not positive and finite", (double)state->inverse_mass);
+    }
+    if (!plii_mat3_is_finite(state->inverse_inertia_world)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the inverse inertia is not finite");
+    }
+    return rigid_check_limits(context, kind, state, function);
+}
+
+/* Bit for bit, in line: static bodies are asked twice in a step. */
+static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
+    enum { WORDS = sizeof *a / sizeof(uint64_t) };
+    _Static_assert(sizeof *a == WORDS * sizeof(uint64_t), "a pose is a number of words");
+    uint64_t words_a[WORDS], words_b[WORDS], difference = 0;
+    memcpy(words_a, a, sizeof words_a);
+    memcpy(words_b, b, sizeof words_b);
+    for (int i = 0; i < WORDS; ++i) {
+        difference |= words_a[i] ^ words_b[i];
+    }
+    return difference == 0;
+}
+
+static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
+    if (!rigid_is_same_pose(&rigid->state.pose, &state->pose)) { ++rigid->pose_version; }
+    rigid->state = *state;
+    /* From where they came: reading a part of what was stored as a whole has to wait. */
+    rigid->given_linear_velocity = state->linear_velocity;
+    rigid->given_angular_velocity = state->angular_velocity;
+    if (rigid->kind != PLI_RIGID_DYNAMIC) {
+        rigid->state.inverse_mass = 0.0f;
+        rigid->state.inverse_inertia_world = plii_mat3_diagonal(0, 0, 0);
+    }
+    if (rigid->kind == PLI_RIGID_STATIC) {
+        const pli_vec3 zero = pli_vec3_make(0, 0, 0);
+        rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
+        rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
+    }
+    if (rigid->was_touched) { plii_rigid_keep_velocities(rigid); }
+}
+
+static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
+                                     const pli_transform* poses, const char* function) {
+    if (count < 0 || (count > 0 && shapes == NULL)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d shapes, but no array of them", count);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (!plii_handle_is_alive(shapes[i], PLII_HANDLE_SHAPE)) {
+            char name[32];
+            snprintf(name, sizeof name, "shape %d", i);
+            return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
+        }
+        if (poses != NULL && !plii_transform_is_finite(poses[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
+        }
+        if (poses != NULL) { PLII_TRY(rigid_check_pose(context, poses[i], function)); }
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli_vec3 angular, const char* function) {
+    if (plii_vec3_is_within(linear, PLI_MAX_FACTOR) && plii_vec3_is_within(angular, PLI_MAX_FACTOR)) { return PLI_OK; }
+    if (!plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
+    }
+    PLII_TRY(plii_check_vec3_within(context, linear, PLI_MAX_FACTOR, "linear_factor", function));
+    return plii_check_vec3_within(context, angular, PLI_MAX_FACTOR, "angular_factor", function);
+}
+
+static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_def_default()");
+    }
+    if (def->kind < PLI_RIGID_STATIC || def->kind > PLI_RIGID_DYNAMIC) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "unknown kind %d", (int)def->kind);
+    }
+    PLII_TRY(rigid_check_state(context, def->kind, &def->state, function));
+    if (!(def->friction >= 0.0f) || !plii_is_finite(def->friction)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative or not finite",
+                         (double)def->friction);
+    }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    PLII_TRY(rigid_check_factors(context, def->linear_factor, def->angular_factor, function));
+    return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
+}
+
+static void rigid_release(pli_rigid* rigid) {
+    pli_context* context = rigid->context;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        plii_shape_release(rigid->shapes[i]);
+    }
+    plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
+    plii_release(context, rigid->shape_poses, (size_t)rigid->shape_pose_capacity * sizeof *rigid->shape_poses);
+    plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
+}
+
+static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
+    if (!PLII_RESERVE(rigid->context, &rigid->shapes, &rigid->shape_capacity, count) ||
+        !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count)) {
+        return false;
+    }
+    /* Retain first: a shape may be in the old list and in the new one. */
+    for (int i = 0; i < count; ++i) {
+        plii_shape_retain(shapes[i]);
+    }
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        plii_shape_release(rigid->shapes[i]);
+    }
+    rigid->shape_count = count;
+    rigid->world->wants_room = true;
+    for (int i = 0; i < count; ++i) {
+        rigid->shapes[i] = shapes[i];
+        rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
+    }
+    return true;
+}
+
+pli_status pli_rigid_create(pli_world* world, const pli_rigid_def* def, pli_rigid** rigid) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    pli_context* context = world->context;
+    if (def == NULL || rigid == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def or rigid is null"); }
+    PLII_TRY(rigid_check_def(context, def, __func__));
+
+    pli_rigid* made = plii_handle_create(context, PLII_HANDLE_RIGID, sizeof *made);
+    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the rigid body"); }
+    made->world = world;
+    made->context = context;
+    made->user_data = def->user_data;
+    made->kind = def->kind;
+    made->friction = def->friction;
+    made->linear_factor = def->linear_factor;
+    made->angular_factor = def->angular_factor;
+    rigid_store_state(made, &def->state);
+    const bool complete = rigid_store_shapes(made, def->shape_count, def->shapes, def->shape_poses) &&
+                          plii_world_add_rigid(world, made) == PLI_OK;
+    if (!complete) {
+        rigid_release(made);
+        return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a rigid body of %d shapes", def->shape_count);
+    }
+    *rigid = made;
+    return PLI_OK;
+}
+
+void pli_rigid_destroy(pli_rigid* rigid) {
+    if (rigid == NULL || plii_check_rigid(rigid, __func__) != PLI_OK) { return; }
+    if (plii_check_world_idle(rigid->world, __func__) != PLI_OK) { return; }
+    plii_world_remove_rigid(rigid->world, rigid);
+    plii_handle_retire(rigid);
+    rigid_release(rigid);
+}
+
+pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
+    if (rigid->kind == PLI_RIGID_STATIC && rigid_is_same_pose(&rigid->state.pose, &state->pose)) { return PLI_OK; }
+    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, state, __func__));
+    rigid_store_state(rigid, state);
+    return PLI_OK;
+}
+
+pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->state
+                                                       : (pli_rigid_state){.pose = pli_transform_identity()};
+}
+
+pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    if (!(friction >= 0.0f) || !plii_is_finite(friction)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "friction %g is negative or not finite",
+                         (double)friction);
+    }
+    PLII_TRY(plii_check_within(rigid->context, friction, PLI_MAX_FACTOR, "friction", __func__));
+    rigid->friction = friction;
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(rigid_check_factors(rigid->context, linear_factor, angular_factor, __func__));
+    rigid->linear_factor = linear_factor;
+    rigid->angular_factor = angular_factor;
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
+    if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
+    }
+    PLII_TRY(rigid_check_state(rigid->context, kind, state, __func__));
+    rigid->kind = kind;
+    rigid_store_state(rigid, state);
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
+                                const pli_transform* shape_poses) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    PLII_TRY(rigid_check_shapes(rigid->context, shape_count, shapes, shape_poses, __func__));
+    if (!rigid_store_shapes(rigid, shape_count, shapes, shape_poses)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d shapes", shape_count);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    rigid->is_absent = !is_present;
+    return PLI_OK;
+}
+bool pli_rigid_is_present(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && !rigid->is_absent;
+}
+
+pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
+}
+void* pli_rigid_get_user_data(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->user_data : NULL;
+}
+bool pli_rigid_was_touched(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
+}
+bool pli_rigid_needs_reintegration(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->needs_reintegration;
+}
+
+pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
+    return pli_transform_mul(rigid->state.pose, rigid->shape_poses[index]);
+}
+
+static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
+    pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_shape* shape = rigid->shapes[i];
+        const pli_bounds bounds =
+            plii_bounds_transform(shape->def.bounds(shape->def.user), pli_transform_mul(pose, rigid->shape_poses[i]));
+        all.min = plii_vec3_min(all.min, bounds.min);
+        all.max = plii_vec3_max(all.max, bounds.max);
+    }
+    return all;
+}
+
+pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
+    return rigid_bounds_at(rigid, rigid->state.pose);
+}
+
+pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
+    const pli_rigid_state* state = &rigid->state;
+    const pli_transform end = plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    const pli_bounds here = plii_rigid_bounds(rigid), there = rigid_bounds_at(rigid, end);
+    return (pli_bounds){plii_vec3_min(here.min, there.min), plii_vec3_max(here.max, there.max)};
+}
+
+// ---------------------------------------------------------------------------------------------- free motion
+
+/* Orthonormal rows closest to the first row, then the second. */
+static pli_mat3 rigid_orthonormalize(pli_mat3 m) {
+    const pli_vec3 x = plii_vec3_safe_normalize(m.rows[0]);
+    const pli_vec3 y = plii_vec3_safe_normalize(pli_vec3_sub(m.rows[1], pli_vec3_scale(x, pli_vec3_dot(x, m.rows[1]))));
+    return (pli_mat3){{x, y, pli_vec3_cross(x, y)}};
+}
+
+/* Rotation by the vector `turn` (axis times angle in radians). */
+static pli_mat3 rigid_rotation(pli_vec3 turn) {
+    const float angle = pli_vec3_length(turn);
+    const float half = 0.5f * angle;
+    const float scale = angle > 1e-4f ? sinf(half) / angle : 0.5f;
+    return pli_mat3_from_quat((pli_quat){turn.x * scale, turn.y * scale, turn.z * scale, cosf(half)});
+}
+
+pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
+    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
+    return (pli_transform){rigid_orthonormalize(pli_mat3_mul(turn, pose.rotation)),
+                           pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
+}
+
+pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    if (!plii_vec3_is_finite(gravity) || !(dt > 0.0f) || !plii_is_finite(dt)) {
+        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "gravity is not finite or dt = %g is not positive",
+                         (double)dt);
+    }
+    PLII_TRY(plii_check_vec3_within(rigid->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
+    if (rigid->kind == PLI_RIGID_STATIC) { return PLI_OK; }
+    pli_rigid_state state = rigid->state;
+    if (rigid->kind == PLI_RIGID_DYNAMIC) {
+        state.linear_velocity = pli_vec3_add(state.linear_velocity, pli_vec3_scale(gravity, dt));
+    }
+    state.pose = plii_rigid_advance(state.pose, state.linear_velocity, state.angular_velocity, dt);
+    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state.angular_velocity, dt));
+    state.inverse_inertia_world =
+        pli_mat3_mul(pli_mat3_mul(turn, state.inverse_inertia_world), pli_mat3_transpose(turn));
+    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
+    rigid->state = state;
+    return PLI_OK;
+}

@@ -1,0 +1,502 @@
+/* Clusters: frames, shape matching, damping, and the way of impulses from clusters to nodes (Müller and others,
+   "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
+   dampClusters, in their order of operations. */
+
+#include "math/lanes.h"
+
+#include "cluster/cluster_impl.h"
+#include "math/bounds.h"
+
+#include "geometry/fat_box.h"
+#include "math/polar.h"
+#include "math/rotation_follow.h"
+
+#include <string.h>
+
+#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are taken at once */
+
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
+        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(members[i].rest.w)));
+    }
+    pli_vec3 centre;
+    plii_lanes_to_vec3(&centre, sum);
+    return pli_vec3_scale(centre, cluster->inverse_mass);
+}
+
+static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
+                                   pli_vec3 centre) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const float epsilon = clusters->def.reference_mode ? 1e-4f : 0.0f;
+    const pli_mat3 start = plii_mat3_diagonal(epsilon * 1.0f, epsilon * 2.0f, epsilon * 3.0f);
+    plii_float4 rows[3];
+    for (int k = 0; k < 3; ++k) {
+        rows[k] = plii_lanes_from_vec3(&start.rows[k]);
+    }
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
+        const plii_float4 rest = plii_float4_from(&members[i].rest);
+        rows[0] = plii_float4_add(rows[0], plii_float4_mul(rest, plii_float4_all(now.x)));
+        rows[1] = plii_float4_add(rows[1], plii_float4_mul(rest, plii_float4_all(now.y)));
+        rows[2] = plii_float4_add(rows[2], plii_float4_mul(rest, plii_float4_all(now.z)));
+    }
+    pli_mat3 covariance;
+    for (int k = 0; k < 3; ++k) {
+        plii_lanes_to_vec3(&covariance.rows[k], rows[k]);
+    }
+    return covariance;
+}
+
+static void cluster_update_velocities(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
+    plii_float4 momentum_sum = plii_float4_all(0.0f), spin_sum = momentum_sum;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 mass = plii_float4_all(members[i].rest.w);
+        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
+        momentum_sum = plii_float4_add(momentum_sum, share);
+        spin_sum = plii_float4_add(spin_sum, plii_lanes_cross(arm, share));
+    }
+    pli_vec3 momentum, spin;
+    plii_lanes_to_vec3(&momentum, momentum_sum);
+    plii_lanes_to_vec3(&spin, spin_sum);
+    const pli_cluster_settings* settings = &cluster->settings;
+    plii_set_xyz(&cluster->linear_velocity,
+                 pli_vec3_scale(pli_vec3_scale(momentum, cluster->inverse_mass), 1.0f - settings->linear_damping));
+    plii_set_xyz(&cluster->angular_velocity,
+                 pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin), 1.0f - settings->angular_damping));
+}
+
+/* Turned to where the frame is: two products of matrices, row by row. */
+static void cluster_take_inertia(plii_cluster* cluster) {
+    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&cluster->frame.rotation);
+    const pli_mat3* local = &cluster->inverse_inertia_local;
+    const plii_lanes_mat3 local_rows = {{plii_lanes_from_vec3(&local->rows[0]), plii_lanes_from_vec3(&local->rows[1]),
+                                         plii_lanes_from_vec3(&local->rows[2])}};
+    for (int i = 0; i < 3; ++i) {
+        const plii_float4 turned =
+            plii_lanes_mat3_mul(&local_rows, plii_lanes_from_vec3(&cluster->frame.rotation.rows[i]));
+        plii_lanes_to_vec3(&cluster->inverse_inertia.rows[i], plii_lanes_mat3_mul(&rotation, turned));
+    }
+}
+
+static void cluster_clear_impulses(plii_cluster* cluster) {
+    cluster->velocity_impulse = cluster->angular_velocity_impulse = pli_vec3_make(0, 0, 0);
+    cluster->drift_impulse = cluster->angular_drift_impulse = pli_vec3_make(0, 0, 0);
+    cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
+}
+
+/* The frame is known; what follows from it. */
+static void cluster_update_from_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_inertia(cluster);
+    cluster_update_velocities(body, clusters, cluster);
+    cluster_clear_impulses(cluster);
+}
+
+static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    for (int i = 0; i < cluster->member_count; ++i) {
+        pli_vec4* position = &body->positions[members[i].node];
+        if (!(position->w > 0.0f) && !clusters->def.reference_mode) { continue; }
+        const pli_vec3 goal = pli_transform_point(cluster->frame, plii_xyz(members[i].rest));
+        plii_set_xyz(position, pli_vec3_lerp(plii_xyz(*position), goal, cluster->settings.matching));
+    }
+}
+
+static void cluster_update_bounds(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    plii_float4 low = plii_float4_from(&body->positions[members[0].node]), high = low;
+    for (int i = 1; i < cluster->member_count; ++i) {
+        const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
+        low = plii_lanes_min(low, x);
+        high = plii_lanes_max(high, x);
+    }
+    pli_bounds bounds;
+    plii_lanes_to_vec3(&bounds.min, low);
+    plii_lanes_to_vec3(&bounds.max, high);
+    if (clusters->def.reference_mode && cluster->has_bounds) {
+        const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
+        plii_fat_box_update(&cluster->bounds, bounds, motion, body->collision_margin);
+    } else {
+        cluster->bounds = bounds;
+        cluster->has_bounds = true;
+    }
+}
+
+/* As Bullet does: one cluster after the other, so that the matching of one is seen by the next. */
+static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        cluster->frame.origin = plii_cluster_centre(body, clusters, cluster);
+        const pli_mat3 covariance = cluster_covariance(body, clusters, cluster, cluster->frame.origin);
+        const pli_mat3 rotation = plii_polar_factor_of_bullet(covariance);
+        cluster->has_no_frame = !plii_mat3_is_finite(rotation);
+        cluster->frame.rotation =
+            cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
+        cluster_update_from_frame(body, clusters, cluster);
+        cluster->has_frame = true;
+        if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
+        if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
+    }
+}
+
+/* What a frame and its motion are made of, about the first member. */
+typedef struct cluster_sums {
+    plii_float4 first, moment, momentum, spin; /* w of each is of no use */
+    plii_float4 rest, products[3];             /* rest places, and these by each coordinate of the present ones */
+} cluster_sums;
+
+/* One pass: each of the sums is a chain of additions, which then wait for each other no longer. */
+static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 zero = plii_float4_all(0.0f);
+    cluster_sums sums = {
+        plii_float4_from(&body->positions[members[0].node]), zero, zero, zero, zero, {zero, zero, zero}};
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
+        const plii_float4 now = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), sums.first);
+        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
+        sums.moment = plii_float4_add(sums.moment, plii_float4_mul(now, mass));
+        sums.momentum = plii_float4_add(sums.momentum, share);
+        sums.spin = plii_float4_add(sums.spin, plii_lanes_cross(now, share));
+        sums.rest = plii_float4_add(sums.rest, rest);
+        sums.products[0] = plii_float4_add(sums.products[0], plii_float4_mul(rest, plii_lanes_all_x(now)));
+        sums.products[1] = plii_float4_add(sums.products[1], plii_float4_mul(rest, plii_lanes_all_y(now)));
+        sums.products[2] = plii_float4_add(sums.products[2], plii_float4_mul(rest, plii_lanes_all_z(now)));
+    }
+    return sums;
+}
+
+/* Takes centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
+   covariance. */
+static pli_mat3 cluster_take_sums(plii_cluster* cluster, const cluster_sums* sums) {
+    const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
+    const plii_float4 centre = plii_float4_mul(sums->moment, inverse_mass);
+    plii_lanes_to_vec3(&cluster->frame.origin, plii_float4_add(sums->first, centre));
+    const plii_float4 spin = plii_float4_sub(sums->spin, plii_lanes_cross(centre, sums->momentum));
+    const plii_float4 left = plii_float4_all(1.0f - cluster->settings.linear_damping);
+    plii_float4_to(&cluster->linear_velocity,
+                   plii_lanes_xyz(plii_float4_mul(plii_float4_mul(sums->momentum, inverse_mass), left)));
+    plii_float4_to(&cluster->angular_velocity, plii_lanes_xyz(spin));
+    if (cluster->is_point) { return plii_mat3_diagonal(0, 0, 0); }
+    const plii_float4 shifts[3] = {plii_lanes_all_x(centre), plii_lanes_all_y(centre), plii_lanes_all_z(centre)};
+    pli_mat3 covariance;
+    for (int k = 0; k < 3; ++k) {
+        plii_lanes_to_vec3(&covariance.rows[k],
+                           plii_float4_sub(sums->products[k], plii_float4_mul(sums->rest, shifts[k])));
+    }
+    return covariance;
+}
+
+static void clusters_take_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
+                                int count) {
+    pli_mat3 covariances[CLUSTER_BATCH] = {{.rows = {{0}}}};
+    pli_quat turns[CLUSTER_BATCH] = {{0}};
+    for (int i = 0; i < count; ++i) {
+        plii_cluster* cluster = items[i];
+        const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
+        covariances[i] = cluster_take_sums(cluster, &sums);
+        turns[i] = cluster->turn;
+    }
+    pli_mat3 rotations[CLUSTER_BATCH];
+    plii_rotation_follow(count, covariances, turns, rotations);
+    for (int i = 0; i < count; ++i) {
+        plii_cluster* cluster = items[i];
+        cluster->turn = turns[i];
+        cluster->frame.rotation = rotations[i];
+        cluster_take_inertia(cluster);
+        cluster_clear_impulses(cluster);
+        const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
+        plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
+                                                                1.0f - cluster->settings.angular_damping));
+        cluster->has_frame = true;
+    }
+}
+
+typedef struct cluster_batch {
+    const pli_body* body;
+    const plii_clusters* clusters;
+    plii_cluster* items[CLUSTER_BATCH];
+    int count;
+} cluster_batch;
+
+static void cluster_batch_end(cluster_batch* batch) {
+    if (batch->count > 0) { clusters_take_batch(batch->body, batch->clusters, batch->items, batch->count); }
+    batch->count = 0;
+}
+static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
+    batch->items[batch->count++] = cluster;
+    if (batch->count == CLUSTER_BATCH) { cluster_batch_end(batch); }
+}
+
+void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    if (!cluster->has_frame) { clusters_take_batch(body, clusters, &cluster, 1); }
+}
+
+void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
+    cluster_batch batch = {.body = body, .clusters = clusters};
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->has_frame && cluster->settings.collides && plii_bounds_overlap(cluster->bounds, near)) {
+            cluster_batch_add(&batch, cluster);
+        }
+    }
+    cluster_batch_end(&batch);
+}
+
+/* Frames that are needed for sure first, a batch at a time; then matching. */
+static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    cluster_batch batch = {.body = body, .clusters = clusters};
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        cluster->has_frame = false;
+        cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
+        if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
+            cluster_batch_add(&batch, cluster);
+        }
+    }
+    cluster_batch_end(&batch);
+    for (int i = first; in_step && i < clusters->count; ++i) {
+        if (clusters->items[i].settings.matching > 0.0f) { cluster_match(body, clusters, &clusters->items[i]); }
+    }
+    for (int i = first; i < clusters->count; ++i) {
+        if (clusters->items[i].settings.collides) { cluster_update_bounds(body, clusters, &clusters->items[i]); }
+    }
+}
+
+static void clusters_update_from(pli_body* body, plii_clusters* clusters, int first, bool in_step) {
+    if (clusters->def.reference_mode) {
+        clusters_update_in_order(body, clusters, first, in_step);
+    } else {
+        clusters_update_in_batches(body, clusters, first, in_step);
+    }
+}
+
+void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
+    for (int i = first; i < clusters->count; ++i) {
+        plii_cluster_take_rest_shape(body, clusters, &clusters->items[i]);
+    }
+    clusters_update_from(body, clusters, first, false);
+}
+
+static void clusters_update(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    clusters_update_from(body, state, 0, true);
+}
+
+/* Adds the rigid motion of a cluster to its members' sums. */
+static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
+                           pli_vec3 displacement, pli_vec3 turn) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&turn);
+    const plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, 1.0f);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
+        const plii_float4 moved = plii_float4_add(all, plii_lanes_cross(axis, plii_lanes_xyz(arm)));
+        pli_vec4* sum = &clusters->node_sums[members[i].node];
+        plii_float4_to(
+            sum, plii_float4_add(plii_float4_from(sum), plii_float4_mul(moved, plii_float4_all(members[i].rest.w))));
+    }
+}
+
+static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    for (int i = 0; i < body->node_count; ++i) {
+        pli_vec4* sum = &clusters->node_sums[i];
+        if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
+            const plii_float4 moved = plii_float4_mul(plii_float4_from(sum), plii_float4_all(1.0f / sum->w));
+            plii_float4_to(&body->positions[i],
+                           plii_float4_add(plii_float4_from(&body->positions[i]), plii_lanes_xyz(moved)));
+        }
+        plii_float4_to(sum, zero);
+    }
+}
+
+static void clusters_apply_velocity_impulses(pli_body* body, void* state, const plii_step* step) {
+    plii_clusters* clusters = state;
+    bool any = false;
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (cluster->velocity_impulse_count == 0) { continue; }
+        any = true;
+        cluster_spread(body, clusters, cluster, pli_vec3_scale(cluster->velocity_impulse, step->dt),
+                       pli_vec3_scale(cluster->angular_velocity_impulse, step->dt));
+    }
+    if (any) { clusters_move_nodes(body, clusters); }
+}
+
+/* Corrections are averaged, not summed. */
+static void clusters_apply_drift_impulses(pli_body* body, plii_clusters* clusters, const plii_step* step) {
+    bool any = false;
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        if (cluster->drift_impulse_count == 0) { continue; }
+        any = true;
+        const float count = (float)cluster->drift_impulse_count;
+        cluster->drift_impulse = plii_vec3_divide(cluster->drift_impulse, count);
+        cluster->angular_drift_impulse = plii_vec3_divide(cluster->angular_drift_impulse, count);
+        cluster_spread(body, clusters, cluster, pli_vec3_scale(cluster->drift_impulse, step->dt),
+                       pli_vec3_scale(cluster->angular_drift_impulse, step->dt));
+    }
+    if (any) { clusters_move_nodes(body, clusters); }
+}
+
+static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin);
+    const plii_float4 linear = plii_float4_from(&cluster->linear_velocity);
+    const plii_float4 angular = plii_float4_from(&cluster->angular_velocity);
+    const plii_float4 damping = plii_float4_all(cluster->settings.node_damping);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const int node = members[i].node;
+        if (!(body->positions[node].w > 0.0f)) { continue; }
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->previous[node]), centre);
+        const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
+        const plii_float4 own = plii_float4_from(&body->velocities[node]);
+        const plii_float4 damped = plii_float4_add(own, plii_float4_mul(plii_float4_sub(rigid, own), damping));
+        const plii_mask4 is_slower = plii_lanes_at_most(plii_float4_all(plii_lanes_dot(rigid, rigid)),
+                                                        plii_float4_all(plii_lanes_dot(own, own)));
+        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, own));
+    }
+}
+
+static void clusters_finish(pli_body* body, void* state, const plii_step* step) {
+    plii_clusters* clusters = state;
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (cluster->settings.node_damping > 0.0f && !cluster->has_no_inverse && !cluster->has_no_frame) {
+            cluster_damp_nodes(body, clusters, cluster);
+        }
+    }
+    clusters_apply_drift_impulses(body, clusters, step);
+}
+
+static size_t clusters_node_sums_bytes(const pli_body* body) {
+    return (size_t)body->node_count * sizeof(pli_vec4);
+}
+
+void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
+    plii_release(body->context, clusters->items, (size_t)clusters->capacity * sizeof *clusters->items);
+    plii_release(body->context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
+    plii_release(body->context, clusters->node_sums, clusters_node_sums_bytes(body));
+    const pli_clusters_def def = clusters->def;
+    *clusters = (plii_clusters){.def = def};
+}
+
+static void clusters_disable(pli_body* body, void* state) {
+    plii_clusters_release(body, state);
+    body->joint_iterations = 0;
+}
+
+static size_t clusters_bytes(const pli_body* body, const void* state) {
+    const plii_clusters* clusters = state;
+    return (size_t)clusters->capacity * sizeof *clusters->items +
+           (size_t)clusters->member_capacity * sizeof *clusters->members +
+           (clusters->node_sums != NULL ? clusters_node_sums_bytes(body) : 0);
+}
+
+/* The old node that a node of a change of topology goes back to first. */
+static int clusters_root(const plii_topology_change* change, int node) {
+    while (node >= change->old_node_count) {
+        node = change->node_origins[node - change->old_node_count].a;
+    }
+    return node;
+}
+
+/* A new node joins a cluster only where its root is a member: how many members that is at most. */
+static size_t clusters_count_joining(const plii_clusters* clusters, const plii_topology_change* change) {
+    pli_vec4* counts = clusters->node_sums;
+    for (int i = 0; i < clusters->member_count; ++i) {
+        counts[clusters->members[i].node].w += 1.0f;
+    }
+    size_t joining = 0;
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        joining += (size_t)counts[clusters_root(change, i)].w;
+    }
+    for (int i = 0; i < clusters->member_count; ++i) {
+        counts[clusters->members[i].node].w = 0.0f;
+    }
+    return joining;
+}
+
+static int clusters_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                    size_t* sizes) {
+    (void)body;
+    const plii_clusters* clusters = state;
+    if (clusters->node_sums == NULL) { return 0; }
+    const size_t new_nodes = (size_t)(change->node_count - change->old_node_count);
+    sizes[0] = (size_t)change->node_count * sizeof *clusters->node_sums;
+    sizes[1] = new_nodes > 0 ? ((size_t)clusters->member_count + clusters_count_joining(clusters, change)) *
+                                   sizeof *clusters->members
+                             : 0;
+    sizes[2] = (size_t)change->node_count * sizeof(int);
+    return 3;
+}
+
+/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `places`
+   holds for each node its index in the cluster + 1, or 0. Returns the number of members. */
+static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* places) {
+    for (int i = 0; i < count; ++i) {
+        places[members[i].node] = i + 1;
+    }
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
+        const int a = places[origin->a], b = places[origin->b];
+        if (a == 0 || b == 0) { continue; }
+        const pli_vec3 rest =
+            pli_vec3_lerp(plii_xyz(members[a - 1].rest), plii_xyz(members[b - 1].rest), origin->share);
+        members[count++] = (plii_cluster_member){.node = i, .rest = {rest.x, rest.y, rest.z, 0.0f}};
+        places[i] = count;
+    }
+    for (int i = 0; i < count; ++i) {
+        places[members[i].node] = 0;
+    }
+    return count;
+}
+
+/* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
+static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    plii_clusters* clusters = state;
+    pli_context* context = body->context;
+    if (clusters->node_sums == NULL) { return; }
+    plii_release(context, clusters->node_sums, (size_t)change->old_node_count * sizeof *clusters->node_sums);
+    clusters->node_sums = blocks[0];
+    if (blocks[1] != NULL) {
+        const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
+        plii_cluster_member* members = blocks[1];
+        int member_count = 0;
+        for (int i = 0; i < clusters->count; ++i) {
+            plii_cluster* cluster = &clusters->items[i];
+            memcpy(&members[member_count], &clusters->members[cluster->first_member],
+                   (size_t)cluster->member_count * sizeof *members);
+            cluster->first_member = member_count;
+            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, blocks[2]);
+            member_count += cluster->member_count;
+        }
+        plii_release(context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
+        clusters->members = members;
+        clusters->member_count = member_count;
+        clusters->member_capacity = (int)capacity;
+    }
+    plii_release(context, blocks[2], (size_t)change->node_count * sizeof(int));
+    for (int i = 0; i < clusters->count; ++i) {
+        plii_cluster_take_masses(body, clusters, &clusters->items[i]);
+    }
+    clusters_update_from(body, clusters, 0, false);
+}
+
+const plii_feature_class plii_clusters_class = {
+    .name = "clusters",
+    .state_size = sizeof(plii_clusters),
+    .stages = {[PLII_STAGE_UPDATE] = {clusters_update, PLII_ORDER_CLUSTERS},
+               [PLII_STAGE_PREPARE] = {clusters_apply_velocity_impulses, PLII_ORDER_APPLY_CLUSTERS},
+               [PLII_STAGE_FINISH] = {clusters_finish, PLII_ORDER_APPLY_CLUSTERS}},
+    .disable = clusters_disable,
+    .bytes = clusters_bytes,
+    .topology_blocks = clusters_topology_blocks,
+    .topology_commit = clusters_topology_commit,
+};

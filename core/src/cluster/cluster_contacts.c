@@ -1,0 +1,275 @@
+/* Contacts of clusters with rigid bodies, with clusters of other bodies and of their own, solved together with the
+   joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
+
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "cluster/cluster_contact_groups.h"
+#include "cluster/cluster_contacts_impl.h"
+#include "contact/contact_order.h"
+#include "math/range.h"
+#include "pliant/bullet_reference.h"
+
+static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
+    return body->is_frozen ? NULL : plii_feature_state(body, &plii_cluster_contacts_class);
+}
+
+/* Of the bodies that take part. */
+static bool cluster_contacts_is_last(const pli_body* body) {
+    const pli_world* world = body->world;
+    for (int i = body->world_index + 1; i < world->body_count; ++i) {
+        if (cluster_contacts_of(world->bodies[i]) != NULL) { return false; }
+    }
+    return true;
+}
+
+static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const plii_cluster_contact* b) {
+    return a->reference_mode == b->reference_mode && a->targets[0].cluster == b->targets[0].cluster &&
+           a->targets[1].cluster == b->targets[1].cluster && a->targets[1].rigid == b->targets[1].rigid;
+}
+
+static bool cluster_contacts_group(pli_context* context, plii_contact_groups* groups,
+                                   const plii_cluster_contacts* state) {
+    int next = 0;
+    for (int i = 0; i < state->count; i = next) {
+        const plii_cluster_contact* first = &state->contacts[i];
+        next = i + 1;
+        while (next < state->count && cluster_contacts_share_sides(first, &state->contacts[next])) {
+            ++next;
+        }
+        if (!first->reference_mode && !plii_contact_groups_add(context, groups, first, next - i)) { return false; }
+    }
+    return true;
+}
+
+/* Pairs of different bodies are solved side by side, so the last body has the contacts of all. */
+static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, const plii_step* step) {
+    const pli_world* world = body->world;
+    if (!plii_contact_groups_start(body->context, &state->groups, world->rigid_count)) { return; }
+    bool has_memory = true;
+    int capacity = 0;
+    for (int i = 0; has_memory && i < world->body_count; ++i) {
+        const plii_cluster_contacts* other = cluster_contacts_of(world->bodies[i]);
+        if (other == NULL) { continue; }
+        capacity += other->capacity;
+        has_memory = cluster_contacts_group(body->context, &state->groups, other);
+    }
+    /* In the first step, so that the others need nothing. Without memory they ask again. */
+    (void)plii_contact_groups_reserve(body->context, &state->groups, capacity);
+    (void)plii_contact_groups_prepare(body->context, &state->groups, step);
+}
+
+static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
+    plii_cluster_contacts* state = data;
+    if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    for (int i = 0; has_own && i < state->count; ++i) {
+        plii_cluster_contact* contact = &state->contacts[i];
+        if (contact->reference_mode) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
+    }
+    state->leads = cluster_contacts_is_last(body);
+    if (state->leads) { cluster_contacts_lead(body, state, step); }
+}
+
+static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+    (void)step;
+    plii_cluster_contacts* state = data;
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    for (int i = 0; has_own && i < state->count; ++i) {
+        if (state->contacts[i].reference_mode) { plii_cluster_contact_solve(&state->contacts[i]); }
+    }
+    if (state->leads) { plii_contact_groups_solve(&state->groups); }
+}
+
+/* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
+   and fills each gap with the last one. */
+static void cluster_contacts_finish(pli_body* body, void* data, const plii_step* step) {
+    (void)step;
+    plii_cluster_contacts* state = data;
+    const bool has_own = plii_body_clusters(body)->def.reference_mode;
+    for (int i = 0; has_own && i < state->count; ++i) {
+        plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
+        if (contact->reference_mode) { plii_cluster_contact_finish(contact); }
+    }
+    if (state->leads) { plii_contact_groups_finish(&state->groups); }
+}
+
+static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* step) {
+    (void)step;
+    plii_cluster_contacts* state = data;
+    state->count = 0;
+    state->has_tree = false;
+    for (int i = 0; i < state->hull_count; ++i) {
+        state->hulls[i].is_current = false;
+    }
+    /* What the first contacts would need; when memory runs out they ask again. */
+    (void)plii_cluster_contacts_update_groups(body, state);
+    plii_cluster_contacts_turn(body, state);
+}
+
+static void cluster_contacts_forget(plii_cluster_contacts* state) {
+    state->count = 0;
+    plii_cluster_contacts_forget(state);
+}
+
+static void cluster_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
+    (void)other;
+    (void)body;
+    cluster_contacts_forget(data);
+}
+
+static void cluster_contacts_forget_clusters(pli_body* body, void* data, const pli_body* other) {
+    plii_cluster_contacts* state = data;
+    cluster_contacts_forget(state);
+    if (other != body) { return; }
+    plii_cluster_contacts_drop_groups(body, state);
+    plii_cluster_contacts_drop_neighbours(state);
+}
+
+static void cluster_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+    (void)body;
+    (void)rigid;
+    cluster_contacts_forget(data);
+}
+
+/* New members join clusters, which keep their places. */
+static void cluster_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                             void** blocks) {
+    (void)change;
+    (void)blocks;
+    cluster_contacts_forget(data);
+    plii_cluster_contacts_drop_groups(body, data);
+}
+
+static void cluster_contacts_disable(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
+    pli_context* context = body->context;
+    plii_cluster_contacts_drop_groups(body, state);
+    plii_cluster_contacts_drop_neighbours(state);
+    plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_contact_groups_release(context, &state->groups);
+    plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
+    plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
+    plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
+    plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
+    plii_pair_memory_release(context, &state->memory);
+    plii_near_boxes_free(context, &state->near_boxes);
+    plii_box_tree_free(context, &state->tree);
+}
+
+static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
+    (void)body;
+    const plii_cluster_contacts* state = data;
+    size_t bytes = (size_t)state->capacity * sizeof *state->contacts + plii_contact_groups_bytes(&state->groups) +
+                   (size_t)state->box_capacity * sizeof *state->boxes +
+                   (size_t)state->candidate_capacity * sizeof *state->candidates +
+                   (size_t)state->surface_capacity * sizeof *state->surface +
+                   (size_t)state->hull_count * sizeof *state->hulls + plii_pair_memory_bytes(&state->memory) +
+                   (size_t)state->manifold_capacity * sizeof *state->manifolds +
+                   plii_near_boxes_bytes(&state->near_boxes) + plii_box_tree_bytes(&state->tree);
+    for (int i = 0; i < state->hull_count; ++i) {
+        bytes += plii_support_groups_bytes(&state->hulls[i]);
+    }
+    if (state->has_neighbours) { bytes += (state->neighbours.mask + 1) * sizeof *state->neighbours.slots; }
+    return bytes;
+}
+
+static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
+
+const plii_feature_class plii_cluster_contacts_class = {
+    .name = "cluster contacts",
+    .state_size = sizeof(plii_cluster_contacts),
+    .needs = cluster_contacts_needs,
+    .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, PLII_ORDER_CLEAR_CONTACTS},
+               [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, PLII_ORDER_CLUSTER_CONTACTS},
+               [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, PLII_ORDER_CLUSTER_CONTACTS},
+               [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, PLII_ORDER_CLUSTER_CONTACTS}},
+    .disable = cluster_contacts_disable,
+    .collide_rigid = plii_cluster_contacts_collide_rigid,
+    .collide_body = plii_cluster_contacts_collide_body,
+    .forget_rigid = cluster_contacts_forget_rigid,
+    .forget_body = cluster_contacts_forget_body,
+    .forget_clusters = cluster_contacts_forget_clusters,
+    .forget_topology = cluster_contacts_forget_body,
+    .bytes = cluster_contacts_bytes,
+    .make_room = plii_cluster_contacts_make_room,
+    .topology_commit = cluster_contacts_topology_commit,
+};
+
+pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
+    return (pli_cluster_contacts_def){
+        .with_rigids = true,
+        .with_bodies = true,
+        .friction = 0.2f,
+        .dynamic_hardness = 0.1f,
+        .static_hardness = 1.0f,
+        .soft_hardness = 0.5f,
+        .dynamic_split = 0.5f,
+        .static_split = 0.5f,
+        .soft_split = 0.5f,
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+static pli_status cluster_contacts_check_def(pli_context* context, const pli_cluster_contacts_def* def,
+                                             const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_cluster_contacts_def_default()");
+    }
+    if (!(def->friction >= 0.0f) || !plii_is_finite(def->friction)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, negative or not finite",
+                         (double)def->friction);
+    }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    const struct {
+        const char* name;
+        float value;
+    } shares[] = {{"dynamic_hardness", def->dynamic_hardness}, {"static_hardness", def->static_hardness},
+                  {"soft_hardness", def->soft_hardness},       {"dynamic_split", def->dynamic_split},
+                  {"static_split", def->static_split},         {"soft_split", def->soft_split}};
+    for (size_t i = 0; i < sizeof shares / sizeof shares[0]; ++i) {
+        if (!(shares[i].value >= 0.0f && shares[i].value <= 1.0f)) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in [0, 1]", shares[i].name,
+                             (double)shares[i].value);
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_cluster_contacts_def used = def != NULL ? *def : pli_cluster_contacts_def_default();
+    PLII_TRY(cluster_contacts_check_def(body->context, &used, __func__));
+    const bool had_clusters = plii_body_clusters(body) != NULL;
+    if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    void* data = NULL;
+    const pli_status status = plii_feature_enable(body, &plii_cluster_contacts_class, &data);
+    if (status == PLI_OK) {
+        ((plii_cluster_contacts*)data)->def = used;
+    } else if (!had_clusters) {
+        (void)pli_body_disable_clusters(body);
+    }
+    return status;
+}
+
+pli_status pli_body_disable_cluster_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &plii_cluster_contacts_class);
+    return PLI_OK;
+}
+
+int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
+    if (state == NULL) { return 0; }
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        contacts[i] = state->contacts[i].info;
+    }
+    return state->count;
+}
+
+pli_status pli_body_reorder_cluster_contacts(pli_body* body, const int* order, int count) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_cluster_contacts* state = plii_feature_state(body, &plii_cluster_contacts_class);
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "cluster contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+}

@@ -1,0 +1,182 @@
+#ifndef PLII_CLUSTER_CONTACTS_IMPL_H
+#define PLII_CLUSTER_CONTACTS_IMPL_H
+
+/* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_find.c looks for
+   pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
+
+#include "base/edge_set.h"
+#include "cluster/cluster_contact_group.h"
+#include "cluster/joint_side.h"
+#include "geometry/box_tree.h"
+#include "geometry/near_boxes.h"
+#include "geometry/pair_memory.h"
+#include "geometry/support_groups.h"
+
+typedef struct plii_cluster_contact_as_reference {
+    float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
+    float erp, split; /* Bullet: m_erp, m_split */
+    pli_vec3 drift, split_drift;
+    pli_mat3 impulse_matrix;
+} plii_cluster_contact_as_reference;
+
+typedef struct plii_cluster_contact_own {
+    /* x: depth, m; y: hardness; z: share of the correction that is a displacement; w: Coulomb's friction. All four are
+       taken at once. */
+    pli_vec4 terms;
+} plii_cluster_contact_own;
+
+struct plii_cluster_contact {
+    pli_cluster_contact info;
+    plii_joint_target targets[2];
+    pli_vec3 arms[2]; /* from each side's centre to where impulses act */
+    pli_vec3 normal;
+    bool is_self, reference_mode;
+    union {
+        plii_cluster_contact_as_reference bullet;
+        plii_cluster_contact_own own;
+    } as;
+};
+
+typedef struct plii_contact_terms {
+    float margin; /* of both sides, `radius` included */
+    float radius; /* of the other side's shape round its core */
+    float friction, hardness, split;
+} plii_contact_terms;
+
+#define PLII_MANIFOLD_POINTS 7
+
+/* Four of them. */
+typedef struct plii_manifold_points {
+    plii_group_vec3 on_a, on_b;        /* m, each in the frame of its side */
+    plii_group_vec3 normals;           /* from b to a, in the frame of b */
+    float distances[PLII_GROUP_LANES]; /* m, along the normal */
+} plii_manifold_points;
+
+/* The contacts of a pair as they were measured, to be followed while the sides hardly move. */
+typedef struct plii_manifold {
+    int count, age;  /* points; steps since they were measured */
+    pli_mat3 turn;   /* of a in the frame of b */
+    const void* key; /* what else must be the same */
+    float margin;
+    plii_manifold_points points[2]; /* of PLII_MANIFOLD_POINTS */
+} plii_manifold;
+
+/* Of a node to a rigid shape. */
+typedef struct plii_near_surface {
+    float distance;  /* m; INFINITY when it is not near */
+    pli_vec3 normal; /* world */
+} plii_near_surface;
+
+typedef struct plii_cluster_contacts {
+    pli_cluster_contacts_def def;
+    plii_clusters* clusters; /* of the body, as of the last search */
+    plii_cluster_contact* contacts;
+    int count, capacity;
+    bool leads;                 /* solves the contacts of all bodies, but for those in reference mode */
+    plii_contact_groups groups; /* of these */
+    plii_pair_memory memory;
+    plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
+    int manifold_count, manifold_capacity; /* those that have been in use */
+    int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
+    bool has_hulls;
+    plii_support_groups* hulls; /* [hull_count] per cluster */
+    int hull_count;
+    plii_near_boxes near_boxes; /* the clusters' bounds, where they are few */
+    plii_box_tree tree;         /* over them, where they are many */
+    bool has_tree;              /* one of them, of this step */
+    pli_bounds* boxes;
+    int* candidates;
+    int box_capacity, candidate_capacity, candidate_count;
+    plii_near_surface* surface; /* [surface_capacity] of the nodes, at the shape that is met */
+    int surface_capacity;
+    bool has_neighbours;
+    plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
+} plii_cluster_contacts;
+
+extern const plii_feature_class plii_cluster_contacts_class;
+
+// ------------------------------------------------------------------------------------------------------- one contact
+
+/* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
+                               const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact);
+/* A contact that is not in reference mode; `normal` is a unit vector. */
+void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
+                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
+                              const plii_contact_terms* terms);
+/* Of contacts in reference mode. */
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
+void plii_cluster_contact_solve(plii_cluster_contact* contact);
+void plii_cluster_contact_finish(plii_cluster_contact* contact);
+
+// ---------------------------------------------------------------------------------------------------------- distances
+
+/* The convex hull of a cluster's nodes, in world axes from `origin`. */
+typedef struct plii_cluster_hull {
+    const pli_body* body;
+    const plii_clusters* clusters;
+    const plii_cluster* cluster;
+    const plii_support_groups* groups;
+    pli_vec3 origin;
+} plii_cluster_hull;
+
+/* False when out of memory. plii_cluster_contacts_hull needs it. */
+bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state);
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+                                             pli_vec3 origin);
+plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
+/* How far along a direction it reaches from its origin. */
+float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
+
+#define PLII_MEASURED_NODES 64 /* a multiple of four */
+
+/* Members of a cluster at a rigid shape. */
+typedef struct plii_measured_nodes {
+    int first, count;
+    float distances[PLII_MEASURED_NODES];  /* m, to the surface, as the shape's function tells */
+    pli_vec3 normals[PLII_MEASURED_NODES]; /* in the frame of the shape */
+} plii_measured_nodes;
+
+/* Members from `first` on, as many as there is room for. */
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
+                                         plii_measured_nodes* nodes);
+
+/* `cache` may be NULL. Fill witnesses, normal and distance of the pair that `info` names; false when farther apart than
+   `max_distance` or when there is no answer. Ask def.distance when it is set. `other_state` is that of info->other.
+   `nodes` becomes what had to be measured of them, from the first on; `count` is 0 before, and where nothing was. */
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
+                                         float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes);
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
+                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+                                           float max_distance, pli_cluster_contact* info);
+
+/* The farthest point of the core of the rigid shape that `info` names, along a unit direction; world. */
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction);
+/* Overlapping, or apart by less than `margin`. */
+bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin);
+
+// --------------------------------------------------------------------------------------------------------- manifolds
+
+/* Keeps the contacts [first, state->count) of a pair, at least one and at most PLII_MANIFOLD_POINTS; `key` and `margin`
+   are what they depend on besides the frames. */
+void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contacts* state, int first, const void* key,
+                                float margin, plii_manifold* manifold);
+/* Adds the contacts of the pair that `info` names as they are now, or returns false when they have to be measured. The
+   first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
+bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info,
+                                  const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
+                                  plii_cluster_contacts* state);
+
+// -------------------------------------------------------------------------------------------------------------- pairs
+
+void plii_cluster_contacts_make_room(pli_body* body, void* state);
+/* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
+void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_forget(plii_cluster_contacts* state);
+pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
+pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
+pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state);
+
+#endif

@@ -1,0 +1,206 @@
+/* Clusters of a body: adding and removing them, their settings, and what a user sees of them. */
+
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "cluster/cluster_impl.h"
+#include "math/range.h"
+
+plii_clusters* plii_body_clusters(const pli_body* body) {
+    return plii_feature_state(body, &plii_clusters_class);
+}
+
+pli_clusters_def pli_clusters_def_default(void) {
+    return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_cluster_settings cluster_default_settings(void) {
+    return (pli_cluster_settings){.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f};
+}
+
+pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_clusters_def_default()");
+    }
+    if (used.iterations < 1) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "iterations is %d, at least 1 is allowed",
+                         used.iterations);
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, &state));
+    plii_clusters* clusters = state;
+    const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
+    clusters->def = used;
+    body->joint_iterations = used.iterations;
+    if (has_other_masses) { plii_clusters_settle(body, clusters, 0); }
+    return PLI_OK;
+}
+
+/* Everything that holds to clusters of this body goes with them. */
+static void clusters_forget(pli_body* body) {
+    for (int i = 0; i < body->world->body_count; ++i) {
+        pli_body* other = body->world->bodies[i];
+        for (int k = 0; k < other->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &other->pipeline.features[k];
+            if (feature->klass->forget_clusters != NULL) {
+                feature->klass->forget_clusters(other, feature->state, body);
+            }
+        }
+    }
+}
+
+pli_status pli_body_disable_clusters(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (plii_body_clusters(body) == NULL) { return PLI_OK; }
+    clusters_forget(body);
+    plii_clusters_release(body, plii_body_clusters(body));
+    plii_feature_disable(body, &plii_clusters_class);
+    return PLI_OK;
+}
+
+pli_status pli_body_remove_clusters(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_clusters* clusters = plii_body_clusters(body);
+    if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
+    clusters_forget(body);
+    plii_clusters_release(body, clusters);
+    return PLI_OK;
+}
+
+pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count) {
+    pli_context* context = body->context;
+    if (node_count > INT32_MAX - clusters->member_count ||
+        !PLII_RESERVE(context, &clusters->items, &clusters->capacity, clusters->count + 1) ||
+        !PLII_RESERVE(context, &clusters->members, &clusters->member_capacity, clusters->member_count + node_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    if (clusters->node_sums == NULL) {
+        clusters->node_sums = plii_allocate(context, (size_t)body->node_count * sizeof *clusters->node_sums);
+        if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    }
+    body->world->wants_room = true;
+    clusters->items[clusters->count++] = (plii_cluster){
+        .settings = cluster_default_settings(), .first_member = clusters->member_count, .member_count = node_count};
+    for (int i = 0; i < node_count; ++i) {
+        clusters->members[clusters->member_count++] = (plii_cluster_member){.node = nodes[i]};
+    }
+    return PLI_OK;
+}
+
+static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node_count, const char* function) {
+    pli_context* context = body->context;
+    if (nodes == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null"); }
+    if (node_count < 1 || node_count > body->node_count) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d nodes, the body has %d", node_count,
+                         body->node_count);
+    }
+    uint8_t* is_taken = plii_allocate(context, (size_t)body->node_count);
+    if (is_taken == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the check"); }
+    pli_status status = PLI_OK;
+    for (int i = 0; i < node_count && status == PLI_OK; ++i) {
+        status = plii_check_node(body, nodes[i], function);
+        if (status == PLI_OK && is_taken[nodes[i]] != 0) {
+            status = plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
+        }
+        if (status == PLI_OK) { is_taken[nodes[i]] = 1; }
+    }
+    plii_release(context, is_taken, (size_t)body->node_count);
+    return status;
+}
+
+pli_status pli_body_add_cluster(pli_body* body, const int* nodes, int node_count, int* cluster) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(cluster_check_nodes(body, nodes, node_count, __func__));
+    const bool was_enabled = plii_body_clusters(body) != NULL;
+    if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    plii_clusters* clusters = plii_body_clusters(body);
+    if (plii_clusters_append(body, clusters, nodes, node_count) != PLI_OK) {
+        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a cluster of %d nodes", node_count);
+    }
+    plii_clusters_settle(body, clusters, clusters->count - 1);
+    if (cluster != NULL) { *cluster = clusters->count - 1; }
+    return PLI_OK;
+}
+
+pli_status pli_body_reset_clusters(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_clusters* clusters = plii_body_clusters(body);
+    if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
+    plii_clusters_settle(body, clusters, 0);
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------------------------ access
+
+pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const int count = clusters != NULL ? clusters->count : 0;
+    if (cluster >= 0 && cluster < count) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "cluster %d is out of range, the body has %d clusters", cluster, count);
+}
+
+int pli_body_cluster_count(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    return clusters != NULL ? clusters->count : 0;
+}
+
+pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_cluster_settings* settings) {
+    PLII_TRY(plii_check_cluster(body, cluster, __func__));
+    if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
+    *settings = plii_body_clusters(body)->items[cluster].settings;
+    return PLI_OK;
+}
+
+static bool cluster_is_share(float value) {
+    return value >= 0.0f && value <= 1.0f;
+}
+
+pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(plii_check_cluster(body, cluster, __func__));
+    if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
+    if (!cluster_is_share(settings->matching) || !cluster_is_share(settings->node_damping) ||
+        !cluster_is_share(settings->linear_damping) || !cluster_is_share(settings->angular_damping) ||
+        !cluster_is_share(settings->self_impulse_factor)) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                         "matching %g, node, linear and angular damping %g, %g, %g, self_impulse_factor %g: all must "
+                         "be in [0, 1]",
+                         (double)settings->matching, (double)settings->node_damping, (double)settings->linear_damping,
+                         (double)settings->angular_damping, (double)settings->self_impulse_factor);
+    }
+    if (!(settings->max_self_impulse >= 0.0f)) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "max_self_impulse is %g, it must not be negative",
+                         (double)settings->max_self_impulse);
+    }
+    PLII_TRY(plii_check_within(body->context, settings->max_self_impulse, PLI_MAX_FORCE, "max_self_impulse", __func__));
+    plii_body_clusters(body)->items[cluster].settings = *settings;
+    return PLI_OK;
+}
+
+/* Members are records; the public view wants plain indices, which stand first in them. */
+pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_view* view) {
+    PLII_TRY(plii_check_cluster(body, cluster, __func__));
+    if (view == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "view is null"); }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    /* Asking must not change the next step. */
+    plii_cluster copy = clusters->items[cluster];
+    plii_cluster_take_frame(body, clusters, &copy);
+    const plii_cluster* item = &copy;
+    *view = (pli_cluster_view){
+        .node_count = item->member_count,
+        .nodes = &clusters->members[item->first_member].node,
+        .node_stride = (int)(sizeof(plii_cluster_member) / sizeof(int)),
+        .frame = item->frame,
+        .inverse_mass = item->inverse_mass,
+        .inverse_inertia_world = item->inverse_inertia,
+        .linear_velocity = plii_xyz(item->linear_velocity),
+        .angular_velocity = plii_xyz(item->angular_velocity),
+        .contains_pinned_node = item->contains_pinned_node,
+    };
+    return PLI_OK;
+}

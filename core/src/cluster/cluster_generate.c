@@ -1,0 +1,302 @@
+/* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
+
+#include "base/edge_set.h"
+#include "body/world_impl.h"
+#include "cluster/cluster_impl.h"
+
+/* Everything that one generation needs besides the clusters themselves. */
+typedef struct generation {
+    int group_count;
+    int* group_of_node; /* [node_count] */
+    int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
+    int* group_begin;   /* [group_count + 1] into node_order */
+    pli_vec3* centres;  /* [group_count] */
+    int* members;       /* [node_count] of the group in work */
+} generation;
+
+static void generation_release(pli_body* body, generation* g) {
+    const size_t nodes = (size_t)body->node_count, groups = (size_t)g->group_count;
+    plii_release(body->context, g->group_of_node, nodes * sizeof *g->group_of_node);
+    plii_release(body->context, g->node_order, nodes * sizeof *g->node_order);
+    plii_release(body->context, g->group_begin, (groups + 1) * sizeof *g->group_begin);
+    plii_release(body->context, g->centres, groups * sizeof *g->centres);
+    plii_release(body->context, g->members, nodes * sizeof *g->members);
+}
+
+static bool generation_allocate(pli_body* body, generation* g) {
+    const size_t nodes = (size_t)body->node_count, groups = (size_t)g->group_count;
+    g->group_of_node = plii_allocate(body->context, nodes * sizeof *g->group_of_node);
+    g->node_order = plii_allocate(body->context, nodes * sizeof *g->node_order);
+    g->group_begin = plii_allocate(body->context, (groups + 1) * sizeof *g->group_begin);
+    g->centres = plii_allocate(body->context, groups * sizeof *g->centres);
+    g->members = plii_allocate(body->context, nodes * sizeof *g->members);
+    return g->group_of_node != NULL && g->node_order != NULL && g->group_begin != NULL && g->centres != NULL &&
+           g->members != NULL;
+}
+
+/* Counting sort of the nodes by group; nodes of a group stay in ascending order. */
+static void generation_sort(const pli_body* body, generation* g) {
+    for (int i = 0; i <= g->group_count; ++i) {
+        g->group_begin[i] = 0;
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        g->group_begin[g->group_of_node[i] + 1] += 1;
+    }
+    for (int i = 0; i < g->group_count; ++i) {
+        g->group_begin[i + 1] += g->group_begin[i];
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        g->node_order[g->group_begin[g->group_of_node[i]]++] = i;
+    }
+    for (int i = g->group_count; i > 0; --i) {
+        g->group_begin[i] = g->group_begin[i - 1];
+    }
+    g->group_begin[0] = 0;
+}
+
+/* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
+static bool generation_move_centres(const pli_body* body, generation* g, float over_relaxation) {
+    bool changed = false;
+    for (int i = 0; i < g->group_count; ++i) {
+        pli_vec3 mean = pli_vec3_make(0, 0, 0);
+        const int begin = g->group_begin[i], end = g->group_begin[i + 1];
+        if (begin == end) { continue; }
+        for (int k = begin; k < end; ++k) {
+            mean = pli_vec3_add(mean, plii_xyz(body->positions[g->node_order[k]]));
+        }
+        mean = plii_vec3_divide(mean, (float)(end - begin));
+        const pli_vec3 old = g->centres[i];
+        const pli_vec3 moved = pli_vec3_add(old, pli_vec3_scale(pli_vec3_sub(mean, old), over_relaxation));
+        changed = changed || pli_vec3_length_squared(pli_vec3_sub(moved, old)) > PLII_EPSILON;
+        g->centres[i] = moved;
+    }
+    return changed;
+}
+
+static float generation_distance(pli_vec3 a, pli_vec3 b) {
+    const pli_vec3 d = pli_vec3_sub(a, b);
+    return fabsf(d.x) + fabsf(d.y) + fabsf(d.z);
+}
+
+static void generation_assign_nodes(const pli_body* body, generation* g) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->positions[i]);
+        int best = 0;
+        float best_distance = generation_distance(g->centres[0], x);
+        for (int k = 1; k < g->group_count; ++k) {
+            const float distance = generation_distance(g->centres[k], x);
+            if (distance < best_distance) {
+                best = k;
+                best_distance = distance;
+            }
+        }
+        g->group_of_node[i] = best;
+    }
+}
+
+/* k-means with the metric |dx| + |dy| + |dz| from a fixed start, over-relaxed in the first 16 rounds. */
+static void generation_group_nodes(const pli_body* body, generation* g, int max_iterations) {
+    pli_vec3 centroid = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < body->node_count; ++i) {
+        centroid = pli_vec3_add(centroid, plii_xyz(body->positions[i]));
+        g->group_of_node[i] = (int)((int64_t)i * 29873 % g->group_count);
+    }
+    centroid = plii_vec3_divide(centroid, (float)body->node_count);
+    for (int i = 0; i < g->group_count; ++i) {
+        g->centres[i] = centroid;
+    }
+    bool changed = true;
+    for (int round = 0; changed && round < max_iterations; ++round) {
+        generation_sort(body, g);
+        changed = generation_move_centres(body, g, 2.0f - plii_min(1.0f, (float)round / 16.0f));
+        generation_assign_nodes(body, g);
+    }
+    generation_sort(body, g);
+}
+
+/* Counts or lists, per group, the nodes beyond its own that share a face with one of its nodes, in the order of faces.
+ */
+typedef struct ring_entry {
+    int group, node;
+} ring_entry;
+
+typedef struct ring {
+    ring_entry* entries;
+    int count, capacity;
+} ring;
+
+static pli_status generation_collect_ring(pli_body* body, const generation* g, ring* found) {
+    const plii_topology* topology = body->topology;
+    plii_edge_set seen;
+    if (!plii_edge_set_create(body->context, 6 * (size_t)topology->face_count, &seen)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    bool complete = true;
+    for (int f = 0; f < topology->face_count && complete; ++f) {
+        for (int j = 0; j < 3 && complete; ++j) {
+            const int group = g->group_of_node[topology->faces[f][j]];
+            for (int q = 1; q < 3 && complete; ++q) {
+                const int node = topology->faces[f][(j + q) % 3];
+                /* Groups are numbered past the nodes, so that a pair is never mistaken for its reverse. */
+                if (g->group_of_node[node] == group || !plii_edge_set_insert(&seen, body->node_count + group, node)) {
+                    continue;
+                }
+                complete = PLII_RESERVE(body->context, &found->entries, &found->capacity, found->count + 1);
+                if (complete) { found->entries[found->count++] = (ring_entry){group, node}; }
+            }
+        }
+    }
+    plii_edge_set_destroy(&seen);
+    return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+/* Stable sort by group, through counts. */
+static bool generation_sort_ring(pli_body* body, const generation* g, ring* found) {
+    const size_t bytes = (size_t)found->count * sizeof *found->entries;
+    ring_entry* sorted = plii_allocate(body->context, bytes);
+    int* begin = plii_allocate(body->context, ((size_t)g->group_count + 1) * sizeof *begin);
+    const bool complete = (sorted != NULL || found->count == 0) && begin != NULL;
+    if (complete) {
+        for (int i = 0; i < found->count; ++i) {
+            begin[found->entries[i].group + 1] += 1;
+        }
+        for (int i = 0; i < g->group_count; ++i) {
+            begin[i + 1] += begin[i];
+        }
+        for (int i = 0; i < found->count; ++i) {
+            sorted[begin[found->entries[i].group]++] = found->entries[i];
+        }
+        for (int i = 0; i < found->count; ++i) {
+            found->entries[i] = sorted[i];
+        }
+    }
+    plii_release(body->context, sorted, bytes);
+    plii_release(body->context, begin, ((size_t)g->group_count + 1) * sizeof *begin);
+    return complete;
+}
+
+static pli_status generation_append_all_nodes(pli_body* body, plii_clusters* clusters, int* nodes) {
+    for (int i = 0; i < body->node_count; ++i) {
+        nodes[i] = i;
+    }
+    PLII_TRY(plii_clusters_append(body, clusters, nodes, body->node_count));
+    clusters->items[clusters->count - 1].settings.collides = false;
+    return PLI_OK;
+}
+
+/* Clusters of the groups that have nodes. With several groups a cluster of all nodes comes first and the first group
+   last; empty groups are filled by the last cluster that there is, as a removal by swapping leaves it. */
+static pli_status generation_append_clusters(pli_body* body, generation* g, const ring* found,
+                                             plii_clusters* clusters) {
+    const int count = g->group_count > 1 ? g->group_count + 1 : 1;
+    int* order = plii_allocate(body->context, (size_t)count * sizeof *order); /* group, or -1 for all nodes */
+    if (order == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    for (int i = 0; i < g->group_count; ++i) {
+        order[i] = i;
+    }
+    if (count > 1) {
+        order[count - 1] = 0;
+        order[0] = -1;
+    }
+    int kept = count;
+    for (int i = 0; i < kept;) {
+        const bool is_empty = order[i] >= 0 && g->group_begin[order[i]] == g->group_begin[order[i] + 1];
+        if (is_empty) {
+            order[i] = order[--kept];
+        } else {
+            ++i;
+        }
+    }
+    pli_status status = PLI_OK;
+    for (int i = 0; i < kept && status == PLI_OK; ++i) {
+        if (order[i] < 0) {
+            status = generation_append_all_nodes(body, clusters, g->members);
+            continue;
+        }
+        int member_count = 0;
+        for (int k = g->group_begin[order[i]]; k < g->group_begin[order[i] + 1]; ++k) {
+            g->members[member_count++] = g->node_order[k];
+        }
+        int low = 0, high = found->count;
+        while (low < high) {
+            const int middle = low + (high - low) / 2;
+            if (found->entries[middle].group < order[i]) {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        for (int k = low; k < found->count && found->entries[k].group == order[i]; ++k) {
+            g->members[member_count++] = found->entries[k].node;
+        }
+        status = plii_clusters_append(body, clusters, g->members, member_count);
+    }
+    plii_release(body->context, order, (size_t)count * sizeof *order);
+    return status;
+}
+
+static pli_status generation_run(pli_body* body, generation* g, int max_iterations, plii_clusters* clusters) {
+    if (!generation_allocate(body, g)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    generation_group_nodes(body, g, max_iterations);
+    ring found = {0};
+    pli_status status = generation_collect_ring(body, g, &found);
+    if (status == PLI_OK && !generation_sort_ring(body, g, &found)) { status = PLI_ERROR_OUT_OF_MEMORY; }
+    if (status == PLI_OK) { status = generation_append_clusters(body, g, &found, clusters); }
+    plii_release(body->context, found.entries, (size_t)found.capacity * sizeof *found.entries);
+    return status;
+}
+
+static pli_status generation_elements(pli_body* body, plii_clusters* clusters) {
+    const plii_topology* topology = body->topology;
+    for (int i = 0; i < topology->tetra_count; ++i) {
+        PLII_TRY(plii_clusters_append(body, clusters, topology->tetras[i], 4));
+    }
+    for (int i = 0; topology->tetra_count == 0 && i < topology->face_count; ++i) {
+        PLII_TRY(plii_clusters_append(body, clusters, topology->faces[i], 3));
+    }
+    return PLI_OK;
+}
+
+/* Makes the new clusters beside the old ones and swaps them in when all went well. `count` 0: from elements. */
+static pli_status generation_replace(pli_body* body, int count, int max_iterations, int* made, const char* function) {
+    const bool was_enabled = plii_body_clusters(body) != NULL;
+    if (!was_enabled) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
+    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters fresh = {.def = clusters->def};
+    pli_status status;
+    if (count > 0) {
+        generation g = {.group_count = count};
+        status = generation_run(body, &g, max_iterations, &fresh);
+        generation_release(body, &g);
+    } else {
+        status = generation_elements(body, &fresh);
+    }
+    if (status != PLI_OK) {
+        plii_clusters_release(body, &fresh);
+        if (!was_enabled) { (void)pli_body_disable_clusters(body); }
+        return plii_fail(body->context, status, function, "no memory for the clusters of %d nodes", body->node_count);
+    }
+    PLII_TRY(pli_body_remove_clusters(body));
+    *clusters = fresh;
+    plii_clusters_settle(body, clusters, 0);
+    if (made != NULL) { *made = clusters->count; }
+    return PLI_OK;
+}
+
+pli_status pli_body_generate_clusters(pli_body* body, int count, int max_iterations, int* made) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (count < 1 || max_iterations < 1) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "%d clusters, %d iterations: at least 1 of each",
+                         count, max_iterations);
+    }
+    const int used = count < body->node_count ? count : body->node_count;
+    return generation_replace(body, used, max_iterations, made, __func__);
+}
+
+pli_status pli_body_generate_clusters_from_elements(pli_body* body, int* made) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (body->topology->tetra_count == 0 && body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has neither tetrahedra nor faces");
+    }
+    return generation_replace(body, 0, 0, made, __func__);
+}

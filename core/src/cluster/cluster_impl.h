@@ -1,0 +1,85 @@
+#ifndef PLII_CLUSTER_IMPL_H
+#define PLII_CLUSTER_IMPL_H
+
+/* Clusters as joints and contacts see them. */
+
+#include "body/body_impl.h"
+#include "pliant/cluster.h"
+
+typedef struct plii_cluster_member {
+    int node;
+    /* Place from the centre of mass of the rest shape, m; w = mass, kg: that of a pinned node is large, not infinite.
+     */
+    pli_vec4 rest;
+} plii_cluster_member;
+
+typedef struct plii_cluster {
+    pli_cluster_settings settings;
+    int first_member, member_count;
+    bool contains_pinned_node;
+    bool is_point; /* does not turn: all nodes are at one place, but for rounding */
+    /* Only in reference mode: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of
+       this step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping
+       nodes.
+     */
+    bool has_no_inverse, has_no_frame;
+    float inverse_mass;
+    pli_mat3 inverse_inertia_local; /* of the rest shape */
+    /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster
+       counts from that first centre. */
+    pli_vec3 rest_centre;
+    pli_transform frame; /* this and what follows is of the step in progress; current only when `has_frame` */
+    pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not in reference mode */
+    pli_mat3 inverse_inertia;
+    pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
+    /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
+    pli_vec3 velocity_impulse, angular_velocity_impulse;
+    pli_vec3 drift_impulse, angular_drift_impulse;
+    int velocity_impulse_count, drift_impulse_count;
+    uint64_t
+        open_groups;   /* of contacts that act on the cluster and take more pairs, as bits; 0 but while they are made */
+    pli_bounds bounds; /* of the nodes; in reference mode the box that is kept from step to step */
+    bool has_bounds;
+    bool has_frame; /* see plii_clusters_take_frames */
+} plii_cluster;
+
+typedef struct plii_clusters {
+    pli_clusters_def def;
+    plii_cluster* items;
+    int count, capacity;
+    plii_cluster_member* members; /* of all clusters, one after the other */
+    int member_count, member_capacity;
+    pli_vec4* node_sums; /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
+} plii_clusters;
+
+extern const plii_feature_class plii_clusters_class;
+
+/* NULL when clusters are not enabled. */
+plii_clusters* plii_body_clusters(const pli_body* body);
+/* PLI_OK, or the error of a cluster that is not there. */
+pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function);
+
+/* One more cluster with default settings, its rest shape to be taken by plii_clusters_settle. Nodes must be valid. */
+pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count);
+/* Gives the arrays back; settings stay. */
+void plii_clusters_release(pli_body* body, plii_clusters* clusters);
+/* Of the nodes as they are now. */
+pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster);
+/* The present masses; the rest shape stays. */
+void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+/* The present masses, and the present shape as rest shape. */
+void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+/* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
+void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
+
+/* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
+   clusters that collide and whose bounds overlap `near`, and of one. */
+void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
+void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+
+static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
+                                         const plii_cluster* cluster, int member) {
+    return plii_xyz(body->positions[clusters->members[cluster->first_member + member].node]);
+}
+
+#endif

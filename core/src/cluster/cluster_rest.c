@@ -1,0 +1,158 @@
+/* Masses, rest shape and inertia of clusters. Bullet: initializeClusters, in its order of operations. */
+
+#include "cluster/cluster_impl.h"
+
+/* Mass of a pinned node: in reference mode an absolute one, else this many times all other masses of the cluster. */
+#define CLUSTER_BULLET_PINNED_MASS 1e18f
+#define CLUSTER_PINNED_MASS_RATIO 1e6
+
+static void cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    double free_mass = 0.0;
+    cluster->contains_pinned_node = false;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const float inverse_mass = body->positions[members[i].node].w;
+        if (inverse_mass > 0.0f) {
+            free_mass += 1.0 / (double)inverse_mass;
+        } else {
+            cluster->contains_pinned_node = true;
+        }
+    }
+    float pinned_mass = CLUSTER_BULLET_PINNED_MASS;
+    if (!clusters->def.reference_mode) { pinned_mass = (float)(CLUSTER_PINNED_MASS_RATIO * fmax(free_mass, 1e-6)); }
+    float total = 0.0f;
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const float inverse_mass = body->positions[members[i].node].w;
+        members[i].rest.w = inverse_mass > 0.0f ? 1.0f / inverse_mass : pinned_mass;
+        total += members[i].rest.w;
+    }
+    cluster->inverse_mass = 1.0f / total;
+}
+
+/* Symmetric 3x3 matrix to eigenvalues and orthonormal columns, by Jacobi rotations. */
+static void cluster_eigen(double a[3][3], double vectors[3][3]) {
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            vectors[i][k] = i == k ? 1.0 : 0.0;
+        }
+    }
+    for (int sweep = 0; sweep < 16; ++sweep) {
+        for (int p = 0; p < 2; ++p) {
+            for (int q = p + 1; q < 3; ++q) {
+                if (a[p][q] == 0.0) { continue; }
+                const double theta = 0.5 * (a[q][q] - a[p][p]) / a[p][q];
+                const double t = (theta >= 0.0 ? 1.0 : -1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
+                const double c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+                for (int k = 0; k < 3; ++k) {
+                    const double kp = a[k][p], kq = a[k][q];
+                    a[k][p] = c * kp - s * kq;
+                    a[k][q] = s * kp + c * kq;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double pk = a[p][k], qk = a[q][k];
+                    a[p][k] = c * pk - s * qk;
+                    a[q][k] = s * pk + c * qk;
+                }
+                for (int k = 0; k < 3; ++k) {
+                    const double kp = vectors[k][p], kq = vectors[k][q];
+                    vectors[k][p] = c * kp - s * kq;
+                    vectors[k][q] = s * kp + c * kq;
+                }
+            }
+        }
+    }
+}
+
+/* Inverse of an inertia that may be singular: nodes in a line, or one node, do not turn about the directions in which
+   they have no inertia, or less than `smallest` (Bullet divides by zero there). */
+static pli_mat3 cluster_pseudo_inverse(pli_mat3 inertia, double smallest) {
+    double a[3][3], vectors[3][3];
+    for (int i = 0; i < 3; ++i) {
+        a[i][0] = (double)inertia.rows[i].x;
+        a[i][1] = (double)inertia.rows[i].y;
+        a[i][2] = (double)inertia.rows[i].z;
+    }
+    cluster_eigen(a, vectors);
+    const double largest = fmax(a[0][0], fmax(a[1][1], a[2][2]));
+    double inverse[3][3] = {{0}};
+    for (int k = 0; k < 3; ++k) {
+        if (!(a[k][k] > 1e-6 * largest) || !(a[k][k] > smallest)) { continue; }
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                inverse[i][j] += vectors[i][k] * vectors[j][k] / a[k][k];
+            }
+        }
+    }
+    pli_mat3 result;
+    for (int i = 0; i < 3; ++i) {
+        result.rows[i] = pli_vec3_make((float)inverse[i][0], (float)inverse[i][1], (float)inverse[i][2]);
+    }
+    return plii_mat3_is_finite(result) ? result : plii_mat3_diagonal(0, 0, 0);
+}
+
+/* The inertia that the rounding of coordinates alone would give, and some more. */
+static double cluster_smallest_inertia(const pli_body* body, const plii_cluster* cluster) {
+    const pli_vec3 min = body->bounds.min, max = body->bounds.max;
+    const float x = plii_max(fabsf(min.x), fabsf(max.x)), y = plii_max(fabsf(min.y), fabsf(max.y));
+    const float size = plii_max(plii_max(x, y), fmaxf(fabsf(min.z), fabsf(max.z)));
+    const double blur = 16.0 * (double)PLII_EPSILON * (double)size;
+    return blur * blur / (double)cluster->inverse_mass + 1e-30;
+}
+
+/* From masses and rest shape. */
+static void cluster_take_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    const plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const pli_vec3 k = plii_xyz(members[i].rest);
+        const float mass = members[i].rest.w;
+        inertia.rows[0].x += mass * (k.y * k.y + k.z * k.z);
+        inertia.rows[1].y += mass * (k.x * k.x + k.z * k.z);
+        inertia.rows[2].z += mass * (k.x * k.x + k.y * k.y);
+        inertia.rows[0].y -= mass * k.x * k.y;
+        inertia.rows[0].z -= mass * k.x * k.z;
+        inertia.rows[1].z -= mass * k.y * k.z;
+    }
+    inertia.rows[1].x = inertia.rows[0].y;
+    inertia.rows[2].x = inertia.rows[0].z;
+    inertia.rows[2].y = inertia.rows[1].z;
+    const pli_mat3 inverse = plii_mat3_inverse(inertia);
+    const bool is_finite = plii_mat3_is_finite(inverse);
+    cluster->has_no_inverse = clusters->def.reference_mode && !is_finite;
+    cluster->inverse_inertia_local = clusters->def.reference_mode && is_finite
+                                         ? inverse
+                                         : cluster_pseudo_inverse(inertia, cluster_smallest_inertia(body, cluster));
+    const pli_mat3* turns = &cluster->inverse_inertia_local;
+    cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
+}
+
+void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_masses(body, clusters, cluster);
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    const pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
+    }
+    cluster_take_inertia(body, clusters, cluster);
+    cluster->rest_centre = pli_vec3_make(0, 0, 0);
+    cluster->frame = (pli_transform){pli_mat3_identity(), centre};
+    cluster->turn = pli_quat_identity();
+    cluster->linear_velocity = cluster->angular_velocity = (pli_vec4){0};
+    cluster->has_bounds = false;
+}
+
+void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_take_masses(body, clusters, cluster);
+    plii_cluster_member* members = &clusters->members[cluster->first_member];
+    pli_vec3 shift = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        shift =
+            pli_vec3_add(shift, pli_vec3_scale(plii_xyz(members[i].rest), members[i].rest.w * cluster->inverse_mass));
+    }
+    for (int i = 0; i < cluster->member_count; ++i) {
+        plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
+    }
+    cluster_take_inertia(body, clusters, cluster);
+    cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
+    cluster->has_bounds = false;
+}

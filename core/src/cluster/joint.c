@@ -1,0 +1,244 @@
+/* The list of joints of a body and its place in a step. Bullet: m_joints, prepareClusters, solveClusters,
+   cleanupClusters. */
+
+#include "base/handle.h"
+#include "base/id_pool.h"
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "cluster/joint_impl.h"
+#include "math/range.h"
+
+typedef struct joints_state {
+    plii_joint* items; /* in the order of creation */
+    int count, capacity;
+    plii_id_pool ids;
+} joints_state;
+
+static plii_joint_side joint_side_of(const pli_joint_end* end) {
+    if (end->body != NULL) { return plii_joint_side_of_cluster(end->body, end->cluster); }
+    return end->rigid != NULL ? plii_joint_side_of_rigid(end->rigid) : plii_joint_side_of_world();
+}
+
+static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
+    joints_state* joints = state;
+    for (int i = 0; i < joints->count; ++i) {
+        plii_joint* joint = &joints->items[i];
+        const pli_rigid* rigid = joint->other.rigid;
+        joint->is_idle = rigid != NULL && rigid->is_absent;
+        if (joint->is_idle) { continue; }
+        joint->keeps_momentum =
+            rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.reference_mode;
+        joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
+        joint->sides[1] = joint_side_of(&joint->other);
+        if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
+        joint->klass->prepare(joint, step, body->world->joint_iterations);
+    }
+}
+
+static void joints_solve(pli_body* body, void* state, const plii_step* step) {
+    (void)body;
+    (void)step;
+    joints_state* joints = state;
+    for (int i = 0; i < joints->count; ++i) {
+        if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
+    }
+}
+
+static void joints_finish(pli_body* body, void* state, const plii_step* step) {
+    (void)body;
+    (void)step;
+    joints_state* joints = state;
+    for (int i = 0; i < joints->count; ++i) {
+        plii_joint* joint = &joints->items[i];
+        if (!joint->is_idle && joint->softness.split > 0.0f) { joint->klass->finish(joint); }
+    }
+}
+
+void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]) {
+    const float split = joint->softness.split;
+    if (split > 0.0f) {
+        joint->split_drift = pli_mat3_mul_vec3(joint->impulse_matrix, pli_vec3_scale(joint->drift, split));
+    }
+    float displaced = split;
+    if (joint->keeps_momentum) {
+        const float total = responses[0] + responses[1];
+        displaced = total > 0.0f ? split * (responses[0] / total) : 0.0f;
+    }
+    if (displaced > 0.0f) { joint->drift = pli_vec3_scale(joint->drift, 1.0f - displaced); }
+    joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
+}
+
+void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular) {
+    const int count = joint->keeps_momentum ? 1 : 2;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
+        if (is_angular) {
+            plii_joint_apply_torque_drift(&joint->sides[i].target, impulse);
+        } else {
+            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
+        }
+    }
+}
+
+/* Takes out the joints that `goes` names; the others keep their order. */
+typedef bool joint_goes_fn(const plii_joint* joint, const pli_body* owner, const void* what);
+
+static void joints_remove_if(pli_body* body, joints_state* joints, joint_goes_fn* goes, const void* what) {
+    int kept = 0;
+    for (int i = 0; i < joints->count; ++i) {
+        if (goes(&joints->items[i], body, what)) {
+            plii_id_pool_give_back(&joints->ids, joints->items[i].slot);
+            continue;
+        }
+        joints->items[kept] = joints->items[i];
+        joints->ids.slots[joints->items[kept].slot].item = kept;
+        kept += 1;
+    }
+    joints->count = kept;
+}
+
+static bool joint_holds_rigid(const plii_joint* joint, const pli_body* owner, const void* rigid) {
+    (void)owner;
+    return joint->other.rigid == rigid;
+}
+static bool joint_holds_body(const plii_joint* joint, const pli_body* owner, const void* body) {
+    return owner == body || joint->other.body == body;
+}
+static bool joint_is(const plii_joint* joint, const pli_body* owner, const void* slot) {
+    (void)owner;
+    return joint->slot == *(const int*)slot;
+}
+
+static void joints_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+    const joints_state* joints = state;
+    const int before = joints->count;
+    joints_remove_if(body, state, joint_holds_rigid, rigid);
+    if (joints->count < before) { plii_world_add_anchors_lost(body); }
+}
+static void joints_forget_body(pli_body* body, void* state, const pli_body* other) {
+    joints_remove_if(body, state, joint_holds_body, other);
+}
+
+static void joints_disable(pli_body* body, void* state) {
+    joints_state* joints = state;
+    plii_release(body->context, joints->items, (size_t)joints->capacity * sizeof *joints->items);
+    plii_id_pool_release(body->context, &joints->ids);
+}
+
+static size_t joints_bytes(const pli_body* body, const void* state) {
+    (void)body;
+    const joints_state* joints = state;
+    return (size_t)joints->capacity * sizeof *joints->items + plii_id_pool_bytes(&joints->ids);
+}
+
+/* Joints hold to clusters, which follow a cut and keep their index. */
+static void joints_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)body;
+    (void)state;
+    (void)change;
+    (void)blocks;
+}
+
+static const plii_feature_class joints_class = {
+    .name = "joints",
+    .state_size = sizeof(joints_state),
+    .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, PLII_ORDER_JOINTS},
+               [PLII_STAGE_JOINT_SOLVE] = {joints_solve, PLII_ORDER_JOINTS},
+               [PLII_STAGE_JOINT_FINISH] = {joints_finish, PLII_ORDER_JOINTS}},
+    .disable = joints_disable,
+    .forget_rigid = joints_forget_rigid,
+    .forget_body = joints_forget_body,
+    .forget_clusters = joints_forget_body,
+    .bytes = joints_bytes,
+    .topology_commit = joints_topology_commit,
+};
+
+// ----------------------------------------------------------------------------------------------------------- editing
+
+static bool joint_is_share(float value) {
+    return value >= 0.0f && value <= 1.0f;
+}
+
+static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
+    pli_context* context = body->context;
+    PLII_TRY(plii_check_cluster(body, joint->cluster, function));
+    const pli_joint_end* other = &joint->other;
+    if (other->body != NULL && other->rigid != NULL) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other end has both a body and a rigid body");
+    }
+    if (other->body != NULL) {
+        PLII_TRY(plii_check_handle(other->body, PLII_HANDLE_BODY, context, "the other body", function));
+        if (other->body->world != body->world) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the other body is in another world");
+        }
+        PLII_TRY(plii_check_cluster(other->body, other->cluster, function));
+        if (other->body == body && other->cluster == joint->cluster) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "both ends are cluster %d", joint->cluster);
+        }
+    }
+    if (other->rigid != NULL) { PLII_TRY(plii_check_handle(other->rigid, PLII_HANDLE_RIGID, context, NULL, function)); }
+    if (other->rigid != NULL && other->rigid->world != body->world) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the rigid body is not in the body's world");
+    }
+    if (!plii_vec3_is_finite(world_value)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the point or axis is (%g, %g, %g)",
+                         (double)world_value.x, (double)world_value.y, (double)world_value.z);
+    }
+    PLII_TRY(plii_check_vec3_within(context, world_value, PLI_MAX_COORDINATE, "the point or axis", function));
+    const pli_joint_softness* softness = &joint->softness;
+    if (!joint_is_share(softness->error_reduction) || !joint_is_share(softness->velocity_factor) ||
+        !joint_is_share(softness->split)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "error_reduction %g, velocity_factor %g, split %g: all must be in [0, 1]",
+                         (double)softness->error_reduction, (double)softness->velocity_factor, (double)softness->split);
+    }
+    return PLI_OK;
+}
+
+/* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.
+ */
+static pli_vec3 joint_localize(const plii_joint_side* side, pli_vec3 value, bool is_axis) {
+    const pli_vec3 turned = pli_mat3_transpose_mul_vec3(side->frame.rotation, value);
+    if (is_axis) { return turned; }
+    const pli_vec3 origin = pli_mat3_transpose_mul_vec3(side->frame.rotation, pli_vec3_neg(side->frame.origin));
+    return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
+}
+
+pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
+                          const char* function) {
+    PLII_TRY(joint_check(body, joint, world_value, function));
+    const bool was_enabled = plii_feature_is_enabled(body, &joints_class);
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &joints_class, &state));
+    joints_state* joints = state;
+    if (!plii_id_pool_reserve(body->context, &joints->ids) ||
+        !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
+        if (!was_enabled) { plii_feature_disable(body, &joints_class); }
+        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
+    }
+    const plii_joint_side sides[2] = {plii_joint_side_of_cluster(body, joint->cluster), joint_side_of(&joint->other)};
+    joint->local[0] = joint_localize(&sides[0], world_value, is_axis);
+    joint->local[1] = joint_localize(&sides[1], world_value, is_axis);
+    joint->slot = plii_id_pool_take(&joints->ids, joints->count);
+    joints->items[joints->count++] = *joint;
+    if (id != NULL) { *id = (pli_joint_id){joint->slot + 1, joints->ids.slots[joint->slot].generation}; }
+    return PLI_OK;
+}
+
+pli_status pli_body_remove_joint(pli_body* body, pli_joint_id joint) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    joints_state* joints = plii_feature_state(body, &joints_class);
+    const int item = joints != NULL ? plii_id_pool_find(&joints->ids, joint.index1, joint.generation) : PLI_NULL_INDEX;
+    if (item == PLI_NULL_INDEX) {
+        return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "joint %d of generation %u is gone", (int)joint.index1,
+                         (unsigned)joint.generation);
+    }
+    joints_remove_if(body, joints, joint_is, &joints->items[item].slot);
+    return PLI_OK;
+}
+
+int pli_body_joint_count(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const joints_state* joints = plii_feature_state(body, &joints_class);
+    return joints != NULL ? joints->count : 0;
+}

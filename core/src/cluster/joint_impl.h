@@ -1,0 +1,49 @@
+#ifndef PLII_JOINT_IMPL_H
+#define PLII_JOINT_IMPL_H
+
+/* Joints of a body: one list for all kinds, each kind a file with a class. */
+
+#include "cluster/joint_side.h"
+#include "pliant/joint.h"
+
+typedef struct plii_joint plii_joint;
+
+typedef struct plii_joint_class {
+    const char* name;
+    /* Once per step, with both sides known; `iterations` solves follow. */
+    void (*prepare)(plii_joint* joint, const plii_step* step, int iterations);
+    void (*solve)(plii_joint* joint);
+    void (*finish)(plii_joint* joint);
+} plii_joint_class;
+
+struct plii_joint {
+    const plii_joint_class* klass;
+    int slot; /* of its id */
+    int cluster;
+    pli_joint_end other;
+    pli_joint_softness softness;
+    pli_vec3 local[2]; /* pivot or axis in the frame of each end */
+    pli_joint_controller controller;
+    /* Of the step in progress. */
+    bool is_idle; /* the other end is a rigid body that is not present */
+    plii_joint_side sides[2];
+    pli_vec3 world[2]; /* arm to the pivot, or axis */
+    pli_vec3 drift, split_drift;
+    /* The other end is a rigid body, which cannot be displaced. Bullet gives it a velocity after the last iteration,
+       and momentum from nothing; here the share that is its own is solved for with the velocities. */
+    bool keeps_momentum;
+    pli_mat3 impulse_matrix;
+};
+
+/* Checks that all kinds share, then adds. `joint->cluster`, `other`, `softness` and `klass` are set; `local` is filled
+   here from `world_value`, a point or an axis. `id` may be NULL. */
+pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
+                          const char* function);
+
+/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `responses`: how much each
+   side gives way along it. */
+void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]);
+/* Applies the displacement at the arms, or as turns. */
+void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular);
+
+#endif

@@ -1,0 +1,62 @@
+/* The joint that holds two points together. Bullet: LJoint, in its order of operations. */
+
+#include "cluster/joint_impl.h"
+
+/* Errors are corrected as if they were not longer than this, m. */
+#define LINEAR_JOINT_MAX_ERROR 4.0f
+
+static pli_vec3 linear_joint_clamp(pli_vec3 v) {
+    const float length_squared = pli_vec3_length_squared(v);
+    if (!(length_squared > LINEAR_JOINT_MAX_ERROR * LINEAR_JOINT_MAX_ERROR)) { return v; }
+    return plii_vec3_divide(pli_vec3_scale(v, LINEAR_JOINT_MAX_ERROR), sqrtf(length_squared));
+}
+
+static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
+    pli_vec3 points[2];
+    for (int i = 0; i < 2; ++i) {
+        const plii_joint_side* side = &joint->sides[i];
+        points[i] = pli_transform_point(side->frame, pli_vec3_sub(joint->local[i], side->rest_centre));
+    }
+    const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(points[0], points[1]));
+    joint->drift = plii_vec3_divide(pli_vec3_scale(error, joint->softness.error_reduction), step->dt);
+    joint->world[0] = pli_vec3_sub(points[0], joint->sides[0].frame.origin);
+    joint->world[1] = pli_vec3_sub(points[1], joint->sides[1].frame.origin);
+    joint->impulse_matrix =
+        plii_joint_impulse_matrix(&joint->sides[0], joint->world[0], &joint->sides[1], joint->world[1]);
+    float responses[2];
+    for (int i = 0; i < 2; ++i) {
+        responses[i] = plii_joint_side_response(&joint->sides[i], joint->world[i], error);
+    }
+    plii_joint_split_drift(joint, iterations, responses);
+}
+
+static void linear_joint_solve(plii_joint* joint) {
+    const pli_vec3 velocity = pli_vec3_sub(plii_joint_velocity_at(&joint->sides[0].target, joint->world[0]),
+                                           plii_joint_velocity_at(&joint->sides[1].target, joint->world[1]));
+    const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(velocity, joint->softness.velocity_factor));
+    const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
+    plii_joint_apply_impulse(&joint->sides[0].target, pli_vec3_neg(impulse), joint->world[0]);
+    plii_joint_apply_impulse(&joint->sides[1].target, impulse, joint->world[1]);
+}
+
+static void linear_joint_finish(plii_joint* joint) {
+    plii_joint_apply_split_drift(joint, false);
+}
+
+static const plii_joint_class linear_joint_class = {"linear", linear_joint_prepare, linear_joint_solve,
+                                                    linear_joint_finish};
+
+pli_linear_joint_def pli_linear_joint_def_default(void) {
+    return (pli_linear_joint_def){.softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_linear_joint_def_default()");
+    }
+    plii_joint made = {
+        .klass = &linear_joint_class, .cluster = def->cluster, .other = def->other, .softness = def->softness};
+    return plii_joint_add(body, &made, def->position, false, joint, __func__);
+}

@@ -1,0 +1,342 @@
+/* Anchors between a node and a point of a rigid body. Solved one after the other in the order of creation, before
+   contacts and links. Bullet: appendAnchor, the anchor part of solveConstraints, PSolve_Anchors. */
+
+#include "body/pipeline.h"
+#include "body/rigid_lanes.h"
+
+#include "base/handle.h"
+#include "base/id_pool.h"
+#include "body/body_impl.h"
+#include "body/hold.h"
+#include "body/world_impl.h"
+#include "contact/anchor_impl.h"
+#include "math/range.h"
+
+#include <string.h>
+
+typedef struct anchor_item {
+    int node, slot;
+    pli_rigid* rigid;
+    pli_vec3 pivot; /* in the frame of the rigid body */
+    float influence;
+    /* For one step: */
+    bool is_idle;         /* the rigid body is not present */
+    pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: displacement of the node per impulse */
+    pli_vec4 goal;        /* of the node */
+    pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
+    pli_vec4 matrix[3];   /* columns of the impulse matrix */
+} anchor_item;
+
+/* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
+typedef struct anchor_state {
+    float hardness;
+    anchor_item* items; /* in the order of creation */
+    int item_count, item_capacity;
+    plii_id_pool ids;
+} anchor_state;
+
+PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const anchor_item* anchor, plii_float4 offset, float dt) {
+    return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
+}
+
+static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
+    anchor_state* anchors = state;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        anchor_item* anchor = &anchors->items[i];
+        pli_rigid* rigid = anchor->rigid;
+        anchor->is_idle = rigid->is_absent;
+        if (anchor->is_idle) { continue; }
+        const pli_rigid_state* rigid_state = &rigid->state;
+        const float inverse_mass = body->positions[anchor->node].w;
+        const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
+        const plii_float4 offset = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&anchor->pivot));
+        plii_float4_to(&anchor->offset, offset);
+        anchor->offset.w = step->dt * inverse_mass;
+        plii_float4_to(&anchor->goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
+        plii_float4_to(&anchor->goal_motion, anchor_goal_motion(anchor, offset, step->dt));
+        const plii_lanes_mat3 matrix = plii_lanes_impulse_matrix(step->dt, inverse_mass, rigid_state->inverse_mass,
+                                                                 &rigid_state->inverse_inertia_world, offset);
+        plii_float4_to(&anchor->matrix[0], matrix.columns[0]);
+        plii_float4_to(&anchor->matrix[1], matrix.columns[1]);
+        plii_float4_to(&anchor->matrix[2], matrix.columns[2]);
+        plii_rigid_touch(rigid);
+    }
+}
+
+static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
+    const anchor_state* anchors = state;
+    const plii_float4 hardness = plii_float4_all(anchors->hardness);
+    if (body->solver_class->holds_nodes) { return; }
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const anchor_item* anchor = &anchors->items[i];
+        if (anchor->is_idle) { continue; }
+        const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
+        const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
+        const plii_float4 offset = plii_float4_from(&anchor->offset);
+        const plii_float4 goal_motion =
+            is_fixed ? plii_float4_from(&anchor->goal_motion) : anchor_goal_motion(anchor, offset, step->dt);
+        const plii_float4 node_motion = plii_float4_sub(node, plii_float4_from(&body->previous[anchor->node]));
+        const plii_float4 way = plii_float4_sub(plii_float4_from(&anchor->goal), node);
+        const plii_float4 error =
+            plii_float4_add(plii_float4_sub(goal_motion, node_motion), plii_float4_mul(way, hardness));
+        const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->matrix[0]), plii_float4_from(&anchor->matrix[1]),
+                                         plii_float4_from(&anchor->matrix[2])}};
+        const plii_float4 impulse =
+            plii_float4_mul(plii_lanes_mat3_mul(&matrix, error), plii_float4_all(anchor->influence));
+        /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
+           numbers and must not take the rigid body along. */
+        if (!plii_lanes_xyz_finite(impulse)) { continue; }
+        const plii_float4 pushed = plii_lanes_xyz(plii_float4_mul(impulse, plii_lanes_all_w(offset)));
+        plii_float4_to(&body->positions[anchor->node], plii_float4_add(node, pushed));
+        if (!is_fixed) { plii_lanes_rigid_apply_impulse(anchor->rigid, plii_float4_negate(impulse), offset); }
+    }
+}
+
+static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_hold* holds) {
+    const anchor_state* anchors = state;
+    (void)body;
+    int count = 0;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const anchor_item* anchor = &anchors->items[i];
+        if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
+        plii_hold* hold = &holds[count - 1];
+        *hold = (plii_hold){.node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
+        hold->hardness = anchors->hardness;
+        hold->influence = plii_min(anchor->influence, 1.0f);
+    }
+    return count;
+}
+
+static void anchor_release_marks(pli_body* body) {
+    plii_release(body->context, body->anchored, (size_t)body->node_count * sizeof *body->anchored);
+    body->anchored = NULL;
+}
+
+/* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
+static void anchor_retire(anchor_state* anchors, anchor_item* anchor) {
+    plii_id_pool_give_back(&anchors->ids, anchor->slot);
+    anchor->slot = PLI_NULL_INDEX;
+}
+
+/* Closes the gaps; the others keep their order. */
+static void anchor_compact(pli_body* body, anchor_state* anchors) {
+    int kept = 0;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const anchor_item anchor = anchors->items[i];
+        body->anchored[anchor.node] = 0;
+        if (anchor.slot == PLI_NULL_INDEX) { continue; }
+        anchors->items[kept] = anchor;
+        anchors->ids.slots[anchor.slot].item = kept++;
+    }
+    anchors->item_count = kept;
+    /* A node may have several anchors. */
+    for (int i = 0; i < kept; ++i) {
+        body->anchored[anchors->items[i].node] = 1;
+    }
+    if (kept == 0) { anchor_release_marks(body); }
+}
+
+static void anchor_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+    anchor_state* anchors = state;
+    bool found = false;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        if (anchors->items[i].rigid == rigid) {
+            anchor_retire(anchors, &anchors->items[i]);
+            found = true;
+        }
+    }
+    if (!found) { return; }
+    anchor_compact(body, anchors);
+    plii_world_add_anchors_lost(body);
+}
+
+static const plii_feature_class anchor_class;
+
+static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
+    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    for (int i = 0; i < anchors->item_count; ++i) {
+        if (anchors->items[i].node == node && anchors->items[i].rigid == rigid) { return true; }
+    }
+    return false;
+}
+
+static pli_status anchor_enable(pli_body* body, void* state) {
+    anchor_state* anchors = state;
+    body->is_anchored_to = anchor_is_anchored_to;
+    anchors->hardness = 0.7f;
+    return PLI_OK;
+}
+
+static void anchor_disable(pli_body* body, void* state) {
+    anchor_state* anchors = state;
+    plii_release(body->context, anchors->items, (size_t)anchors->item_capacity * sizeof *anchors->items);
+    plii_id_pool_release(body->context, &anchors->ids);
+    anchor_release_marks(body);
+}
+
+static size_t anchor_bytes(const pli_body* body, const void* state) {
+    const anchor_state* anchors = state;
+    const size_t marks = body->anchored != NULL ? (size_t)body->node_count * sizeof *body->anchored : 0;
+    return marks + (size_t)anchors->item_capacity * sizeof *anchors->items + plii_id_pool_bytes(&anchors->ids);
+}
+
+static int anchor_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                  size_t* sizes) {
+    (void)state;
+    sizes[0] = body->anchored != NULL ? (size_t)change->node_count * sizeof *body->anchored : 0;
+    return 1;
+}
+
+/* Anchors stay with their node; a copy of the node is free. */
+static void anchor_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    if (body->anchored == NULL) { return; }
+    const size_t old_size = (size_t)change->old_node_count * sizeof *body->anchored;
+    memcpy(blocks[0], body->anchored, old_size);
+    plii_release(body->context, body->anchored, old_size);
+    body->anchored = blocks[0];
+}
+
+static bool anchor_is_idle(const pli_body* body, const void* state) {
+    (void)body;
+    return ((const anchor_state*)state)->item_count == 0;
+}
+
+static const plii_feature_class anchor_class = {
+    .name = "anchors",
+    .state_size = sizeof(anchor_state),
+    .stages = {[PLII_STAGE_PREPARE] = {anchor_prepare, PLII_ORDER_ANCHORS},
+               [PLII_STAGE_POSITION] = {anchor_solve, PLII_ORDER_ANCHORS}},
+    .enable = anchor_enable,
+    .disable = anchor_disable,
+    .list_holds = anchor_list_holds,
+    .forget_rigid = anchor_forget_rigid,
+    .is_idle = anchor_is_idle,
+    .bytes = anchor_bytes,
+    .topology_blocks = anchor_topology_blocks,
+    .topology_commit = anchor_topology_commit,
+};
+
+pli_anchor_def pli_anchor_def_default(void) {
+    pli_anchor_def def = {0};
+    def.influence = 1.0f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const char* function) {
+    pli_context* context = body->context;
+    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_anchor_def_default");
+    }
+    PLII_TRY(plii_check_node(body, def->node, function));
+    PLII_TRY(plii_check_handle(def->rigid, PLII_HANDLE_RIGID, context, "def->rigid", function));
+    if (def->rigid->world != body->world) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->rigid is in another world than the body");
+    }
+    if (def->local_pivot != NULL && !plii_vec3_is_finite(*def->local_pivot)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "local_pivot is (%g, %g, %g)",
+                         (double)def->local_pivot->x, (double)def->local_pivot->y, (double)def->local_pivot->z);
+    }
+    if (!plii_is_finite(def->influence)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "influence is %g", (double)def->influence);
+    }
+    if (def->influence < 0.0f) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "influence is %g, at least 0 is allowed",
+                         (double)def->influence);
+    }
+    if (def->local_pivot != NULL) {
+        PLII_TRY(plii_check_vec3_within(context, *def->local_pivot, PLI_MAX_COORDINATE, "local_pivot", function));
+    }
+    return plii_check_within(context, def->influence, PLI_MAX_FACTOR, "influence", function);
+}
+
+/* Rounded as btTransform::inverse() times the point. */
+static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
+    const pli_transform pose = rigid->state.pose;
+    return pli_vec3_add(pli_mat3_transpose_mul_vec3(pose.rotation, point),
+                        pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
+}
+
+pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(anchor_check(body, def, __func__));
+    const bool was_enabled = plii_feature_state(body, &anchor_class) != NULL;
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
+    anchor_state* anchors = state;
+
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
+        !plii_id_pool_reserve(body->context, &anchors->ids)) {
+        goto fail;
+    }
+    if (body->anchored == NULL) {
+        body->anchored = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->anchored);
+        if (body->anchored == NULL) { goto fail; }
+    }
+    if (def->disable_collision) {
+        status = pli_body_ignore_rigid(body, def->rigid, true);
+        if (status != PLI_OK) { goto fail; }
+    }
+
+    anchor_item* anchor = &anchors->items[anchors->item_count];
+    memset(anchor, 0, sizeof *anchor);
+    anchor->node = def->node;
+    anchor->slot = plii_id_pool_take(&anchors->ids, anchors->item_count);
+    anchor->rigid = def->rigid;
+    anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
+                                             : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
+    anchor->influence = def->influence;
+    anchors->item_count += 1;
+    body->anchored[def->node] = 1;
+    if (id != NULL) {
+        id->index1 = anchor->slot + 1;
+        id->generation = anchors->ids.slots[anchor->slot].generation;
+    }
+    return PLI_OK;
+
+fail:
+    if (anchors->item_count == 0) { anchor_release_marks(body); }
+    if (!was_enabled) { plii_feature_disable(body, &anchor_class); }
+    return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
+}
+
+pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    const int item = anchors != NULL ? plii_id_pool_find(&anchors->ids, id.index1, id.generation) : PLI_NULL_INDEX;
+    if (item == PLI_NULL_INDEX) {
+        return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
+                         (unsigned)id.generation);
+    }
+    anchor_retire(anchors, &anchors->items[item]);
+    anchor_compact(body, anchors);
+    return PLI_OK;
+}
+
+int pli_body_anchor_count(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    return anchors != NULL ? anchors->item_count : 0;
+}
+
+plii_anchor_place plii_anchor_get_place(const pli_body* body, int index) {
+    const anchor_item* anchor = &((const anchor_state*)plii_feature_state(body, &anchor_class))->items[index];
+    return (plii_anchor_place){anchor->node, anchor->rigid, anchor->pivot};
+}
+
+pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (!plii_is_finite(hardness)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "hardness is %g", (double)hardness);
+    }
+    if (hardness < 0.0f || hardness > 1.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "hardness is %g, 0 to 1 is allowed", (double)hardness);
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
+    ((anchor_state*)state)->hardness = hardness;
+    return PLI_OK;
+}

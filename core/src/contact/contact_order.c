@@ -1,0 +1,52 @@
+/* Permutes contacts through a copy. */
+
+#include "contact/contact_order.h"
+
+#include "body/world_impl.h"
+
+#include <string.h>
+
+static pli_status contact_order_check(pli_context* context, const int* order, int count, uint8_t* marks,
+                                      const char* function) {
+    for (int i = 0; i < count; ++i) {
+        if (order[i] < 0 || order[i] >= count) {
+            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                             "order[%d] is %d, out of range, there are %d contacts", i, order[i], count);
+        }
+        if (marks[order[i]] != 0) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "order[%d] names %d for the second time", i,
+                             order[i]);
+        }
+        marks[order[i]] = 1;
+    }
+    return PLI_OK;
+}
+
+pli_status plii_reorder_contacts(pli_body* body, void* contacts, size_t contact_size, int contact_count,
+                                 const int* order, int count, const char* function) {
+    pli_context* context = body->context;
+    if (!body->world->is_stepping) {
+        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "only allowed between collide and solve");
+    }
+    if (count != contact_count) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "count is %d, there are %d contacts", count,
+                         contact_count);
+    }
+    if (count == 0) { return PLI_OK; }
+    if (order == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "order is null"); }
+    const size_t marks_size = (size_t)count, copy_size = (size_t)count * contact_size;
+    uint8_t* marks = plii_allocate(context, marks_size);
+    char* copy = plii_duplicate(context, contacts, copy_size);
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (marks == NULL || copy == NULL) {
+        plii_fail(context, status, function, "no memory to reorder %d contacts", count);
+    } else {
+        status = contact_order_check(context, order, count, marks, function);
+    }
+    for (int i = 0; status == PLI_OK && i < count; ++i) {
+        memcpy((char*)contacts + (size_t)i * contact_size, copy + (size_t)order[i] * contact_size, contact_size);
+    }
+    plii_release(context, marks, marks_size);
+    plii_release(context, copy, copy_size);
+    return status;
+}

@@ -1,0 +1,81 @@
+/* Boxes of nodes that are kept from step to step. Bullet: m_ndbvt of a btSoftBody without VF_SS. */
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "geometry/fat_box.h"
+#include "math/bounds.h"
+#include "pliant/bullet_reference.h"
+#include "pliant/contact.h"
+
+#include <string.h>
+
+static void node_boxes_start(const pli_body* body, pli_bounds* boxes, int first) {
+    for (int i = first; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->positions[i]);
+        boxes[i] = plii_bounds_grow((pli_bounds){x, x}, body->collision_margin);
+    }
+}
+
+static void node_boxes_update(pli_body* body, void* state, const plii_step* step) {
+    (void)state;
+    const float margin = body->collision_margin, ahead = step->dt * 3.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->positions[i]);
+        plii_fat_box_update(&body->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
+                            pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), margin * 0.25f);
+    }
+}
+
+static size_t node_boxes_bytes(const pli_body* body, const void* state) {
+    (void)state;
+    return (size_t)body->node_count * sizeof *body->node_boxes;
+}
+
+static void node_boxes_disable(pli_body* body, void* state) {
+    plii_release(body->context, body->node_boxes, node_boxes_bytes(body, state));
+    body->node_boxes = NULL;
+}
+
+static pli_status node_boxes_enable(pli_body* body, void* state) {
+    body->node_boxes = plii_allocate(body->context, node_boxes_bytes(body, state));
+    if (body->node_boxes == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    node_boxes_start(body, body->node_boxes, 0);
+    return PLI_OK;
+}
+
+static int node_boxes_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                      size_t* sizes) {
+    (void)state;
+    sizes[0] = (size_t)change->node_count * sizeof *body->node_boxes;
+    return 1;
+}
+
+static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    (void)state;
+    const size_t old_bytes = (size_t)change->old_node_count * sizeof *body->node_boxes;
+    memcpy(blocks[0], body->node_boxes, old_bytes);
+    plii_release(body->context, body->node_boxes, old_bytes);
+    body->node_boxes = blocks[0];
+    node_boxes_start(body, body->node_boxes, change->old_node_count);
+}
+
+static const plii_feature_class node_boxes_class = {
+    .name = "node boxes",
+    .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, PLII_ORDER_BOXES}},
+    .enable = node_boxes_enable,
+    .disable = node_boxes_disable,
+    .bytes = node_boxes_bytes,
+    .topology_blocks = node_boxes_topology_blocks,
+    .topology_commit = node_boxes_topology_commit,
+};
+
+pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    return plii_feature_enable(body, &node_boxes_class, NULL);
+}
+
+pli_status pli_body_disable_bullet_node_boxes(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &node_boxes_class);
+    return PLI_OK;
+}

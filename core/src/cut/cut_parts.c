@@ -1,0 +1,60 @@
+/* Counting the parts of a body: disjoint sets of nodes that links, faces and tetrahedra join. */
+
+#include "pliant/cut.h"
+
+#include "body/body_impl.h"
+
+static int parts_find(int* parents, int node) {
+    while (parents[node] != node) {
+        parents[node] = parents[parents[node]];
+        node = parents[node];
+    }
+    return node;
+}
+
+static void parts_join(int* parents, const int* nodes, int count) {
+    for (int k = 1; k < count; ++k) {
+        const int a = parts_find(parents, nodes[0]), b = parts_find(parents, nodes[k]);
+        /* The smaller index stays, so the order of joining does not matter. */
+        parents[a > b ? a : b] = a > b ? b : a;
+    }
+}
+
+pli_status pli_body_count_parts(const pli_body* body, int* count) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
+    const plii_topology* topology = body->topology;
+    const size_t size = (size_t)body->node_count * sizeof(int);
+    int* parents = plii_allocate(body->context, size);
+    if (parents == NULL) {
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes",
+                         body->node_count);
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        parents[i] = i;
+    }
+    for (int i = 0; i < body->link_count; ++i) {
+        parts_join(parents, body->links[i].nodes, 2);
+    }
+    for (int i = 0; i < topology->face_count; ++i) {
+        parts_join(parents, topology->faces[i], 3);
+    }
+    for (int i = 0; i < topology->tetra_count; ++i) {
+        parts_join(parents, topology->tetras[i], 4);
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        parents[i] = parts_find(parents, i);
+    }
+    /* The second node of a part counts it; a loose node is alone. */
+    int parts = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        const int root = parents[i];
+        if (root != i && root != PLI_NULL_INDEX && parents[root] == root) {
+            ++parts;
+            parents[root] = PLI_NULL_INDEX;
+        }
+    }
+    plii_release(body->context, parents, size);
+    *count = parts;
+    return PLI_OK;
+}

@@ -1,0 +1,263 @@
+/* Opening a surface along edges. Linear in the size of the body. */
+
+#include "cut/cut_separate.h"
+
+/* A corner of a face at the end of a cut edge. */
+typedef struct separate_corner {
+    int face, corner;
+    int group;   /* root of its group, an index of a corner */
+    int node;    /* of roots: what the group gets */
+    double side; /* of roots: sum of the heights around */
+} separate_corner;
+
+/* What the faces along an edge make of it; one list per edge. */
+typedef struct separate_pair {
+    int a, b; /* in the order of the edge */
+    int next;
+} separate_pair;
+
+typedef struct separate_work {
+    plii_edit* edit;
+    const plii_edge_map* cuts;
+    const double* heights;
+    int height_count, node_count; /* before nodes were copied */
+    int* begin;                   /* [node_count + 1] corners of each node, none for those not at a cut */
+    separate_corner* corners;
+    int corner_count;
+    int* last_corner; /* [node_count] scratch, PLI_NULL_INDEX */
+    int (*sides)[2];  /* [node_count] the node of the group below and above, of parted nodes */
+    plii_edge_map edges;
+    separate_pair* pairs;
+    int pair_count, pair_capacity;
+} separate_work;
+
+static double separate_height(const separate_work* work, int node) {
+    return node < work->height_count ? work->heights[node] : 0.0;
+}
+
+/* The node that a copy was made of; edits copy only nodes that were there before. */
+static int separate_original(const separate_work* work, int node) {
+    return node < work->node_count ? node : work->edit->nodes[node].origin.a;
+}
+
+static bool separate_create(separate_work* work) {
+    pli_context* context = work->edit->context;
+    const size_t node_count = (size_t)work->node_count;
+    work->begin = plii_allocate(context, (node_count + 1) * sizeof *work->begin);
+    work->last_corner = plii_allocate(context, node_count * sizeof *work->last_corner);
+    work->sides = plii_allocate(context, node_count * sizeof *work->sides);
+    return work->begin != NULL && work->last_corner != NULL && work->sides != NULL;
+}
+
+static void separate_free(separate_work* work) {
+    pli_context* context = work->edit->context;
+    const size_t node_count = (size_t)work->node_count;
+    plii_release(context, work->begin, (node_count + 1) * sizeof *work->begin);
+    plii_release(context, work->last_corner, node_count * sizeof *work->last_corner);
+    plii_release(context, work->sides, node_count * sizeof *work->sides);
+    plii_release(context, work->corners, (size_t)work->corner_count * sizeof *work->corners);
+    plii_release(context, work->pairs, (size_t)work->pair_capacity * sizeof *work->pairs);
+    plii_edge_map_free(&work->edges);
+}
+
+/* Lists the corners at all ends of cut edges, per node in the order of faces. */
+static bool separate_gather(separate_work* work) {
+    const plii_edit* edit = work->edit;
+    int* is_end = work->last_corner;
+    for (int i = 0; i < work->cuts->count; ++i) {
+        is_end[work->cuts->edges[i].a] = is_end[work->cuts->edges[i].b] = 1;
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            const int node = edit->faces[i].nodes[k];
+            if (is_end[node] != 0) { ++work->begin[node]; }
+        }
+    }
+    int sum = 0;
+    for (int i = 0; i <= work->node_count; ++i) {
+        sum += i < work->node_count ? work->begin[i] : 0;
+        work->begin[i] = sum;
+    }
+    work->corner_count = sum;
+    work->corners = plii_allocate(edit->context, (size_t)sum * sizeof *work->corners);
+    if (work->corners == NULL && sum > 0) { return false; }
+    for (int i = edit->face_count - 1; i >= 0; --i) {
+        for (int k = 0; k < 3; ++k) {
+            const int node = edit->faces[i].nodes[k];
+            if (is_end[node] == 0) { continue; }
+            const int place = --work->begin[node];
+            work->corners[place] = (separate_corner){.face = i, .corner = k, .group = place};
+        }
+    }
+    for (int i = 0; i < work->node_count; ++i) {
+        work->last_corner[i] = PLI_NULL_INDEX;
+    }
+    return true;
+}
+
+static int separate_root(const separate_work* work, int corner) {
+    separate_corner* corners = work->corners;
+    while (corners[corner].group != corner) {
+        corners[corner].group = corners[corners[corner].group].group;
+        corner = corners[corner].group;
+    }
+    return corner;
+}
+
+static void separate_join(const separate_work* work, int a, int b) {
+    const int root_a = separate_root(work, a), root_b = separate_root(work, b);
+    work->corners[root_a > root_b ? root_a : root_b].group = root_a > root_b ? root_b : root_a;
+}
+
+static const int* separate_nodes(const separate_work* work, int corner) {
+    return work->edit->faces[work->corners[corner].face].nodes;
+}
+
+/* Joins the corners at a node whose faces share an edge that is not cut. */
+static void separate_group(const separate_work* work, int node) {
+    for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
+        const int* nodes = separate_nodes(work, i);
+        for (int k = 1; k < 3; ++k) {
+            const int other = nodes[(work->corners[i].corner + k) % 3];
+            if (plii_edge_map_find(work->cuts, node, other) != PLI_NULL_INDEX) { continue; }
+            if (work->last_corner[other] != PLI_NULL_INDEX) { separate_join(work, i, work->last_corner[other]); }
+            work->last_corner[other] = i;
+        }
+    }
+    for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
+        const int* nodes = separate_nodes(work, i);
+        const int root = separate_root(work, i);
+        for (int k = 1; k < 3; ++k) {
+            const int other = nodes[(work->corners[i].corner + k) % 3];
+            work->last_corner[other] = PLI_NULL_INDEX;
+            work->corners[root].side += separate_height(work, other);
+        }
+    }
+}
+
+/* A node for each group. The first group is that of the first face and keeps the node. */
+static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
+    bool has_side[2] = {false, false};
+    work->sides[node][0] = work->sides[node][1] = node;
+    for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
+        separate_corner* corner = &work->corners[i];
+        if (corner->group != i) { continue; }
+        corner->node = node;
+        if (i != work->begin[node]) {
+            corner->node = plii_edit_copy_node(work->edit, node);
+            if (corner->node == PLI_NULL_INDEX) { return false; }
+            is_parted[node] = 1;
+        }
+        const int side = corner->side > 0.0 ? 1 : 0;
+        if (corner->side != 0.0 && !has_side[side]) {
+            has_side[side] = true;
+            work->sides[node][side] = corner->node;
+        }
+    }
+    return true;
+}
+
+static bool separate_note_pair(separate_work* work, int a, int b) {
+    const int original_a = separate_original(work, a), original_b = separate_original(work, b);
+    const int place = plii_edge_map_add(&work->edges, original_a, original_b);
+    if (place == PLI_NULL_INDEX ||
+        !PLII_RESERVE(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count + 1)) {
+        return false;
+    }
+    plii_edge* edge = &work->edges.edges[place];
+    const separate_pair pair = {original_a == edge->a ? a : b, original_a == edge->a ? b : a, PLI_NULL_INDEX};
+    int* link = &edge->first;
+    for (; *link != PLI_NULL_INDEX; link = &work->pairs[*link].next) {
+        if (work->pairs[*link].a == pair.a && work->pairs[*link].b == pair.b) { return true; }
+    }
+    work->pairs[work->pair_count] = pair;
+    *link = work->pair_count++;
+    return true;
+}
+
+/* Gives the faces their nodes and notes what becomes of edges with a parted end. */
+static bool separate_rewrite_faces(separate_work* work, const uint8_t* is_parted) {
+    plii_edit* edit = work->edit;
+    for (int i = 0; i < work->corner_count; ++i) {
+        const separate_corner* corner = &work->corners[i];
+        edit->faces[corner->face].nodes[corner->corner] = work->corners[separate_root(work, i)].node;
+    }
+    for (int i = 0; i < work->corner_count; ++i) {
+        const int* nodes = separate_nodes(work, i);
+        const int node = nodes[work->corners[i].corner];
+        if (is_parted[separate_original(work, node)] == 0) { continue; }
+        for (int k = 1; k < 3; ++k) {
+            if (!separate_note_pair(work, node, nodes[(work->corners[i].corner + k) % 3])) { return false; }
+        }
+    }
+    return true;
+}
+
+static int separate_end_by_side(const separate_work* work, int node, int other, const uint8_t* is_parted) {
+    const double height = separate_height(work, other);
+    return is_parted[node] != 0 && height != 0.0 ? work->sides[node][height > 0.0 ? 1 : 0] : node;
+}
+
+/* Bending links of parted nodes go: the side that they belong to is not known. */
+static void separate_remove_bending_links(plii_edit* edit, const uint8_t* is_parted) {
+    for (int i = 0; i < edit->link_count;) {
+        const plii_edit_link* link = &edit->links[i];
+        const bool is_at_cut = is_parted[link->nodes[0]] != 0 || is_parted[link->nodes[1]] != 0;
+        if (plii_edit_link_is_bending(link) && is_at_cut) {
+            plii_edit_remove_link(edit, i);
+        } else {
+            ++i;
+        }
+    }
+}
+
+static bool separate_rewrite_links(separate_work* work, const uint8_t* is_parted, int* doubled) {
+    plii_edit* edit = work->edit;
+    separate_remove_bending_links(edit, is_parted);
+    const int count = edit->link_count;
+    for (int i = 0; i < count; ++i) {
+        const plii_edit_link link = edit->links[i];
+        const int a = link.nodes[0], b = link.nodes[1];
+        if (is_parted[a] == 0 && is_parted[b] == 0) { continue; }
+        const int place = plii_edge_map_find(&work->edges, a, b);
+        if (place == PLI_NULL_INDEX) {
+            edit->links[i].nodes[0] = separate_end_by_side(work, a, b, is_parted);
+            edit->links[i].nodes[1] = separate_end_by_side(work, b, a, is_parted);
+            continue;
+        }
+        const plii_edge* edge = &work->edges.edges[place];
+        int made = 0;
+        for (int k = edge->first; k != PLI_NULL_INDEX; k = work->pairs[k].next, ++made) {
+            plii_edit_link part = link;
+            part.nodes[0] = a == edge->a ? work->pairs[k].a : work->pairs[k].b;
+            part.nodes[1] = a == edge->a ? work->pairs[k].b : work->pairs[k].a;
+            if (made == 0) {
+                edit->links[i] = part;
+            } else if (plii_edit_add_link(edit, part) == PLI_NULL_INDEX) {
+                return false;
+            }
+        }
+        if (made > 1 && a < work->height_count && b < work->height_count) { *doubled += 1; }
+    }
+    return true;
+}
+
+bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
+                       uint8_t* is_parted, int* doubled) {
+    if (cuts->count == 0) { return true; }
+    separate_work work = {.edit = edit,
+                          .cuts = cuts,
+                          .heights = heights,
+                          .height_count = height_count,
+                          .node_count = edit->node_count,
+                          .edges = {.context = edit->context}};
+    bool ok = separate_create(&work) && separate_gather(&work);
+    for (int i = 0; ok && i < work.node_count; ++i) {
+        if (work.begin[i] == work.begin[i + 1]) { continue; }
+        separate_group(&work, i);
+        ok = separate_copy(&work, i, is_parted);
+    }
+    ok = ok && separate_rewrite_faces(&work, is_parted) && separate_rewrite_links(&work, is_parted, doubled);
+    separate_free(&work);
+    return ok;
+}

@@ -1,0 +1,430 @@
+/* Refining a body along an implicit surface, and cutting it there. Nodes, links, faces, masses and velocities come in
+   the order and with the bits of btSoftBody::refine, in linear time.
+
+   With `reset_rest_lengths` all of Bullet's rules are kept. Without, those that harm are mended: the root search does
+   not give up; a node on the surface is doubled only where parts of the body on both sides need it, and so is a link,
+   which leaves no loose links and nodes behind; links keep their rest shape. Cuts through the inside of faces that
+   leave nothing behind in Bullet give the same nodes, links and faces either way. */
+
+#include "pliant/cut.h"
+
+#include "cut/topology_edit.h"
+#include "math/range.h"
+
+typedef struct refine_work {
+    plii_edit edit;
+    pli_refine_def def;
+    const char* function;
+    float* values; /* [old nodes] of the surface */
+    size_t value_size;
+    plii_edge_map edges; /* crossed by the surface */
+    pli_status status;   /* of the callback */
+} refine_work;
+
+/* How near to the end of a link a jump of the surface may part it. */
+#define REFINE_MIN_SHARE 1e-4f
+
+/* What lies at a node that is on the surface. */
+enum { REFINE_INSIDE = 1, REFINE_OUTSIDE = 2 };
+
+pli_refine_def pli_refine_def_default(void) {
+    return (pli_refine_def){.accuracy = 1e-4f, .cut = true, .cookie = PLII_DEF_COOKIE};
+}
+
+// ------------------------------------------------------------------------------------------------ the surface
+
+/* The first value that is out of range is kept as the error. */
+static float refine_evaluate(refine_work* work, pli_vec3 point) {
+    const float value = work->def.surface(point, work->def.user);
+    if (!plii_is_within(value, PLI_MAX_SURFACE_VALUE) && work->status == PLI_OK) {
+        work->status = plii_fail(
+            work->edit.context, plii_is_finite(value) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE, work->function,
+            "the surface is %g at (%g, %g, %g)", (double)value, (double)point.x, (double)point.y, (double)point.z);
+    }
+    return value;
+}
+
+static bool refine_evaluate_nodes(refine_work* work) {
+    for (int i = 0; i < work->edit.old_node_count && work->status == PLI_OK; ++i) {
+        work->values[i] = refine_evaluate(work, plii_edit_position(&work->edit, i));
+    }
+    return work->status == PLI_OK;
+}
+
+static bool refine_is_crossed(const refine_work* work, int a, int b) {
+    const float low = plii_min(work->values[a], work->values[b]), high = plii_max(work->values[a], work->values[b]);
+    return !(low > -work->def.accuracy) && !(high < work->def.accuracy);
+}
+
+static float refine_lerp(float a, float b, float t) {
+    return a + (b - a) * t;
+}
+
+typedef struct refine_bracket {
+    float span[2];   /* shares of the edge */
+    float values[2]; /* below and above 0 */
+} refine_bracket;
+
+static void refine_narrow(refine_bracket* bracket, float t, float value) {
+    const int end = value < 0.0f ? 0 : 1;
+    bracket->span[end] = t;
+    bracket->values[end] = value;
+}
+
+/* Halves the bracket until a value is good enough or floats end, as at a jump of the surface. */
+static float refine_bisect(refine_work* work, pli_vec3 a, pli_vec3 b, refine_bracket bracket) {
+    float t = bracket.span[1];
+    for (int i = 0; i < 64; ++i) {
+        const float middle = refine_lerp(bracket.span[0], bracket.span[1], 0.5f);
+        if (middle == bracket.span[0] || middle == bracket.span[1]) { break; }
+        t = middle;
+        const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
+        if (work->status != PLI_OK || fabsf(value) < work->def.accuracy) { break; }
+        refine_narrow(&bracket, t, value);
+    }
+    return plii_clamp(t, REFINE_MIN_SHARE, 1.0f - REFINE_MIN_SHARE);
+}
+
+/* Where the surface crosses an edge, as a share of it; -1 when that is not found. Regula falsi. */
+static float refine_solve(refine_work* work, int node_a, int node_b) {
+    const pli_vec3 a = plii_edit_position(&work->edit, node_a), b = plii_edit_position(&work->edit, node_b);
+    refine_bracket bracket = {{0.0f, 1.0f}, {work->values[node_a], work->values[node_b]}};
+    if (bracket.values[0] > bracket.values[1]) {
+        bracket = (refine_bracket){{1.0f, 0.0f}, {bracket.values[1], bracket.values[0]}};
+    }
+    for (int i = 0; i < 256; ++i) {
+        const float along = bracket.values[0] / (bracket.values[0] - bracket.values[1]);
+        const float t = refine_lerp(bracket.span[0], bracket.span[1], along);
+        const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
+        if (work->status != PLI_OK || !(t > 0.0f && t < 1.0f)) { break; }
+        if (fabsf(value) < work->def.accuracy) { return t; }
+        refine_narrow(&bracket, t, value);
+    }
+    if (work->def.reset_rest_lengths || work->status != PLI_OK) { return -1.0f; }
+    return refine_bisect(work, a, b, bracket);
+}
+
+// -------------------------------------------------------------------------------------------------- refining
+
+static void refine_remove_bending_links(refine_work* work) {
+    plii_edit* edit = &work->edit;
+    for (int i = 0; i < edit->link_count;) {
+        const plii_edit_link* link = &edit->links[i];
+        const bool has_same_sign = work->values[link->nodes[0]] * work->values[link->nodes[1]] > 0.0f;
+        if (plii_edit_link_is_bending(link) && !has_same_sign) {
+            plii_edit_remove_link(edit, i);
+        } else {
+            ++i;
+        }
+    }
+}
+
+static bool refine_add_edge(refine_work* work, int a, int b) {
+    return !refine_is_crossed(work, a, b) || plii_edge_map_add(&work->edges, a, b) != PLI_NULL_INDEX;
+}
+
+static bool refine_find_edges(refine_work* work) {
+    const plii_edit* edit = &work->edit;
+    bool ok = true;
+    for (int i = 0; ok && i < edit->link_count; ++i) {
+        ok = refine_add_edge(work, edit->links[i].nodes[0], edit->links[i].nodes[1]);
+    }
+    for (int i = 0; ok && i < edit->face_count; ++i) {
+        const int* nodes = edit->faces[i].nodes;
+        ok = refine_add_edge(work, nodes[0], nodes[1]) && refine_add_edge(work, nodes[1], nodes[2]) &&
+             refine_add_edge(work, nodes[2], nodes[0]);
+    }
+    return ok;
+}
+
+/* Tetrahedra are not parted, so a surface that crosses one is refused. */
+static pli_status refine_check_tetras(const refine_work* work) {
+    const plii_topology* topology = work->edit.old_topology;
+    for (int i = 0; i < topology->tetra_count; ++i) {
+        const int* nodes = topology->tetras[i];
+        for (int j = 0; j < 4; ++j) {
+            for (int k = j + 1; k < 4; ++k) {
+                if (!refine_is_crossed(work, nodes[j], nodes[k])) { continue; }
+                return plii_fail(work->edit.context, PLI_ERROR_INVALID_MESH, work->function,
+                                 "the surface crosses tetrahedron %d, tetrahedra cannot be cut", i);
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+/* New nodes on the edges, in the order of their ends. */
+static bool refine_add_nodes(refine_work* work) {
+    plii_edge_map* edges = &work->edges;
+    const size_t order_size = (size_t)edges->count * sizeof(int);
+    int* order = plii_allocate(work->edit.context, order_size);
+    if (order == NULL && order_size > 0) { return false; }
+    bool ok = plii_edge_map_order(edges, work->edit.node_count, order);
+    for (int i = 0; ok && i < edges->count; ++i) {
+        plii_edge* edge = &edges->edges[order[i]];
+        const float t = refine_solve(work, edge->a, edge->b);
+        if (work->status != PLI_OK) { break; }
+        if (!(t > 0.0f)) { continue; }
+        edge->share = t;
+        edge->node = plii_edit_add_node(&work->edit, edge->a, edge->b, t);
+        ok = edge->node != PLI_NULL_INDEX;
+    }
+    plii_release(work->edit.context, order, order_size);
+    return ok;
+}
+
+// --------------------------------------------------------------------------------------------- Bullet's cutting
+
+/* A node on the surface is new, or near enough to it. */
+static bool refine_is_on_surface(const refine_work* work, int node) {
+    return node >= work->edit.old_node_count || fabsf(work->values[node]) < work->def.accuracy;
+}
+
+static bool refine_is_inside_or_on(const refine_work* work, int node) {
+    return node >= work->edit.old_node_count || work->values[node] < work->def.accuracy;
+}
+
+static void refine_replace(int* nodes, int count, const int* copies) {
+    for (int k = 0; k < count; ++k) {
+        if (copies[nodes[k]] != 0) { nodes[k] = copies[nodes[k]]; }
+    }
+}
+
+/* All nodes on the surface get a copy, which the inside takes. Node 0 is no copy, so 0 stands for none. */
+static bool refine_copy_all(refine_work* work, int* copies, int node_count) {
+    for (int i = 0; i < node_count; ++i) {
+        if (!refine_is_on_surface(work, i)) { continue; }
+        const int copy = plii_edit_copy_node(&work->edit, i);
+        if (copy == PLI_NULL_INDEX) { return false; }
+        copies[i] = copy;
+    }
+    return true;
+}
+
+static bool refine_detach_as_reference(refine_work* work, const int* copies) {
+    plii_edit* edit = &work->edit;
+    const int link_count = edit->link_count;
+    for (int i = 0; i < link_count; ++i) {
+        const plii_edit_link link = edit->links[i];
+        int detached = 0; /* never link 0, as in Bullet */
+        if (copies[link.nodes[0]] != 0 && copies[link.nodes[1]] != 0) {
+            detached = plii_edit_add_link(edit, link);
+            if (detached == PLI_NULL_INDEX) { return false; }
+        } else if (refine_is_inside_or_on(work, link.nodes[0]) && refine_is_inside_or_on(work, link.nodes[1])) {
+            detached = i;
+        }
+        if (detached != 0) { refine_replace(edit->links[detached].nodes, 2, copies); }
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        int* nodes = edit->faces[i].nodes;
+        if (refine_is_inside_or_on(work, nodes[0]) && refine_is_inside_or_on(work, nodes[1]) &&
+            refine_is_inside_or_on(work, nodes[2])) {
+            refine_replace(nodes, 3, copies);
+        }
+    }
+    return true;
+}
+
+/* Links with an end that nothing else holds go. */
+static bool refine_remove_loose_links(plii_edit* edit) {
+    const size_t rank_size = (size_t)edit->node_count * sizeof(int);
+    int* ranks = plii_allocate(edit->context, rank_size);
+    if (ranks == NULL) { return false; }
+    for (int i = 0; i < edit->link_count; ++i) {
+        ++ranks[edit->links[i].nodes[0]];
+        ++ranks[edit->links[i].nodes[1]];
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            ++ranks[edit->faces[i].nodes[k]];
+        }
+    }
+    for (int i = 0; i < edit->link_count;) {
+        const int a = edit->links[i].nodes[0], b = edit->links[i].nodes[1];
+        if (ranks[a] == 1 || ranks[b] == 1) {
+            --ranks[a];
+            --ranks[b];
+            plii_edit_remove_link(edit, i);
+        } else {
+            ++i;
+        }
+    }
+    plii_release(edit->context, ranks, rank_size);
+    return true;
+}
+
+// ------------------------------------------------------------------------------------------------ mended cutting
+
+/* The side of an element by its first node that is not on the surface; inside when all are. */
+static unsigned refine_side(const refine_work* work, const int* nodes, int count) {
+    for (int k = 0; k < count; ++k) {
+        if (!refine_is_on_surface(work, nodes[k])) {
+            return work->values[nodes[k]] < 0.0f ? REFINE_INSIDE : REFINE_OUTSIDE;
+        }
+    }
+    return REFINE_INSIDE;
+}
+
+static bool refine_link_is_on_surface(const refine_work* work, const plii_edit_link* link) {
+    return refine_is_on_surface(work, link->nodes[0]) && refine_is_on_surface(work, link->nodes[1]);
+}
+
+/* Notes the sides of the faces along each edge that lies on the surface. */
+static bool refine_find_borders(const refine_work* work, plii_edge_map* borders) {
+    for (int i = 0; i < work->edit.face_count; ++i) {
+        const int* nodes = work->edit.faces[i].nodes;
+        const unsigned side = refine_side(work, nodes, 3);
+        for (int j = 2, k = 0; k < 3; j = k++) {
+            if (!refine_is_on_surface(work, nodes[j]) || !refine_is_on_surface(work, nodes[k])) { continue; }
+            const int place = plii_edge_map_add(borders, nodes[j], nodes[k]);
+            if (place == PLI_NULL_INDEX) { return false; }
+            borders->edges[place].flags |= side;
+        }
+    }
+    return true;
+}
+
+/* A link on the surface belongs to the sides of its faces, and to the outside when it has none. */
+static unsigned refine_link_side(const refine_work* work, const plii_edge_map* borders, const plii_edit_link* link) {
+    if (!refine_link_is_on_surface(work, link)) { return refine_side(work, link->nodes, 2); }
+    const int place = plii_edge_map_find(borders, link->nodes[0], link->nodes[1]);
+    return place != PLI_NULL_INDEX ? borders->edges[place].flags : REFINE_OUTSIDE;
+}
+
+static void refine_mark_sides(const int* nodes, int count, unsigned side, uint8_t* sides) {
+    for (int k = 0; k < count; ++k) {
+        sides[nodes[k]] = (uint8_t)(sides[nodes[k]] | side);
+    }
+}
+
+static void refine_find_sides(const refine_work* work, const plii_edge_map* borders, uint8_t* sides) {
+    const plii_edit* edit = &work->edit;
+    for (int i = 0; i < edit->link_count; ++i) {
+        const plii_edit_link* link = &edit->links[i];
+        refine_mark_sides(link->nodes, 2, refine_link_side(work, borders, link), sides);
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        const int* nodes = edit->faces[i].nodes;
+        refine_mark_sides(nodes, 3, refine_side(work, nodes, 3), sides);
+    }
+}
+
+/* Nodes on the surface with something on both sides get a copy. */
+static bool refine_copy_where_needed(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
+    for (int i = 0; i < node_count; ++i) {
+        if (sides[i] != (REFINE_INSIDE | REFINE_OUTSIDE) || !refine_is_on_surface(work, i)) { continue; }
+        const int copy = plii_edit_copy_node(&work->edit, i);
+        if (copy == PLI_NULL_INDEX) { return false; }
+        copies[i] = copy;
+    }
+    return true;
+}
+
+static bool refine_detach(refine_work* work, const plii_edge_map* borders, const int* copies) {
+    plii_edit* edit = &work->edit;
+    const int link_count = edit->link_count;
+    for (int i = 0; i < link_count; ++i) {
+        const plii_edit_link link = edit->links[i];
+        const unsigned side = refine_link_side(work, borders, &link);
+        if ((side & REFINE_INSIDE) == 0) { continue; }
+        const int inner = (side & REFINE_OUTSIDE) != 0 ? plii_edit_add_link(edit, link) : i;
+        if (inner == PLI_NULL_INDEX) { return false; }
+        refine_replace(edit->links[inner].nodes, 2, copies);
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        int* nodes = edit->faces[i].nodes;
+        if (refine_side(work, nodes, 3) == REFINE_INSIDE) { refine_replace(nodes, 3, copies); }
+    }
+    return true;
+}
+
+static bool refine_part(refine_work* work, int* copies, int node_count) {
+    plii_edge_map borders = {.context = work->edit.context};
+    uint8_t* sides = plii_allocate(work->edit.context, (size_t)node_count);
+    bool ok = sides != NULL && refine_find_borders(work, &borders);
+    if (ok) {
+        refine_find_sides(work, &borders, sides);
+        ok = refine_copy_where_needed(work, sides, copies, node_count) && refine_detach(work, &borders, copies);
+    }
+    plii_release(work->edit.context, sides, (size_t)node_count);
+    plii_edge_map_free(&borders);
+    return ok;
+}
+
+// ------------------------------------------------------------------------------------------------ the whole
+
+static bool refine_part_as_reference(refine_work* work, int* copies, int node_count) {
+    return refine_copy_all(work, copies, node_count) && refine_detach_as_reference(work, copies) &&
+           refine_remove_loose_links(&work->edit);
+}
+
+static pli_status refine_check_tetra_copies(const refine_work* work, const int* copies) {
+    const plii_topology* topology = work->edit.old_topology;
+    for (int i = 0; i < topology->tetra_count; ++i) {
+        for (int k = 0; k < 4; ++k) {
+            if (copies[topology->tetras[i][k]] == 0) { continue; }
+            return plii_fail(work->edit.context, PLI_ERROR_INVALID_MESH, work->function,
+                             "the surface touches tetrahedron %d, tetrahedra cannot be cut", i);
+        }
+    }
+    return PLI_OK;
+}
+
+static pli_status refine_cut(refine_work* work) {
+    const int node_count = work->edit.node_count;
+    const size_t copies_size = (size_t)node_count * sizeof(int);
+    int* copies = plii_allocate(work->edit.context, copies_size);
+    if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    const bool ok = work->def.reset_rest_lengths ? refine_part_as_reference(work, copies, node_count)
+                                                 : refine_part(work, copies, node_count);
+    const pli_status status = ok ? refine_check_tetra_copies(work, copies) : PLI_ERROR_OUT_OF_MEMORY;
+    plii_release(work->edit.context, copies, copies_size);
+    return status;
+}
+
+/* Errors but the lack of memory have given their message. */
+static pli_status refine_run(refine_work* work) {
+    plii_edit* edit = &work->edit;
+    work->value_size = (size_t)edit->node_count * sizeof *work->values;
+    work->values = plii_allocate(edit->context, work->value_size);
+    if (work->values == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (!refine_evaluate_nodes(work)) { return work->status; }
+    PLII_TRY(refine_check_tetras(work));
+    refine_remove_bending_links(work);
+    if (!refine_find_edges(work) || !refine_add_nodes(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    PLII_TRY(work->status);
+    if (!plii_edit_add_crossed_faces(edit, &work->edges)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    plii_edit_learn_rest_lengths(edit, &work->edges);
+    if (!plii_edit_split_links(edit, &work->edges) || !plii_edit_split_faces(edit, &work->edges)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    return work->def.cut ? refine_cut(work) : PLI_OK;
+}
+
+pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    pli_context* context = body->context;
+    if (def == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_refine_def_default()");
+    }
+    if (def->surface == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->surface is null"); }
+    if (!(def->accuracy > 0.0f) || !plii_is_finite(def->accuracy)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "accuracy %g is not positive and finite",
+                         (double)def->accuracy);
+    }
+    refine_work work = {.def = *def, .function = __func__};
+    PLII_TRY(plii_edit_open(body, __func__, &work.edit));
+    work.edit.takes_rest_shape = def->reset_rest_lengths;
+    work.edges.context = context;
+    pli_status status = refine_run(&work);
+    if (status == PLI_ERROR_OUT_OF_MEMORY) {
+        PLII_FAIL(context, status, "no memory to refine %d nodes, %d links and %d faces", body->node_count,
+                  body->link_count, body->topology->face_count);
+    }
+    if (status == PLI_OK) { status = plii_edit_commit(&work.edit, __func__); }
+    plii_edge_map_free(&work.edges);
+    plii_release(context, work.values, work.value_size);
+    plii_edit_close(&work.edit);
+    return status;
+}

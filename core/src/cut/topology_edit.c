@@ -1,0 +1,486 @@
+/* The common part of all cuts: the working copy of a body, splitting of links and faces in the order of
+   btSoftBody::refine, and the commit that replaces the body's arrays and lets its features follow. Everything that can
+   fail comes before the first change of the body. */
+
+#include "cut/topology_edit.h"
+
+#include "body/world_impl.h"
+#include "math/range.h"
+#include "mesh/mesh_impl.h"
+#include "solver/coloring/node_planes.h"
+
+#include <limits.h>
+#include <string.h>
+
+// ----------------------------------------------------------------------------------------------------- life
+
+static bool edit_reserve(plii_edit* edit, int nodes, int links, int faces) {
+    return PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, nodes) &&
+           PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, links) &&
+           PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, faces);
+}
+
+void plii_edit_close(plii_edit* edit) {
+    plii_release(edit->context, edit->nodes, (size_t)edit->node_capacity * sizeof *edit->nodes);
+    plii_release(edit->context, edit->links, (size_t)edit->link_capacity * sizeof *edit->links);
+    plii_release(edit->context, edit->faces, (size_t)edit->face_capacity * sizeof *edit->faces);
+    plii_topology_release(edit->context, edit->old_topology);
+    plii_walk_end(edit->context);
+}
+
+pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit) {
+    plii_topology* topology = body->topology;
+    *edit = (plii_edit){
+        .body = body,
+        .context = body->context,
+        .old_topology = topology,
+        .old_node_count = body->node_count,
+        .old_link_count = body->link_count,
+        .node_count = body->node_count,
+        .link_count = body->link_count,
+        .face_count = topology->face_count,
+    };
+    ++topology->reference_count;
+    plii_walk_begin(edit->context);
+    if (!edit_reserve(edit, edit->node_count, edit->link_count, edit->face_count)) {
+        plii_edit_close(edit);
+        return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function,
+                         "no memory for a copy of %d nodes, %d links and %d faces", body->node_count, body->link_count,
+                         topology->face_count);
+    }
+    for (int i = 0; i < edit->node_count; ++i) {
+        edit->nodes[i].position = body->positions[i];
+        edit->nodes[i].previous = body->previous[i];
+        edit->nodes[i].velocity = body->velocities[i];
+    }
+    for (int i = 0; i < edit->link_count; ++i) {
+        edit->links[i] = (plii_edit_link){
+            .nodes = {body->links[i].nodes[0], body->links[i].nodes[1]},
+            .rest_squared = body->links[i].rest_length_squared,
+            .tag = body->link_tags != NULL ? body->link_tags[i] : (plii_link_tag)0,
+        };
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        plii_edit_face* face = &edit->faces[i];
+        memcpy(face->nodes, topology->faces[i], sizeof face->nodes);
+        face->material = topology->face_materials != NULL ? topology->face_materials[i] : (uint16_t)0;
+        face->origin = (plii_face_origin){i, 1.0f};
+    }
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------- elements
+
+static float edit_mass(float inverse_mass) {
+    return inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+}
+
+static float edit_inverse_mass(float mass) {
+    return mass > 0.0f ? 1.0f / mass : 0.0f;
+}
+
+/* Both parents give the new node what makes it as heavy as the point between them; of a pinned and a free one, the free
+   one gives half. */
+static float edit_take_mass(float* a, float* b, float share) {
+    if (*a > 0.0f && *b > 0.0f) {
+        const float mass_a = 1.0f / *a, mass_b = 1.0f / *b;
+        const float mass = mass_a + (mass_b - mass_a) * share;
+        const float scale = (mass_a + mass_b) / (mass_a + mass_b + mass);
+        *a = 1.0f / (mass_a * scale);
+        *b = 1.0f / (mass_b * scale);
+        return mass * scale;
+    }
+    float* giver = *a > 0.0f ? a : b;
+    if (!(*giver > 0.0f)) { return 0.0f; }
+    *giver /= 0.5f;
+    return 1.0f / *giver;
+}
+
+static pli_vec4 edit_lerp(pli_vec4 a, pli_vec4 b, float share, float limit) {
+    const pli_vec3 between = plii_vec3_clamp(pli_vec3_lerp(plii_xyz(a), plii_xyz(b), share), limit);
+    return (pli_vec4){between.x, between.y, between.z, 0.0f};
+}
+
+static bool edit_grow_nodes(plii_edit* edit) {
+    return edit->node_count < INT_MAX &&
+           PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, edit->node_count + 1);
+}
+
+int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
+    if (!edit_grow_nodes(edit)) { return PLI_NULL_INDEX; }
+    plii_edit_node *first = &edit->nodes[a], *second = &edit->nodes[b];
+    plii_edit_node* node = &edit->nodes[edit->node_count];
+    node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
+    node->previous = edit_lerp(first->previous, second->previous, share, PLI_MAX_COORDINATE);
+    node->velocity = edit_lerp(first->velocity, second->velocity, share, PLI_MAX_SPEED);
+    node->position.w = edit_inverse_mass(edit_take_mass(&first->position.w, &second->position.w, share));
+    node->origin = (plii_node_origin){a, b, share};
+    return edit->node_count++;
+}
+
+int plii_edit_copy_node(plii_edit* edit, int source) {
+    if (!edit_grow_nodes(edit)) { return PLI_NULL_INDEX; }
+    plii_edit_node* old = &edit->nodes[source];
+    plii_edit_node* node = &edit->nodes[edit->node_count];
+    *node = *old;
+    if (old->position.w > 0.0f) {
+        node->position.w = edit_inverse_mass(edit_mass(old->position.w) * 0.5f);
+        old->position.w /= 0.5f;
+    }
+    node->origin = (plii_node_origin){source, source, 0.0f};
+    return edit->node_count++;
+}
+
+int plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
+    if (edit->link_count == INT_MAX ||
+        !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count + 1)) {
+        return PLI_NULL_INDEX;
+    }
+    edit->links[edit->link_count] = link;
+    return edit->link_count++;
+}
+
+int plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
+    if (edit->face_count == INT_MAX ||
+        !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count + 1)) {
+        return PLI_NULL_INDEX;
+    }
+    edit->faces[edit->face_count] = face;
+    return edit->face_count++;
+}
+
+void plii_edit_remove_link(plii_edit* edit, int link) {
+    edit->links[link] = edit->links[--edit->link_count];
+}
+
+// ---------------------------------------------------------------------------------------------- rest lengths
+
+static float edit_distance_squared(const plii_edit* edit, int a, int b) {
+    return pli_vec3_length_squared(pli_vec3_sub(plii_edit_position(edit, a), plii_edit_position(edit, b)));
+}
+
+float plii_edit_rest_squared(const plii_edit* edit, const plii_edge_map* map, int a, int b) {
+    const int place = plii_edge_map_find(map, a, b);
+    const float known = place != PLI_NULL_INDEX ? map->edges[place].rest_squared : -1.0f;
+    return known >= 0.0f ? known : edit_distance_squared(edit, a, b);
+}
+
+float plii_edit_median_squared(float ab_squared, float ac_squared, float bc_squared, float share) {
+    const float squared = (1.0f - share) * ab_squared + share * ac_squared - share * (1.0f - share) * bc_squared;
+    /* Rest lengths that make no triangle. */
+    return plii_max(squared, 0.0f);
+}
+
+void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
+    for (int i = 0; i < edit->link_count; ++i) {
+        const plii_edit_link* link = &edit->links[i];
+        const int place = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
+        if (place == PLI_NULL_INDEX) { continue; }
+        plii_edge* edge = &map->edges[place];
+        if (edge->rest_squared < 0.0f && !plii_edit_link_is_bending(link)) { edge->rest_squared = link->rest_squared; }
+    }
+}
+
+bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
+    for (int i = 0; i < edit->face_count; ++i) {
+        const int* nodes = edit->faces[i].nodes;
+        bool is_crossed = false;
+        for (int j = 2, k = 0; k < 3; j = k++) {
+            const int place = plii_edge_map_find(map, nodes[j], nodes[k]);
+            is_crossed = is_crossed || (place != PLI_NULL_INDEX && map->edges[place].node != PLI_NULL_INDEX);
+        }
+        if (!is_crossed) { continue; }
+        for (int j = 2, k = 0; k < 3; j = k++) {
+            if (plii_edge_map_add(map, nodes[j], nodes[k]) == PLI_NULL_INDEX) { return false; }
+        }
+    }
+    return true;
+}
+
+// -------------------------------------------------------------------------------------------------- splitting
+
+bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map) {
+    const int count = edit->link_count;
+    for (int i = 0; i < count; ++i) {
+        const plii_edit_link link = edit->links[i];
+        const int place = plii_edge_map_find(map, link.nodes[0], link.nodes[1]);
+        if (place == PLI_NULL_INDEX || map->edges[place].node == PLI_NULL_INDEX) { continue; }
+        const plii_edge* edge = &map->edges[place];
+        const float share = link.nodes[0] == edge->a ? edge->share : 1.0f - edge->share;
+        plii_edit_link second = link;
+        second.nodes[0] = edge->node;
+        second.rest_squared = (1.0f - share) * (1.0f - share) * link.rest_squared;
+        if (plii_edit_add_link(edit, second) == PLI_NULL_INDEX) { return false; }
+        edit->links[i].nodes[1] = edge->node;
+        edit->links[i].rest_squared = share * share * link.rest_squared;
+    }
+    return true;
+}
+
+static bool edit_set_rest_squared(plii_edge_map* map, int a, int b, float rest_squared) {
+    const int place = plii_edge_map_add(map, a, b);
+    if (place == PLI_NULL_INDEX) { return false; }
+    map->edges[place].rest_squared = rest_squared;
+    return true;
+}
+
+/* Parts face i at the node on its edge from corner j to corner k. */
+static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, int k, int place) {
+    const plii_edit_face face = edit->faces[i];
+    const int from = face.nodes[j], to = face.nodes[k], opposite = face.nodes[(k + 1) % 3];
+    const plii_edge edge = map->edges[place];
+    const float share = from == edge.a ? edge.share : 1.0f - edge.share;
+
+    const plii_edit_face first = {
+        {opposite, from, edge.node}, face.material, {face.origin.parent, face.origin.share * share}};
+    const plii_edit_face second = {
+        {edge.node, to, opposite}, face.material, {face.origin.parent, face.origin.share * (1.0f - share)}};
+    edit->faces[i] = first;
+    if (plii_edit_add_face(edit, second) == PLI_NULL_INDEX) { return false; }
+
+    const float edge_squared = plii_edit_rest_squared(edit, map, from, to);
+    const float rest_squared =
+        plii_edit_median_squared(plii_edit_rest_squared(edit, map, opposite, from),
+                                 plii_edit_rest_squared(edit, map, opposite, to), edge_squared, share);
+    const plii_edit_link link = {{edge.node, opposite}, rest_squared, (plii_link_tag)face.material};
+    return plii_edit_add_link(edit, link) != PLI_NULL_INDEX &&
+           edit_set_rest_squared(map, edge.node, opposite, rest_squared) &&
+           edit_set_rest_squared(map, from, edge.node, share * share * edge_squared) &&
+           edit_set_rest_squared(map, edge.node, to, (1.0f - share) * (1.0f - share) * edge_squared);
+}
+
+bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map) {
+    if (map->count == 0) { return true; }
+    for (int i = 0; i < edit->face_count; ++i) {
+        /* A face is looked at again after each split. */
+        for (int j = 2, k = 0; k < 3;) {
+            const int* nodes = edit->faces[i].nodes;
+            const int place = plii_edge_map_find(map, nodes[j], nodes[k]);
+            if (place == PLI_NULL_INDEX || map->edges[place].node == PLI_NULL_INDEX) {
+                j = k++;
+                continue;
+            }
+            if (!edit_split_face(edit, map, i, j, k, place)) { return false; }
+            j = 2;
+            k = 0;
+        }
+    }
+    return true;
+}
+
+// ----------------------------------------------------------------------------------------------------- commit
+
+/* The body's new arrays and what features asked for, until they are handed over. */
+typedef struct edit_product {
+    pli_vec4 *positions, *previous, *velocities;
+    plii_link* links;
+    plii_link_tag* link_tags;
+    plii_topology* topology;
+    plii_node_origin* node_origins;
+    plii_face_origin* face_origins;
+    struct edit_blocks {
+        void* blocks[PLII_MAX_TOPOLOGY_BLOCKS];
+        size_t sizes[PLII_MAX_TOPOLOGY_BLOCKS];
+    } * features; /* [feature_count] */
+    size_t record_size, velocity_size, link_size, tag_size, node_origin_size, face_origin_size, feature_size;
+} edit_product;
+
+static void edit_release_product(const plii_edit* edit, edit_product* product) {
+    pli_context* context = edit->context;
+    plii_release(context, product->positions, product->record_size);
+    plii_release(context, product->previous, product->record_size);
+    plii_release(context, product->velocities, product->velocity_size);
+    plii_release(context, product->links, product->link_size);
+    plii_release(context, product->link_tags, product->tag_size);
+    plii_release(context, product->node_origins, product->node_origin_size);
+    plii_release(context, product->face_origins, product->face_origin_size);
+    plii_topology_release(context, product->topology);
+    for (int i = 0; product->features != NULL && i < edit->body->pipeline.feature_count; ++i) {
+        for (int k = 0; k < PLII_MAX_TOPOLOGY_BLOCKS; ++k) {
+            plii_release(context, product->features[i].blocks[k], product->features[i].sizes[k]);
+        }
+    }
+    plii_release(context, product->features, product->feature_size);
+}
+
+static bool edit_allocate(pli_context* context, void** block, size_t size) {
+    *block = plii_allocate(context, size);
+    return *block != NULL || size == 0;
+}
+#define EDIT_ALLOCATE(context, block, size) edit_allocate(context, (void**)(block), size)
+
+static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
+    pli_context* context = edit->context;
+    const plii_topology* old = edit->old_topology;
+    plii_topology* topology = plii_allocate(context, sizeof *topology);
+    product->topology = topology;
+    if (topology == NULL) { return false; }
+    topology->reference_count = 1;
+    topology->face_count = edit->face_count;
+    topology->tetra_count = old->tetra_count;
+    const size_t face_count = (size_t)edit->face_count, tetra_size = (size_t)old->tetra_count * sizeof *old->tetras;
+    const size_t material_size = old->face_materials != NULL ? face_count * sizeof *topology->face_materials : 0;
+    if (!EDIT_ALLOCATE(context, &topology->faces, face_count * sizeof *topology->faces) ||
+        !EDIT_ALLOCATE(context, &topology->face_materials, material_size) ||
+        !EDIT_ALLOCATE(context, &topology->tetras, tetra_size)) {
+        return false;
+    }
+    for (int i = 0; i < edit->face_count; ++i) {
+        memcpy(topology->faces[i], edit->faces[i].nodes, sizeof topology->faces[i]);
+        if (material_size > 0) { topology->face_materials[i] = edit->faces[i].material; }
+        product->face_origins[i] = edit->faces[i].origin;
+    }
+    if (tetra_size > 0) { memcpy(topology->tetras, old->tetras, tetra_size); }
+    return true;
+}
+
+static bool edit_needs_tags(const plii_edit* edit) {
+    for (int i = 0; i < edit->link_count; ++i) {
+        if (edit->links[i].tag != 0) { return true; }
+    }
+    return false;
+}
+
+static bool edit_make_product(const plii_edit* edit, edit_product* product) {
+    pli_context* context = edit->context;
+    const size_t new_nodes = (size_t)(edit->node_count - edit->old_node_count);
+    product->record_size = (size_t)edit->node_count * sizeof(pli_vec4);
+    product->velocity_size = (size_t)plii_planes_record_count(edit->node_count) * sizeof(pli_vec4);
+    product->link_size = (size_t)edit->link_count * sizeof(plii_link);
+    product->tag_size = edit_needs_tags(edit) ? (size_t)edit->link_count * sizeof(plii_link_tag) : 0;
+    product->node_origin_size = new_nodes * sizeof(plii_node_origin);
+    product->face_origin_size = (size_t)edit->face_count * sizeof(plii_face_origin);
+    product->feature_size = (size_t)edit->body->pipeline.feature_count * sizeof *product->features;
+    if (!EDIT_ALLOCATE(context, &product->positions, product->record_size) ||
+        !EDIT_ALLOCATE(context, &product->previous, product->record_size) ||
+        !EDIT_ALLOCATE(context, &product->velocities, product->velocity_size) ||
+        !EDIT_ALLOCATE(context, &product->links, product->link_size) ||
+        !EDIT_ALLOCATE(context, &product->link_tags, product->tag_size) ||
+        !EDIT_ALLOCATE(context, &product->node_origins, product->node_origin_size) ||
+        !EDIT_ALLOCATE(context, &product->face_origins, product->face_origin_size) ||
+        !EDIT_ALLOCATE(context, &product->features, product->feature_size) || !edit_make_topology(edit, product)) {
+        return false;
+    }
+    for (int i = 0; i < edit->node_count; ++i) {
+        product->positions[i] = edit->nodes[i].position;
+        product->previous[i] = edit->nodes[i].previous;
+        product->velocities[i] = edit->nodes[i].velocity;
+        if (i >= edit->old_node_count) { product->node_origins[i - edit->old_node_count] = edit->nodes[i].origin; }
+    }
+    for (int i = 0; i < edit->link_count; ++i) {
+        const plii_edit_link* link = &edit->links[i];
+        plii_link* made = &product->links[i];
+        made->nodes[0] = link->nodes[0];
+        made->nodes[1] = link->nodes[1];
+        made->rest_length_squared = link->rest_squared;
+        if (edit->takes_rest_shape) {
+            const float length = sqrtf(edit_distance_squared(edit, link->nodes[0], link->nodes[1]));
+            made->rest_length_squared = length * length;
+        }
+        if (product->tag_size > 0) { product->link_tags[i] = link->tag; }
+    }
+    return true;
+}
+
+static bool edit_reserve_features(const plii_edit* edit, const plii_topology_change* change, edit_product* product) {
+    const plii_pipeline* pipeline = &edit->body->pipeline;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        if (feature->klass->topology_blocks == NULL) { continue; }
+        struct edit_blocks* wanted = &product->features[i];
+        const int count = feature->klass->topology_blocks(edit->body, feature->state, change, wanted->sizes);
+        for (int k = 0; k < count; ++k) {
+            if (!EDIT_ALLOCATE(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }
+        }
+    }
+    return true;
+}
+
+/* What keeps memory by the size of the body has to say how it follows. */
+static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature_class* klass = body->pipeline.features[i].klass;
+        if (klass->bytes != NULL && klass->topology_commit == NULL) { return klass; }
+    }
+    return NULL;
+}
+
+static void edit_replace(const plii_edit* edit, const edit_product* product) {
+    pli_body* body = edit->body;
+    pli_context* context = edit->context;
+    const size_t record_size = (size_t)body->node_count * sizeof(pli_vec4);
+    plii_release(context, body->positions, record_size);
+    plii_release(context, body->previous, record_size);
+    plii_release(context, body->velocities, (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4));
+    plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
+    plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
+    plii_topology_release(context, body->topology);
+    body->positions = product->positions;
+    body->previous = product->previous;
+    body->velocities = product->velocities;
+    body->links = product->links;
+    body->link_tags = product->link_tags;
+    body->topology = product->topology;
+    body->node_count = edit->node_count;
+    body->link_count = edit->link_count;
+}
+
+static void edit_tell_other_bodies(const pli_body* body) {
+    const pli_world* world = body->world;
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* other = world->bodies[i];
+        if (other == body) { continue; }
+        for (int k = 0; k < other->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &other->pipeline.features[k];
+            if (feature->klass->forget_topology != NULL) {
+                feature->klass->forget_topology(other, feature->state, body);
+            }
+        }
+    }
+}
+
+pli_status plii_edit_commit(plii_edit* edit, const char* function) {
+    pli_body* body = edit->body;
+    pli_context* context = edit->context;
+    const plii_feature_class* stiff = edit_find_stiff_feature(body);
+    if (stiff != NULL) {
+        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s cannot follow a cut of the body", stiff->name);
+    }
+    edit_product product = {0};
+    plii_topology_change change = {
+        .old_node_count = edit->old_node_count,
+        .old_link_count = edit->old_link_count,
+        .old_face_count = edit->old_topology->face_count,
+        .node_count = edit->node_count,
+        .link_count = edit->link_count,
+        .face_count = edit->face_count,
+        .takes_rest_shape = edit->takes_rest_shape,
+    };
+    bool ok = edit_make_product(edit, &product);
+    if (ok) {
+        change.node_origins = product.node_origins;
+        change.face_origins = product.face_origins;
+        change.faces = (const int(*)[3])product.topology->faces;
+        ok = edit_reserve_features(edit, &change, &product);
+    }
+    if (!ok) {
+        edit_release_product(edit, &product);
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d nodes, %d links and %d faces",
+                         edit->node_count, edit->link_count, edit->face_count);
+    }
+
+    edit_replace(edit, &product);
+    body->world->wants_room = true;
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->topology_commit != NULL) {
+            feature->klass->topology_commit(body, feature->state, &change, product.features[i].blocks);
+        }
+    }
+    plii_release(context, product.node_origins, product.node_origin_size);
+    plii_release(context, product.face_origins, product.face_origin_size);
+    plii_release(context, product.features, product.feature_size);
+    plii_body_refresh(body);
+    edit_tell_other_bodies(body);
+    return PLI_OK;
+}

@@ -1,0 +1,79 @@
+#ifndef PLII_TOPOLOGY_EDIT_H
+#define PLII_TOPOLOGY_EDIT_H
+
+/* A change of a body's nodes, links and faces on a copy, which replaces the body's own at the end or not at all. */
+
+#include "base/edge_map.h"
+#include "body/body_impl.h"
+
+typedef struct plii_edit_node {
+    pli_vec4 position, previous, velocity; /* as the body's */
+    plii_node_origin origin;               /* of new nodes */
+} plii_edit_node;
+
+typedef struct plii_edit_link {
+    int nodes[2];
+    float rest_squared; /* m^2 */
+    plii_link_tag tag;
+} plii_edit_link;
+
+typedef struct plii_edit_face {
+    int nodes[3];
+    uint16_t material;
+    plii_face_origin origin;
+} plii_edit_face;
+
+typedef struct plii_edit {
+    pli_body* body;
+    pli_context* context;
+    plii_topology* old_topology; /* held until the edit is closed */
+    int old_node_count, old_link_count;
+    int node_count, link_count, face_count;
+    int node_capacity, link_capacity, face_capacity;
+    plii_edit_node* nodes;
+    plii_edit_link* links;
+    plii_edit_face* faces;
+    bool takes_rest_shape; /* rest lengths and areas become the present ones */
+} plii_edit;
+
+/* A walk over an idle body, which ends when the edit is closed. Fails when out of memory, messages name `function`. To
+   be closed after success. */
+pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit);
+void plii_edit_close(plii_edit* edit);
+/* Replaces the nodes, links and faces of the body and lets all features follow; on failure all is as before. */
+pli_status plii_edit_commit(plii_edit* edit, const char* function);
+
+static inline pli_vec3 plii_edit_position(const plii_edit* edit, int node) {
+    return plii_xyz(edit->nodes[node].position);
+}
+static inline bool plii_edit_link_is_bending(const plii_edit_link* link) {
+    return (link->tag & PLII_LINK_TAG_BENDING) != 0;
+}
+
+/* These add an element and give its index, or PLI_NULL_INDEX when out of memory. */
+
+/* A node between two, which give it part of their masses as in btSoftBody::refine. */
+int plii_edit_add_node(plii_edit* edit, int a, int b, float share);
+/* A second node at the same place; both have half of the mass. */
+int plii_edit_copy_node(plii_edit* edit, int node);
+int plii_edit_add_link(plii_edit* edit, plii_edit_link link);
+int plii_edit_add_face(plii_edit* edit, plii_edit_face face);
+
+/* Squared rest length of the link of an edge in the map; where there is none, of the present distance. */
+float plii_edit_rest_squared(const plii_edit* edit, const plii_edge_map* map, int a, int b);
+/* Squared distance, at rest, from a corner to the point at `share` from b to c, by Stewart's theorem. */
+float plii_edit_median_squared(float ab_squared, float ac_squared, float bc_squared, float share);
+/* Takes the rest lengths of links along edges that are in the map. */
+void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map);
+/* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
+bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map);
+
+/* Parts the links and the faces whose edges have a node on them in the map, in the order of btSoftBody::refine; faces
+   get links between their new nodes. False when out of memory. */
+bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map);
+bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map);
+
+/* A link swaps with the last one and goes, as in btSoftBody. */
+void plii_edit_remove_link(plii_edit* edit, int link);
+
+#endif

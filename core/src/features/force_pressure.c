@@ -1,0 +1,52 @@
+/* Pressure of a gas in a closed surface: each node gets normal * area * coefficient / |volume|.
+   Bullet: kPR in btSoftBody::applyForces. */
+
+#include "body/pipeline.h"
+#include "pliant/forces.h"
+
+#include "body/body_impl.h"
+#include "math/range.h"
+
+typedef struct pressure_state {
+    float coefficient;
+} pressure_state;
+
+static void pressure_run(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    const pressure_state* pressure = state;
+    const float scale = 1.0f / fabsf(plii_body_volume(body)) * pressure->coefficient;
+    /* No volume, no pressure: instead of an infinite one. */
+    if (!plii_is_finite(scale)) { return; }
+    plii_forces_add_along_normals(body, scale);
+}
+
+static const plii_feature_class* const pressure_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
+                                                           NULL};
+
+static const plii_feature_class pressure_class = {
+    .name = "pressure",
+    .state_size = sizeof(pressure_state),
+    .needs = pressure_needs,
+    .stages = {[PLII_STAGE_FORCES] = {pressure_run, PLII_ORDER_PRESSURE}},
+};
+
+pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (!plii_is_finite(coefficient)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
+    }
+    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "pressure acts on faces, the body has none");
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &pressure_class, &state));
+    ((pressure_state*)state)->coefficient = coefficient;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_pressure(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &pressure_class);
+    return PLI_OK;
+}

@@ -1,0 +1,212 @@
+/* Pose matching: nodes are pulled towards the rest shape in its best-fitting place (Müller and others, "Meshless
+   deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
+
+#include "math/lanes.h"
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "math/polar.h"
+#include "pliant/pose.h"
+
+#include <string.h>
+
+typedef struct pose_state {
+    float matching;
+    pli_vec3* rest; /* [node_count] m, from the centre of mass */
+    float* weights; /* [node_count], sum 1 */
+    pli_mat3 rotation;
+    pli_vec3 centre; /* m */
+} pose_state;
+
+static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(pose->weights[i])));
+    }
+    pli_vec3 centre;
+    plii_lanes_to_vec3(&centre, sum);
+    return centre;
+}
+
+static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
+    /* Starting from a small diagonal keeps a mesh in a coordinate plane from being singular. */
+    const pli_mat3 start = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
+    plii_float4 x_row = plii_lanes_from_vec3(&start.rows[0]), y_row = plii_lanes_from_vec3(&start.rows[1]);
+    plii_float4 z_row = plii_lanes_from_vec3(&start.rows[2]);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 now = pli_vec3_scale(pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre), pose->weights[i]);
+        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
+        x_row = plii_float4_add(x_row, plii_float4_mul(rest, plii_float4_all(now.x)));
+        y_row = plii_float4_add(y_row, plii_float4_mul(rest, plii_float4_all(now.y)));
+        z_row = plii_float4_add(z_row, plii_float4_mul(rest, plii_float4_all(now.z)));
+    }
+    pli_mat3 covariance;
+    plii_lanes_to_vec3(&covariance.rows[0], x_row);
+    plii_lanes_to_vec3(&covariance.rows[1], y_row);
+    plii_lanes_to_vec3(&covariance.rows[2], z_row);
+    return covariance;
+}
+
+/* Pinned nodes stay, and so does every w. */
+static void pose_match(pli_body* body, const pose_state* pose) {
+    const pli_mat3 turned = pli_mat3_transpose(pose->rotation);
+    const plii_float4 x_axis = plii_lanes_from_vec3(&turned.rows[0]), y_axis = plii_lanes_from_vec3(&turned.rows[1]);
+    const plii_float4 z_axis = plii_lanes_from_vec3(&turned.rows[2]), centre = plii_lanes_from_vec3(&pose->centre);
+    const plii_float4 matching = plii_float4_all(pose->matching);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const pli_vec3 rest = pose->rest[i];
+        const plii_float4 turned_x = plii_float4_mul(x_axis, plii_float4_all(rest.x));
+        const plii_float4 turned_y = plii_float4_mul(y_axis, plii_float4_all(rest.y));
+        const plii_float4 turned_z = plii_float4_mul(z_axis, plii_float4_all(rest.z));
+        const plii_float4 goal =
+            plii_float4_add(plii_float4_add(plii_float4_add(turned_x, turned_y), turned_z), centre);
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        const plii_float4 way = plii_lanes_xyz(plii_float4_mul(plii_float4_sub(goal, x), matching));
+        plii_float4_to(&body->positions[i], plii_float4_add(x, way));
+    }
+}
+
+static void pose_run(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    pose_state* pose = state;
+    if (body->world->def.reference_mode) {
+        plii_body_update_bounds(body);
+        body->has_early_bounds = true;
+    }
+    pose->centre = pose_centre(body, pose);
+    pose->rotation = plii_polar_factor(pose_covariance(body, pose), pose->rotation);
+    if (pose->matching > 0.0f) { pose_match(body, pose); }
+}
+
+static void pose_disable(pli_body* body, void* state) {
+    pose_state* pose = state;
+    const size_t count = (size_t)body->node_count;
+    plii_release(body->context, pose->rest, count * sizeof *pose->rest);
+    plii_release(body->context, pose->weights, count * sizeof *pose->weights);
+    pose->rest = NULL;
+    pose->weights = NULL;
+}
+
+static pli_status pose_enable(pli_body* body, void* state) {
+    pose_state* pose = state;
+    const size_t count = (size_t)body->node_count;
+    pose->rest = plii_allocate(body->context, count * sizeof *pose->rest);
+    pose->weights = plii_allocate(body->context, count * sizeof *pose->weights);
+    if (pose->rest == NULL || pose->weights == NULL) {
+        pose_disable(body, state);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    return PLI_OK;
+}
+
+static size_t pose_bytes(const pli_body* body, const void* state) {
+    const pose_state* pose = state;
+    return (size_t)body->node_count * (sizeof *pose->rest + sizeof *pose->weights);
+}
+
+/* Shares of the total mass, where a pinned node counts a thousand times all others. */
+static void pose_take_weights(const pli_body* body, pose_state* pose) {
+    float free_mass = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const float inverse_mass = body->positions[i].w;
+        free_mass += inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+    }
+    const float pinned_mass = free_mass * (float)body->node_count * 1000.0f;
+    float total = free_mass;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { total += pinned_mass; }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const float inverse_mass = body->positions[i].w;
+        pose->weights[i] = inverse_mass > 0.0f ? 1.0f / (inverse_mass * total) : pinned_mass / total;
+        /* All nodes are pinned. */
+        if (!(total > 0.0f)) { pose->weights[i] = 1.0f / (float)body->node_count; }
+    }
+}
+
+static int pose_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                size_t* sizes) {
+    const pose_state* pose = state;
+    (void)body;
+    sizes[0] = (size_t)change->node_count * sizeof *pose->rest;
+    sizes[1] = (size_t)change->node_count * sizeof *pose->weights;
+    return 2;
+}
+
+/* New nodes lie between their parents at rest too. Masses have moved to them, so the centre is taken again. */
+static void pose_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+    pose_state* pose = state;
+    pli_vec3* rest = blocks[0];
+    memcpy(rest, pose->rest, (size_t)change->old_node_count * sizeof *rest);
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin origin = change->node_origins[i - change->old_node_count];
+        rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
+    }
+    plii_release(body->context, pose->rest, (size_t)change->old_node_count * sizeof *pose->rest);
+    plii_release(body->context, pose->weights, (size_t)change->old_node_count * sizeof *pose->weights);
+    pose->rest = rest;
+    pose->weights = blocks[1];
+    pose_take_weights(body, pose);
+    pli_vec3 centre = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < change->node_count; ++i) {
+        centre = pli_vec3_add(centre, pli_vec3_scale(rest[i], pose->weights[i]));
+    }
+    for (int i = 0; i < change->node_count; ++i) {
+        rest[i] = pli_vec3_sub(rest[i], centre);
+    }
+}
+
+static const plii_feature_class pose_class = {
+    .name = "pose matching",
+    .state_size = sizeof(pose_state),
+    .stages = {[PLII_STAGE_UPDATE] = {pose_run, PLII_ORDER_POSE}},
+    .enable = pose_enable,
+    .disable = pose_disable,
+    .bytes = pose_bytes,
+    .topology_blocks = pose_topology_blocks,
+    .topology_commit = pose_topology_commit,
+};
+
+static void pose_take_rest_shape(const pli_body* body, pose_state* pose) {
+    pose_take_weights(body, pose);
+    pose->centre = pose_centre(body, pose);
+    pose->rotation = pli_mat3_identity();
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+    }
+}
+
+pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (!plii_is_finite(matching)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "matching is %g", (double)matching);
+    }
+    if (matching < 0.0f || matching > 1.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "matching is %g, 0 to 1 is allowed", (double)matching);
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &pose_class, &state));
+    pose_state* pose = state;
+    pose->matching = matching;
+    pose_take_rest_shape(body, pose);
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_pose_matching(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &pose_class);
+    return PLI_OK;
+}
+
+pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (transform == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "pose is null"); }
+    const pose_state* pose = plii_feature_state(body, &pose_class);
+    if (pose == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "pose matching is not enabled"); }
+    transform->rotation = pose->rotation;
+    transform->origin = pose->centre;
+    return PLI_OK;
+}

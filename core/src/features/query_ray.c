@@ -1,0 +1,243 @@
+/* Ray casts against the nodes, links, faces and tetrahedra of a body. Faces and tetrahedra are met where
+   btSoftBody::rayTest meets them, bit for bit; nodes are spheres and links are capsules, which Bullet does not test. */
+
+#include "pliant/query.h"
+
+#include "body/body_impl.h"
+#include "math/range.h"
+
+#define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
+
+typedef struct ray_cast {
+    const pli_body* body;
+    pli_vec3 from, direction; /* not normalised */
+    double radius;
+    pli_ray_hit hit; /* the nearest so far, fraction 1 without one */
+} ray_cast;
+
+pli_ray_def pli_ray_def_default(void) {
+    return (pli_ray_def){.targets = PLI_RAY_FACES | PLI_RAY_TETRAS, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_vec3 ray_position(const ray_cast* ray, int node) {
+    return plii_xyz(ray->body->positions[node]);
+}
+
+static pli_vec3 ray_point(const ray_cast* ray, float fraction) {
+    return pli_vec3_add(ray->from, pli_vec3_scale(ray->direction, fraction));
+}
+
+static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fraction, pli_vec3 normal) {
+    ray->hit.kind = kind;
+    ray->hit.index = index;
+    ray->hit.fraction = fraction;
+    ray->hit.normal = normal;
+}
+
+// ----------------------------------------------------------------------------------------------------- triangles
+
+static void ray_meet_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
+    const pli_vec3 a = ray_position(ray, node_a), b = ray_position(ray, node_b), c = ray_position(ray, node_c);
+    const pli_vec3 n = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
+    const float slope = pli_vec3_dot(ray->direction, n);
+    if (!(fabsf(slope) >= PLII_EPSILON)) { return; }
+    const float t = -(pli_vec3_dot(ray->from, n) - pli_vec3_dot(a, n)) / slope;
+    if (!(t > RAY_TOLERANCE && t < ray->hit.fraction)) { return; }
+    const pli_vec3 hit = ray_point(ray, t);
+    const pli_vec3 to_a = pli_vec3_sub(a, hit), to_b = pli_vec3_sub(b, hit), to_c = pli_vec3_sub(c, hit);
+    if (!(pli_vec3_dot(n, pli_vec3_cross(to_a, to_b)) > -RAY_TOLERANCE &&
+          pli_vec3_dot(n, pli_vec3_cross(to_b, to_c)) > -RAY_TOLERANCE &&
+          pli_vec3_dot(n, pli_vec3_cross(to_c, to_a)) > -RAY_TOLERANCE)) {
+        return;
+    }
+    const pli_vec3 normal = plii_vec3_safe_normalize(n);
+    ray_accept(ray, kind, index, t, slope > 0.0f ? pli_vec3_neg(normal) : normal);
+}
+
+static void ray_meet_faces(ray_cast* ray) {
+    const plii_topology* topology = ray->body->topology;
+    for (int i = 0; i < topology->face_count; ++i) {
+        const int* n = topology->faces[i];
+        ray_meet_triangle(ray, PLI_FEATURE_FACE, i, n[0], n[1], n[2]);
+    }
+}
+
+static void ray_meet_tetras(ray_cast* ray) {
+    const plii_topology* topology = ray->body->topology;
+    for (int i = 0; i < topology->tetra_count; ++i) {
+        const int* n = topology->tetras[i];
+        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[2]);
+        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[3]);
+        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[1], n[2], n[3]);
+        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[2], n[3]);
+    }
+}
+
+// ------------------------------------------------------------------------------------------ spheres and capsules
+
+/* In double, since a thin link far from the start of a long ray is what a mouse looks for. */
+typedef struct ray_vector {
+    double x, y, z;
+} ray_vector;
+
+static ray_vector ray_wide(pli_vec3 v) {
+    return (ray_vector){(double)v.x, (double)v.y, (double)v.z};
+}
+static ray_vector ray_minus(ray_vector a, ray_vector b) {
+    return (ray_vector){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+/* a + b * s */
+static ray_vector ray_along(ray_vector a, ray_vector b, double s) {
+    return (ray_vector){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
+}
+static double ray_dot(ray_vector a, ray_vector b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+/* Where x(t) = offset + t * direction enters |x| = radius; -1 when it does not, or starts inside. */
+static double ray_enter_sphere(ray_vector offset, ray_vector direction, double radius) {
+    const double a = ray_dot(direction, direction);
+    const double nearest = -ray_dot(offset, direction) / a;
+    const ray_vector closest = ray_along(offset, direction, nearest);
+    const double under_root = radius * radius - ray_dot(closest, closest);
+    if (!(under_root > 0.0) || !(a > 0.0)) { return -1.0; }
+    return nearest - sqrt(under_root / a);
+}
+
+static void ray_accept_round(ray_cast* ray, pli_feature_kind kind, int index, double t, ray_vector outward) {
+    const float fraction = (float)t;
+    if (!(t > 0.0 && fraction > 0.0f && fraction < ray->hit.fraction)) { return; }
+    const double length = sqrt(ray_dot(outward, outward));
+    if (!(length > 0.0)) { return; }
+    const pli_vec3 normal =
+        pli_vec3_make((float)(outward.x / length), (float)(outward.y / length), (float)(outward.z / length));
+    ray_accept(ray, kind, index, fraction, normal);
+}
+
+static void ray_meet_nodes(ray_cast* ray) {
+    const ray_vector from = ray_wide(ray->from), direction = ray_wide(ray->direction);
+    for (int i = 0; i < ray->body->node_count; ++i) {
+        const ray_vector offset = ray_minus(from, ray_wide(ray_position(ray, i)));
+        const double t = ray_enter_sphere(offset, direction, ray->radius);
+        ray_accept_round(ray, PLI_FEATURE_NODE, i, t, ray_along(offset, direction, t));
+    }
+}
+
+/* The part of the ray inside a link, if the ray starts outside: the earliest of the tube and both ends. */
+static void ray_meet_link(ray_cast* ray, int index) {
+    const int* nodes = ray->body->links[index].nodes;
+    const ray_vector direction = ray_wide(ray->direction);
+    const ray_vector a = ray_wide(ray_position(ray, nodes[0])), b = ray_wide(ray_position(ray, nodes[1]));
+    const ray_vector axis = ray_minus(b, a), offset = ray_minus(ray_wide(ray->from), a);
+    const double axis_squared = ray_dot(axis, axis);
+
+    const double along = axis_squared > 0.0 ? ray_dot(offset, axis) / axis_squared : 0.0;
+    const double clamped = along < 0.0 ? 0.0 : along > 1.0 ? 1.0 : along;
+    const ray_vector to_start = ray_along(offset, axis, -clamped);
+    if (ray_dot(to_start, to_start) <= ray->radius * ray->radius) { return; }
+
+    double first = DBL_MAX;
+    ray_vector outward = {0.0, 0.0, 0.0};
+    for (int end = 0; end < 2; ++end) {
+        const ray_vector to_end = ray_along(offset, axis, -(double)end);
+        const double t = ray_enter_sphere(to_end, direction, ray->radius);
+        if (t > 0.0 && t < first) {
+            first = t;
+            outward = ray_along(to_end, direction, t);
+        }
+    }
+    if (axis_squared > 0.0) {
+        /* Across the axis the tube is a circle. */
+        const double advance = ray_dot(direction, axis) / axis_squared;
+        const ray_vector across = ray_along(direction, axis, -advance);
+        const ray_vector start = ray_along(offset, axis, -along);
+        const double t = ray_enter_sphere(start, across, ray->radius);
+        const double place = along + t * advance;
+        if (t > 0.0 && t < first && place >= 0.0 && place <= 1.0) {
+            first = t;
+            outward = ray_along(start, across, t);
+        }
+    }
+    if (first < DBL_MAX) { ray_accept_round(ray, PLI_FEATURE_LINK, index, first, outward); }
+}
+
+static void ray_meet_links(ray_cast* ray) {
+    for (int i = 0; i < ray->body->link_count; ++i) {
+        ray_meet_link(ray, i);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ the cast
+
+static void ray_find_nearest_node(ray_cast* ray) {
+    const plii_topology* topology = ray->body->topology;
+    const int* nodes = &ray->hit.index;
+    int count = 1;
+    if (ray->hit.kind == PLI_FEATURE_LINK) {
+        nodes = ray->body->links[ray->hit.index].nodes;
+        count = 2;
+    } else if (ray->hit.kind == PLI_FEATURE_FACE) {
+        nodes = topology->faces[ray->hit.index];
+        count = 3;
+    } else if (ray->hit.kind == PLI_FEATURE_TETRA) {
+        nodes = topology->tetras[ray->hit.index];
+        count = 4;
+    }
+    float least = INFINITY;
+    for (int k = 0; k < count; ++k) {
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(ray_position(ray, nodes[k]), ray->hit.point));
+        if (k == 0 || squared < least) {
+            least = squared;
+            ray->hit.nearest_node = nodes[k];
+        }
+    }
+}
+
+static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const char* function) {
+    pli_context* context = body->context;
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_ray_def_default()");
+    }
+    const int known = PLI_RAY_NODES | PLI_RAY_LINKS | PLI_RAY_FACES | PLI_RAY_TETRAS;
+    if (def->targets == 0 || (def->targets & ~known) != 0) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "targets is 0x%x, bits of 0x%x are wanted",
+                         (unsigned)def->targets, (unsigned)known);
+    }
+    if (!(def->radius >= 0.0f) || !plii_is_finite(def->radius)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "radius %g is negative or not finite",
+                         (double)def->radius);
+    }
+    if (!plii_vec3_is_finite(def->from) || !plii_vec3_is_finite(def->to)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "an end of the ray is not finite");
+    }
+    const pli_vec3 ends[2] = {def->from, def->to};
+    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "radius", function));
+    PLII_TRY(plii_check_places(context, 2, ends, "end", function));
+    const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
+    if (!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction))) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",
+                         (double)pli_vec3_length(direction));
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_ray_hit* hit) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (def == NULL || hit == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def or hit is null"); }
+    PLII_TRY(ray_check(body, def, __func__));
+    ray_cast ray = {
+        .body = body,
+        .from = def->from,
+        .direction = pli_vec3_sub(def->to, def->from),
+        .radius = (double)def->radius,
+        .hit = {.kind = PLI_FEATURE_NONE, .index = PLI_NULL_INDEX, .fraction = 1.0f, .nearest_node = PLI_NULL_INDEX},
+    };
+    if ((def->targets & PLI_RAY_FACES) != 0) { ray_meet_faces(&ray); }
+    if ((def->targets & PLI_RAY_TETRAS) != 0) { ray_meet_tetras(&ray); }
+    if ((def->targets & PLI_RAY_LINKS) != 0) { ray_meet_links(&ray); }
+    if ((def->targets & PLI_RAY_NODES) != 0) { ray_meet_nodes(&ray); }
+    ray.hit.point = ray_point(&ray, ray.hit.fraction);
+    if (ray.hit.kind != PLI_FEATURE_NONE) { ray_find_nearest_node(&ray); }
+    *hit = ray.hit;
+    return PLI_OK;
+}

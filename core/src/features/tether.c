@@ -1,0 +1,319 @@
+/* Tethers: an upper limit to the distance of each node from the pinned node that is nearest along the links. After Kim,
+   Chentanez, Mueller, "Long Range Attachments", with one tether per node, and with rigid bodies at the anchors of
+   nodes: a light node cannot hold back a heavy body. */
+
+#include "body/body_impl.h"
+#include "body/hold.h"
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "body/xpbd_rigid.h"
+#include "math/range.h"
+#include "pliant/tether.h"
+
+/* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
+#define TETHER_RECOVERY_SPEED 1.0f
+
+/* A rigid body at the end of a tether. */
+typedef struct tether_load {
+    int node;
+    pli_vec3 goal; /* at the start of the step */
+    plii_xpbd_rigid_point point;
+    float limit; /* m, in this substep */
+} tether_load;
+
+typedef struct tether_state {
+    pli_tethers_def def;
+    pli_tether* tethers; /* [node_count] */
+    uint32_t link_revision;
+    plii_hold* holds;
+    int hold_capacity;
+    tether_load* loads;
+    int load_count, load_capacity;
+} tether_state;
+
+// ------------------------------------------------------------------------------------------------------- measuring
+
+static bool tether_shorten(pli_tether* far, const pli_tether* near, float length) {
+    if (near->pinned_node == PLI_NULL_INDEX || !(near->length + length < far->length)) { return false; }
+    *far = (pli_tether){near->pinned_node, near->length + length};
+    return true;
+}
+
+/* Relaxes all links, forth and back by turns, until nothing changes: a few times for the orders that generators make.
+ */
+static void tether_measure(const pli_body* body, tether_state* state) {
+    pli_tether* tethers = state->tethers;
+    for (int i = 0; i < body->node_count; ++i) {
+        const bool is_pinned = !(body->positions[i].w > 0.0f);
+        tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
+    }
+    bool has_changed = true;
+    for (int pass = 0; has_changed && pass <= body->node_count; ++pass) {
+        has_changed = false;
+        for (int k = 0; k < body->link_count; ++k) {
+            const int index = pass % 2 == 0 ? k : body->link_count - 1 - k;
+            if (body->link_tags != NULL && (body->link_tags[index] & PLII_LINK_TAG_BENDING) != 0) { continue; }
+            const plii_link* link = &body->links[index];
+            pli_tether *a = &tethers[link->nodes[0]], *b = &tethers[link->nodes[1]];
+            const float length = sqrtf(link->rest_length_squared);
+            const bool is_shorter = tether_shorten(a, b, length) || tether_shorten(b, a, length);
+            has_changed = has_changed || is_shorter;
+        }
+    }
+    state->link_revision = body->link_revision;
+}
+
+/* NULL unless the node is held. */
+static const pli_tether* tether_of(const pli_body* body, const tether_state* state, int node) {
+    const pli_tether* tether = &state->tethers[node];
+    const bool is_held = tether->pinned_node != PLI_NULL_INDEX && tether->pinned_node != node &&
+                         body->positions[node].w > 0.0f && !(body->positions[tether->pinned_node].w > 0.0f);
+    return is_held ? tether : NULL;
+}
+
+/* m, at the end of a step that started at that distance. */
+static float tether_limit(const tether_state* state, const pli_tether* tether, float start, float dt) {
+    return plii_max(tether->length * (1.0f + state->def.slack), start - TETHER_RECOVERY_SPEED * dt);
+}
+
+// ------------------------------------------------------------------------------------------------------------ loads
+
+static int tether_list_holds(pli_body* body, tether_state* state) {
+    int count = 0;
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->list_holds == NULL) { continue; }
+        const int found = feature->klass->list_holds(body, feature->state, 0, NULL);
+        if (found == 0) { continue; }
+        if (!PLII_RESERVE(body->context, &state->holds, &state->hold_capacity, count + found)) { break; }
+        feature->klass->list_holds(body, feature->state, found, state->holds + count);
+        count += found;
+    }
+    return count;
+}
+
+/* Where memory fails some are left out. */
+static void tether_gather_loads(pli_body* body, tether_state* state) {
+    state->load_count = 0;
+    const int count = body->anchored != NULL ? tether_list_holds(body, state) : 0;
+    for (int i = 0; i < count; ++i) {
+        const plii_hold* hold = &state->holds[i];
+        if (!hold->is_anchor || !(hold->rigid->state.inverse_mass > 0.0f) || !tether_of(body, state, hold->node)) {
+            continue;
+        }
+        if (!PLII_RESERVE(body->context, &state->loads, &state->load_capacity, state->load_count + 1)) { return; }
+        const pli_transform pose = hold->rigid->state.pose;
+        tether_load* load = &state->loads[state->load_count++];
+        *load = (tether_load){.node = hold->node, .goal = pli_transform_point(pose, hold->pivot)};
+        load->point.rigid = hold->rigid;
+        load->point.offset = pli_mat3_mul_vec3(pose.rotation, hold->pivot);
+        plii_rigid_touch(hold->rigid);
+    }
+}
+
+static void tether_begin(pli_body* body, void* data) {
+    tether_state* state = data;
+    if (state->link_revision != body->link_revision) { tether_measure(body, state); }
+    tether_gather_loads(body, state);
+}
+
+// ---------------------------------------------------------------------------------------- solving, whole steps
+
+static void tether_prepare(pli_body* body, void* data, const plii_step* step) {
+    (void)step;
+    tether_begin(body, data);
+}
+
+/* The rigid body stands at the end of this step already, its velocity is that of the next one. */
+static void tether_hold_load(const pli_body* body, const tether_state* state, const tether_load* load,
+                             const plii_step* step) {
+    const pli_tether* tether = &state->tethers[load->node];
+    const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->pinned_node]));
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > 0.0f)) { return; }
+    const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
+    const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->point.rigid, load->point.offset),
+                                           plii_xyz(body->velocities[tether->pinned_node]));
+    const float allowed = (tether_limit(state, tether, distance, step->dt) - distance) * step->inverse_dt;
+    const float excess = pli_vec3_dot(unit, relative) - allowed;
+    const float weight = plii_xpbd_rigid_point_weight(&load->point, unit);
+    if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
+    plii_rigid_apply_impulse(load->point.rigid, pli_vec3_scale(unit, -excess / weight), load->point.offset);
+}
+
+static void tether_solve(pli_body* body, void* data, const plii_step* step) {
+    const tether_state* state = data;
+    /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
+       held after it, no force would reach the rigid bodies. */
+    if (body->solver_class->holds_nodes && state->load_count > 0) { return; }
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_tether* tether = tether_of(body, state, i);
+        if (tether == NULL) { continue; }
+        const int pinned = tether->pinned_node;
+        const pli_vec3 origin = plii_xyz(body->positions[pinned]);
+        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
+        const float distance = pli_vec3_length(apart);
+        if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { continue; }
+        const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[i]), plii_xyz(body->previous[pinned]));
+        const float limit = tether_limit(state, tether, pli_vec3_length(before), step->dt);
+        if (!(distance > limit)) { continue; }
+        plii_set_xyz(&body->positions[i], pli_vec3_add(origin, pli_vec3_scale(apart, limit / distance)));
+    }
+    for (int i = 0; i < state->load_count; ++i) {
+        tether_hold_load(body, state, &state->loads[i], step);
+    }
+}
+
+// -------------------------------------------------------------------------------------------- solving, substeps
+
+static pli_vec3 tether_load_place(const tether_load* load) {
+    return pli_vec3_add(load->goal, load->point.moved);
+}
+
+static void tether_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const tether_state* state = data;
+    for (int i = 0; i < state->load_count; ++i) {
+        tether_load* load = &state->loads[i];
+        const pli_tether* tether = &state->tethers[load->node];
+        plii_xpbd_rigid_point_restart(&load->point, substep);
+        const pli_vec3 apart = pli_vec3_sub(tether_load_place(load), plii_xyz(body->positions[tether->pinned_node]));
+        load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
+    }
+}
+
+static void tether_sweep_node(pli_body* body, const tether_state* state, const pli_tether* tether, int node,
+                              const plii_xpbd_substep* substep) {
+    const int pinned = tether->pinned_node;
+    const pli_vec3 apart =
+        pli_vec3_sub(plii_xpbd_position(body, substep, node), plii_xpbd_position(body, substep, pinned));
+    const float distance = pli_vec3_length(apart);
+    if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { return; }
+    const pli_vec3 before =
+        pli_vec3_sub(apart, pli_vec3_sub(plii_xpbd_motion(substep, node), plii_xpbd_motion(substep, pinned)));
+    const float limit = tether_limit(state, tether, pli_vec3_length(before), substep->dt);
+    if (!(distance > limit)) { return; }
+    const float way = (limit - distance) / (distance * substep->displacements[node].w);
+    plii_xpbd_move(substep, node, apart, way);
+}
+
+static void tether_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const tether_state* state = data;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_tether* tether = tether_of(body, state, i);
+        if (tether != NULL) { tether_sweep_node(body, state, tether, i, substep); }
+    }
+    for (int i = 0; i < state->load_count; ++i) {
+        const tether_load* load = &state->loads[i];
+        const pli_vec3 place =
+            pli_vec3_add(tether_load_place(load), plii_xpbd_rigid_point_motion(&load->point, substep));
+        const int pinned = state->tethers[load->node].pinned_node;
+        const pli_vec3 apart = pli_vec3_sub(place, plii_xpbd_position(body, substep, pinned));
+        const float distance = pli_vec3_length(apart), excess = distance - load->limit;
+        if (!(excess > 0.0f)) { continue; }
+        const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
+        const float push = -excess / plii_xpbd_rigid_point_weight(&load->point, unit);
+        if (!plii_is_finite(push)) { continue; }
+        plii_xpbd_rigid_point_push(&load->point, pli_vec3_scale(unit, push), substep);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static size_t tether_size(int node_count) {
+    return (size_t)node_count * sizeof(pli_tether);
+}
+
+static pli_status tether_enable(pli_body* body, void* data) {
+    tether_state* state = data;
+    state->tethers = plii_allocate(body->context, tether_size(body->node_count));
+    return state->tethers != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static void tether_disable(pli_body* body, void* data) {
+    const tether_state* state = data;
+    plii_release(body->context, state->tethers, tether_size(body->node_count));
+    plii_release(body->context, state->holds, (size_t)state->hold_capacity * sizeof *state->holds);
+    plii_release(body->context, state->loads, (size_t)state->load_capacity * sizeof *state->loads);
+}
+
+static size_t tether_bytes(const pli_body* body, const void* data) {
+    const tether_state* state = data;
+    return tether_size(body->node_count) + (size_t)state->hold_capacity * sizeof *state->holds +
+           (size_t)state->load_capacity * sizeof *state->loads;
+}
+
+static int tether_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                  size_t* sizes) {
+    (void)body;
+    (void)data;
+    sizes[0] = tether_size(change->node_count);
+    return 1;
+}
+
+static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    tether_state* state = data;
+    plii_release(body->context, state->tethers, tether_size(change->old_node_count));
+    state->tethers = blocks[0];
+    state->load_count = 0;
+    tether_measure(body, state);
+}
+
+static const plii_feature_class tether_class;
+
+static const plii_xpbd_kind tether_kind = {
+    .order = PLII_XPBD_ORDER_TETHERS,
+    .klass = &tether_class,
+    .begin = tether_begin,
+    .restart = tether_restart,
+    .sweep = tether_sweep,
+};
+
+static const plii_feature_class tether_class = {
+    .name = "tethers",
+    .state_size = sizeof(tether_state),
+    .stages = {[PLII_STAGE_PREPARE] = {tether_prepare, PLII_ORDER_TETHERS},
+               [PLII_STAGE_POSITION] = {tether_solve, PLII_ORDER_TETHERS}},
+    .substepped = &tether_kind,
+    .enable = tether_enable,
+    .disable = tether_disable,
+    .bytes = tether_bytes,
+    .topology_blocks = tether_topology_blocks,
+    .topology_commit = tether_topology_commit,
+};
+
+pli_tethers_def pli_tethers_def_default(void) {
+    return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_tethers_def_default()");
+    }
+    if (!plii_is_finite(used.slack)) { return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "slack is not finite"); }
+    if (used.slack < 0.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "slack %g is negative", (double)used.slack);
+    }
+    PLII_TRY(plii_check_within(body->context, used.slack, PLI_MAX_FACTOR, "slack", __func__));
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &tether_class, &data));
+    tether_state* state = data;
+    state->def = used;
+    tether_measure(body, state);
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_tethers(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &tether_class);
+    return PLI_OK;
+}
+
+pli_tether pli_body_get_tether(const pli_body* body, int node) {
+    const pli_tether none = {PLI_NULL_INDEX, 0.0f};
+    if (plii_check_node(body, node, __func__) != PLI_OK) { return none; }
+    const tether_state* state = plii_feature_state(body, &tether_class);
+    if (state == NULL || state->tethers[node].pinned_node == PLI_NULL_INDEX) { return none; }
+    return state->tethers[node];
+}

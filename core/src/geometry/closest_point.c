@@ -1,0 +1,95 @@
+/* Nearest points on triangles. plii_closest_point_on_triangle: Ericson, Real-Time Collision Detection, 5.1.5. */
+
+#include "geometry/closest_point.h"
+
+static plii_triangle_place closest_point_place(plii_triangle_feature feature, float a, float b, float c) {
+    return (plii_triangle_place){feature, {a, b, c}};
+}
+
+pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_triangle_place* place) {
+    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a);
+    const pli_vec3 ap = pli_vec3_sub(p, a), bp = pli_vec3_sub(p, b), cp = pli_vec3_sub(p, c);
+    const float d1 = pli_vec3_dot(ab, ap), d2 = pli_vec3_dot(ac, ap);
+    const float d3 = pli_vec3_dot(ab, bp), d4 = pli_vec3_dot(ac, bp);
+    const float d5 = pli_vec3_dot(ab, cp), d6 = pli_vec3_dot(ac, cp);
+    if (d1 <= 0.0f && d2 <= 0.0f) {
+        *place = closest_point_place(PLII_TRIANGLE_VERTEX_0, 1.0f, 0.0f, 0.0f);
+        return a;
+    }
+    if (d3 >= 0.0f && d4 <= d3) {
+        *place = closest_point_place(PLII_TRIANGLE_VERTEX_1, 0.0f, 1.0f, 0.0f);
+        return b;
+    }
+    if (d6 >= 0.0f && d5 <= d6) {
+        *place = closest_point_place(PLII_TRIANGLE_VERTEX_2, 0.0f, 0.0f, 1.0f);
+        return c;
+    }
+    const float vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0f && d1 >= 0.0f && d3 <= 0.0f) {
+        const float t = d1 / (d1 - d3);
+        *place = closest_point_place(PLII_TRIANGLE_EDGE_01, 1.0f - t, t, 0.0f);
+        return pli_vec3_add(a, pli_vec3_scale(ab, t));
+    }
+    const float vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0f && d2 >= 0.0f && d6 <= 0.0f) {
+        const float t = d2 / (d2 - d6);
+        *place = closest_point_place(PLII_TRIANGLE_EDGE_20, 1.0f - t, 0.0f, t);
+        return pli_vec3_add(a, pli_vec3_scale(ac, t));
+    }
+    const float va = d3 * d6 - d5 * d4;
+    if (va <= 0.0f && d4 - d3 >= 0.0f && d5 - d6 >= 0.0f) {
+        const float t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        *place = closest_point_place(PLII_TRIANGLE_EDGE_12, 0.0f, 1.0f - t, t);
+        return pli_vec3_add(b, pli_vec3_scale(pli_vec3_sub(c, b), t));
+    }
+    const float scale = 1.0f / (va + vb + vc), v = vb * scale, w = vc * scale;
+    *place = closest_point_place(PLII_TRIANGLE_FACE, va * scale, v, w);
+    return pli_vec3_add(a, pli_vec3_add(pli_vec3_scale(ab, v), pli_vec3_scale(ac, w)));
+}
+
+static void closest_point_project_on_edge(pli_vec3 a, pli_vec3 b, float min_edge_squared, pli_vec3* point,
+                                          float* distance_squared) {
+    const pli_vec3 d = pli_vec3_sub(b, a);
+    const float edge_squared = pli_vec3_length_squared(d);
+    if (!(edge_squared > min_edge_squared)) { return; }
+    const float t = plii_clamp(-pli_vec3_dot(a, d) / edge_squared, 0.0f, 1.0f);
+    const pli_vec3 p = pli_vec3_add(a, pli_vec3_scale(d, t));
+    const float squared = pli_vec3_length_squared(p);
+    if (squared < *distance_squared) {
+        *point = p;
+        *distance_squared = squared;
+    }
+}
+
+bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float min_area_squared, float min_edge_squared,
+                                     pli_vec3* point, float* distance_squared) {
+    const pli_vec3 q = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
+    const float area_squared = pli_vec3_length_squared(q);
+    if (!(area_squared > min_area_squared)) { return false; }
+    const pli_vec3 normal = plii_vec3_divide(q, sqrtf(area_squared));
+    const float k = pli_vec3_dot(a, normal);
+    const pli_vec3 p = pli_vec3_scale(normal, k);
+    const pli_vec3 ap = pli_vec3_sub(a, p), bp = pli_vec3_sub(b, p), cp = pli_vec3_sub(c, p);
+    if (pli_vec3_dot(pli_vec3_cross(ap, bp), q) > 0.0f && pli_vec3_dot(pli_vec3_cross(bp, cp), q) > 0.0f &&
+        pli_vec3_dot(pli_vec3_cross(cp, ap), q) > 0.0f) {
+        *point = p;
+        *distance_squared = k * k;
+        return true;
+    }
+    float nearest = FLT_MAX;
+    closest_point_project_on_edge(a, b, min_edge_squared, point, &nearest);
+    closest_point_project_on_edge(b, c, min_edge_squared, point, &nearest);
+    closest_point_project_on_edge(c, a, min_edge_squared, point, &nearest);
+    if (!(nearest < FLT_MAX)) { return false; }
+    *distance_squared = nearest;
+    return true;
+}
+
+pli_vec3 plii_barycentric_by_areas(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p) {
+    const pli_vec3 ap = pli_vec3_sub(a, p), bp = pli_vec3_sub(b, p), cp = pli_vec3_sub(c, p);
+    const float area_ab = pli_vec3_length(pli_vec3_cross(ap, bp));
+    const float area_bc = pli_vec3_length(pli_vec3_cross(bp, cp));
+    const float area_ca = pli_vec3_length(pli_vec3_cross(cp, ap));
+    const float inverse_sum = 1.0f / (area_ab + area_bc + area_ca);
+    return pli_vec3_make(area_bc * inverse_sum, area_ca * inverse_sum, area_ab * inverse_sum);
+}

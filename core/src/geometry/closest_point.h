@@ -1,0 +1,35 @@
+#ifndef PLII_CLOSEST_POINT_H
+#define PLII_CLOSEST_POINT_H
+
+#include "math/vec.h"
+
+/* Which part of a triangle a point is nearest to. */
+typedef enum plii_triangle_feature {
+    PLII_TRIANGLE_VERTEX_0,
+    PLII_TRIANGLE_VERTEX_1,
+    PLII_TRIANGLE_VERTEX_2,
+    PLII_TRIANGLE_EDGE_01,
+    PLII_TRIANGLE_EDGE_12,
+    PLII_TRIANGLE_EDGE_20,
+    PLII_TRIANGLE_FACE
+} plii_triangle_feature;
+
+/* A point of a triangle. */
+typedef struct plii_triangle_place {
+    plii_triangle_feature feature;
+    pli_vec3 weights; /* barycentric */
+} plii_triangle_place;
+
+/* The point of triangle abc, which has an area, nearest to p. */
+pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_triangle_place* place);
+
+/* The point of triangle abc nearest to the origin and its squared distance, in btSoftBody's operations (ProjectOrigin).
+   False, and nothing written, for a triangle that is degenerate: |cross product|^2 or a squared edge not above
+   `min_area_squared` or `min_edge_squared`. Bullet uses FLT_EPSILON for both, whatever the size of the triangle. */
+bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float min_area_squared, float min_edge_squared,
+                                     pli_vec3* point, float* distance_squared);
+
+/* Barycentric weights by areas, in btSoftBody's operations (BaryCoord). */
+pli_vec3 plii_barycentric_by_areas(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p);
+
+#endif

@@ -1,0 +1,343 @@
+/* Distance of convex sets by the algorithm of Gilbert, Johnson and Keerthi. The nearest point of the simplex is found
+   by signed volumes (Montanari, Petrinic, Barbieri, "Improving the GJK algorithm for faster and more reliable distance
+   queries between convex objects", 2017), flat simplices by their faces; it ends by the gap of the bounds (van den
+   Bergen, "A fast and robust GJK implementation", 1999). All in double: support points are floats, whose differences
+   and products then carry hardly any error. */
+
+#include "geometry/gjk.h"
+
+#define GJK_GAP 1e-7          /* of the distance, where the query has none */
+#define GJK_TOUCHING 1e-10    /* of the largest difference of support points: distances below count as none */
+#define GJK_FLAT_VOLUME 1e-14 /* of the cube of the longest edge from the first vertex */
+#define GJK_RESIDUAL 1e-7     /* of that edge: how exactly the weights must give the origin */
+#define GJK_FLAT_AREA 1e-8    /* of the product of two edges; what is lost is less than the rounding of floats */
+#define GJK_PROGRESS 1e-13    /* of the squared distance */
+
+typedef struct gjk_vertex {
+    plii_dvec3 a, b, w; /* w = a - b */
+    pli_vec3 direction;
+    int vertices[2]; /* of a and b, where they have numbers */
+} gjk_vertex;
+
+/* Convex combination of up to 4 vertices of a simplex. */
+typedef struct gjk_nearest {
+    plii_dvec3 point;
+    double squared;
+    int index[4];
+    double weight[4];
+    int count;
+} gjk_nearest;
+
+static void gjk_take_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
+    const double squared = plii_dvec3_dot(s[i].w, s[i].w);
+    if (!(squared < best->squared)) { return; }
+    best->point = s[i].w;
+    best->squared = squared;
+    best->index[0] = i;
+    best->weight[0] = 1.0;
+    best->count = 1;
+}
+
+static void gjk_take_segment(const gjk_vertex* s, int i, int j, gjk_nearest* best) {
+    const plii_dvec3 a = s[i].w, ab = plii_dvec3_sub(s[j].w, a);
+    const double length_squared = plii_dvec3_dot(ab, ab), along = -plii_dvec3_dot(a, ab);
+    if (!(along > 0.0) || !(length_squared > 0.0)) {
+        gjk_take_vertex(s, i, best);
+    } else if (along >= length_squared) {
+        gjk_take_vertex(s, j, best);
+    } else {
+        const double t = along / length_squared;
+        const plii_dvec3 point = plii_dvec3_add_scaled(a, ab, t);
+        const double squared = plii_dvec3_dot(point, point);
+        if (!(squared < best->squared)) { return; }
+        best->point = point;
+        best->squared = squared;
+        best->index[0] = i;
+        best->index[1] = j;
+        best->weight[0] = 1.0 - t;
+        best->weight[1] = t;
+        best->count = 2;
+    }
+}
+
+static void gjk_take_triangle(const gjk_vertex* s, int i, int j, int k, gjk_nearest* best) {
+    const plii_dvec3 a = s[i].w, b = s[j].w, c = s[k].w;
+    const plii_dvec3 ab = plii_dvec3_sub(b, a), ac = plii_dvec3_sub(c, a), n = plii_dvec3_cross(ab, ac);
+    const double area_squared = plii_dvec3_dot(n, n);
+    const double scale_squared = plii_dvec3_dot(ab, ab) * plii_dvec3_dot(ac, ac);
+    if (!(area_squared > GJK_FLAT_AREA * GJK_FLAT_AREA * scale_squared)) {
+        gjk_take_segment(s, i, j, best);
+        gjk_take_segment(s, j, k, best);
+        gjk_take_segment(s, k, i, best);
+        return;
+    }
+    /* Areas of the triangles that the projected origin makes with the edges, from the vectors to the corners. */
+    const plii_dvec3 p = plii_dvec3_scale(n, plii_dvec3_dot(a, n) / area_squared);
+    const plii_dvec3 pa = plii_dvec3_sub(a, p), pb = plii_dvec3_sub(b, p), pc = plii_dvec3_sub(c, p);
+    const double u = plii_dvec3_dot(plii_dvec3_cross(pb, pc), n);
+    const double v = plii_dvec3_dot(plii_dvec3_cross(pc, pa), n);
+    const double w = plii_dvec3_dot(plii_dvec3_cross(pa, pb), n);
+    if (u > 0.0 && v > 0.0 && w > 0.0) {
+        const double squared = plii_dvec3_dot(p, p);
+        if (!(squared < best->squared)) { return; }
+        const double inverse = 1.0 / (u + v + w);
+        best->point = p;
+        best->squared = squared;
+        best->index[0] = i;
+        best->index[1] = j;
+        best->index[2] = k;
+        best->weight[0] = u * inverse;
+        best->weight[1] = v * inverse;
+        best->weight[2] = w * inverse;
+        best->count = 3;
+        return;
+    }
+    if (!(u > 0.0)) { gjk_take_segment(s, j, k, best); }
+    if (!(v > 0.0)) { gjk_take_segment(s, k, i, best); }
+    if (!(w > 0.0)) { gjk_take_segment(s, i, j, best); }
+}
+
+static void gjk_take_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
+    static const int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}; /* opposite of each vertex */
+    const plii_dvec3 ab = plii_dvec3_sub(s[1].w, s[0].w), ac = plii_dvec3_sub(s[2].w, s[0].w);
+    const plii_dvec3 ad = plii_dvec3_sub(s[3].w, s[0].w);
+    const double volume = plii_dvec3_dot(plii_dvec3_cross(ab, ac), ad);
+    const double ab_squared = plii_dvec3_dot(ab, ab), ac_squared = plii_dvec3_dot(ac, ac);
+    const double ad_squared = plii_dvec3_dot(ad, ad), abc_squared = ac_squared > ab_squared ? ac_squared : ab_squared;
+    const double longest = sqrt(ad_squared > abc_squared ? ad_squared : abc_squared);
+    bool is_flat = !(fabs(volume) > GJK_FLAT_VOLUME * longest * longest * longest);
+    double weight[4];
+    bool is_inside = !is_flat;
+    for (int i = 0; i < 4; ++i) {
+        const int* f = faces[i];
+        const plii_dvec3 n =
+            plii_dvec3_cross(plii_dvec3_sub(s[f[1]].w, s[f[0]].w), plii_dvec3_sub(s[f[2]].w, s[f[0]].w));
+        weight[i] = plii_dvec3_dot(n, s[f[0]].w) / volume; /* > 0 when the origin lies on the side of vertex i */
+        if (!(weight[i] > 0.0)) { is_inside = false; }
+    }
+    if (is_inside) {
+        const double inverse = 1.0 / (weight[0] + weight[1] + weight[2] + weight[3]);
+        plii_dvec3 sum = plii_dvec3_make(0, 0, 0);
+        for (int i = 0; i < 4; ++i) {
+            best->index[i] = i;
+            best->weight[i] = weight[i] * inverse;
+            sum = plii_dvec3_add_scaled(sum, s[i].w, best->weight[i]);
+        }
+        if (plii_dvec3_length(sum) <= GJK_RESIDUAL * longest) {
+            best->squared = 0.0;
+            best->point = plii_dvec3_make(0, 0, 0);
+            best->count = 4;
+            return;
+        }
+        is_flat = true; /* too flat for its weights */
+    }
+    for (int i = 0; i < 4; ++i) {
+        if (is_flat || !(weight[i] > 0.0)) { gjk_take_triangle(s, faces[i][0], faces[i][1], faces[i][2], best); }
+    }
+}
+
+static gjk_nearest gjk_find_nearest(const gjk_vertex* simplex, int count) {
+    gjk_nearest best;
+    best.point = plii_dvec3_make(0, 0, 0);
+    best.squared = HUGE_VAL;
+    best.count = 0;
+    if (count == 4) {
+        gjk_take_tetrahedron(simplex, &best);
+    } else if (count == 3) {
+        gjk_take_triangle(simplex, 0, 1, 2, &best);
+    } else if (count == 2) {
+        gjk_take_segment(simplex, 0, 1, &best);
+    } else {
+        gjk_take_vertex(simplex, 0, &best);
+    }
+    return best;
+}
+
+typedef struct gjk_state {
+    const plii_gjk_query* query;
+    gjk_vertex simplex[4];
+    int count;
+    double lower_bound;
+    pli_vec3 bound_direction; /* that proved it */
+    double reach_squared;     /* of the farthest support point so far */
+    int support_calls;
+    bool is_finite;
+} gjk_state;
+
+static bool gjk_is_in_simplex(const gjk_state* state, const gjk_vertex* v) {
+    for (int i = 0; i < state->count; ++i) {
+        const plii_dvec3 w = state->simplex[i].w;
+        if (w.x == v->w.x && w.y == v->w.y && w.z == v->w.z) { return true; }
+    }
+    return false;
+}
+
+static bool gjk_has_vertices(const plii_gjk_query* query) {
+    return query->a->vertices != NULL && query->b->vertices != NULL;
+}
+
+static void gjk_set_points(gjk_state* state, pli_vec3 a, pli_vec3 b, gjk_vertex* v) {
+    state->is_finite = state->is_finite && plii_vec3_is_finite(a) && plii_vec3_is_finite(b);
+    v->a = plii_dvec3_add(plii_dvec3_from(a), state->query->offset);
+    v->b = plii_dvec3_from(b);
+    v->w = plii_dvec3_sub(v->a, v->b);
+    const double squared = plii_dvec3_dot(v->w, v->w);
+    if (squared > state->reach_squared) { state->reach_squared = squared; }
+}
+
+/* Takes the points of numbered vertices. */
+static void gjk_set_vertices(gjk_state* state, gjk_vertex* v) {
+    const plii_convex *a = state->query->a, *b = state->query->b;
+    gjk_set_points(state, a->vertices->point(a->user, v->vertices[0]), b->vertices->point(b->user, v->vertices[1]), v);
+}
+
+/* Support point of a - b against `normal`, and the bound on the distance that it proves. */
+static gjk_vertex gjk_support(gjk_state* state, pli_vec3 normal) {
+    const plii_convex *a = state->query->a, *b = state->query->b;
+    gjk_vertex v;
+    state->support_calls += 2;
+    v.direction = normal;
+    if (gjk_has_vertices(state->query)) {
+        v.vertices[0] = a->vertices->farthest(a->user, pli_vec3_neg(normal));
+        v.vertices[1] = b->vertices->farthest(b->user, normal);
+        gjk_set_vertices(state, &v);
+    } else {
+        v.vertices[0] = v.vertices[1] = PLI_NULL_INDEX;
+        const pli_vec3 point = a->support(a->user, pli_vec3_neg(normal));
+        gjk_set_points(state, point, b->support(b->user, normal), &v);
+    }
+    const plii_dvec3 n = plii_dvec3_from(normal);
+    const double bound = plii_dvec3_dot(n, v.w) / plii_dvec3_length(n);
+    if (bound > state->lower_bound) {
+        state->lower_bound = bound;
+        state->bound_direction = normal;
+    }
+    return v;
+}
+
+static bool gjk_may_call(const gjk_state* state) {
+    return state->support_calls + 2 <= state->query->max_support_calls;
+}
+
+static pli_vec3 gjk_first_direction(const plii_gjk_query* query) {
+    const plii_dvec3 between = plii_dvec3_add(
+        plii_dvec3_sub(plii_dvec3_from(query->a->centre), plii_dvec3_from(query->b->centre)), query->offset);
+    const double length = plii_dvec3_length(between);
+    if (!(length > 0.0) || !isfinite(length)) { return pli_vec3_make(1, 0, 0); }
+    return plii_dvec3_to_float(plii_dvec3_scale(between, 1.0 / length));
+}
+
+/* Fills the simplex with what the last query knew, or with the point towards the other centre. */
+static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
+    const int cached_count = cache == NULL ? 0 : cache->count;
+    for (int i = 0; i < cached_count && cache->has_vertices && gjk_has_vertices(state->query); ++i) {
+        gjk_vertex v = {.vertices = {cache->as.vertices[i][0], cache->as.vertices[i][1]}};
+        gjk_set_vertices(state, &v);
+        if (!gjk_is_in_simplex(state, &v)) { state->simplex[state->count++] = v; }
+    }
+    for (int i = 0; i < cached_count && !cache->has_vertices && gjk_may_call(state); ++i) {
+        const gjk_vertex v = gjk_support(state, cache->as.directions[i]);
+        if (!gjk_is_in_simplex(state, &v)) { state->simplex[state->count++] = v; }
+        if (state->lower_bound > state->query->max_distance) { return; }
+    }
+    if (state->count == 0) { state->simplex[state->count++] = gjk_support(state, gjk_first_direction(state->query)); }
+}
+
+/* Drops the vertices that the nearest point does not need. */
+static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
+    bool is_in_place = true;
+    for (int i = 0; i < nearest->count; ++i) {
+        is_in_place = is_in_place && nearest->index[i] == i;
+    }
+    state->count = nearest->count;
+    if (is_in_place) { return; }
+    gjk_vertex kept[4];
+    for (int i = 0; i < nearest->count; ++i) {
+        kept[i] = state->simplex[nearest->index[i]];
+        nearest->index[i] = i;
+    }
+    for (int i = 0; i < state->count; ++i) {
+        state->simplex[i] = kept[i];
+    }
+}
+
+/* Of pairs that are too far apart, the direction that shows it suffices: next time it will do so at once. */
+static void gjk_write_cache(const gjk_state* state, plii_convex_relation relation, plii_convex_cache* cache) {
+    if (relation == PLII_CONVEX_BEYOND) {
+        cache->as.directions[0] = state->bound_direction;
+        cache->count = 1;
+        cache->has_vertices = false;
+        return;
+    }
+    cache->has_vertices = gjk_has_vertices(state->query);
+    for (int i = 0; i < state->count; ++i) {
+        const gjk_vertex* v = &state->simplex[i];
+        if (cache->has_vertices) {
+            cache->as.vertices[i][0] = v->vertices[0];
+            cache->as.vertices[i][1] = v->vertices[1];
+        } else {
+            cache->as.directions[i] = v->direction;
+        }
+    }
+    cache->count = state->count;
+}
+
+void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {
+    gjk_state state; /* vertices are written before they count */
+    state.query = query;
+    state.count = state.support_calls = 0;
+    state.lower_bound = -HUGE_VAL;
+    state.bound_direction = pli_vec3_make(0, 0, 0);
+    state.reach_squared = 0.0;
+    state.is_finite = true;
+    gjk_start(&state, cache);
+    gjk_nearest nearest = gjk_find_nearest(state.simplex, state.count);
+    gjk_reduce(&state, &nearest);
+    plii_convex_relation relation = PLII_CONVEX_SEPARATED;
+    const double gap = query->gap > 0.0 ? query->gap : GJK_GAP;
+    while (state.is_finite) {
+        if (state.lower_bound > query->max_distance) {
+            relation = PLII_CONVEX_BEYOND;
+            break;
+        }
+        if (nearest.squared <= GJK_TOUCHING * GJK_TOUCHING * state.reach_squared) {
+            relation = PLII_CONVEX_OVERLAPPING;
+            break;
+        }
+        const double distance = sqrt(nearest.squared);
+        if (distance < query->enough || distance - state.lower_bound <= gap * distance || !gjk_may_call(&state)) {
+            break;
+        }
+        const gjk_vertex v = gjk_support(&state, plii_dvec3_to_float(plii_dvec3_scale(nearest.point, 1.0 / distance)));
+        if (distance - state.lower_bound <= gap * distance || gjk_is_in_simplex(&state, &v)) { break; }
+        state.simplex[state.count] = v; /* beyond what counts until it proves good */
+        const gjk_nearest next = gjk_find_nearest(state.simplex, state.count + 1);
+        if (!(next.squared < nearest.squared * (1.0 - GJK_PROGRESS))) { break; }
+        state.count += 1;
+        nearest = next;
+        gjk_reduce(&state, &nearest);
+    }
+    if (!state.is_finite) { relation = PLII_CONVEX_UNDEFINED; }
+
+    const plii_dvec3 zero = plii_dvec3_make(0, 0, 0);
+    result->relation = relation;
+    result->support_calls = state.support_calls;
+    result->distance = result->lower_bound = 0.0;
+    result->point_a = result->point_b = result->normal = zero;
+    result->simplex_count = 0;
+    if (relation == PLII_CONVEX_UNDEFINED) { return; }
+    for (int i = 0; i < nearest.count; ++i) {
+        result->point_a = plii_dvec3_add_scaled(result->point_a, state.simplex[i].a, nearest.weight[i]);
+        result->point_b = plii_dvec3_add_scaled(result->point_b, state.simplex[i].b, nearest.weight[i]);
+    }
+    for (int i = 0; i < state.count; ++i) {
+        result->simplex[i] = state.simplex[i].w;
+    }
+    result->simplex_count = state.count;
+    if (cache != NULL) { gjk_write_cache(&state, relation, cache); }
+    const double distance = sqrt(nearest.squared);
+    if (distance > 0.0) { result->normal = plii_dvec3_scale(nearest.point, 1.0 / distance); }
+    if (relation == PLII_CONVEX_OVERLAPPING) { return; }
+    result->distance = distance;
+    result->lower_bound = state.lower_bound > 0.0 ? state.lower_bound : 0.0;
+}

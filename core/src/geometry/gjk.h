@@ -1,0 +1,55 @@
+#ifndef PLII_GJK_H
+#define PLII_GJK_H
+
+/* Distance of two convex cores with the nearest points, or that they overlap. */
+
+#include "geometry/convex_support.h"
+#include "math/vec_double.h"
+
+typedef enum plii_convex_relation {
+    PLII_CONVEX_SEPARATED,
+    PLII_CONVEX_BEYOND,      /* proven farther apart than the query's max_distance; the nearest points are rough */
+    PLII_CONVEX_OVERLAPPING, /* or touching */
+    PLII_CONVEX_UNDEFINED    /* a support point is not finite */
+} plii_convex_relation;
+
+/* What one pair remembers from query to query; all zero at first. Vertices or support directions instead of points, so
+   that it stays of use while both sets move and deform. */
+typedef struct plii_convex_cache {
+    union {
+        pli_vec3 directions[4]; /* normals (b to a) whose support points made the last simplex */
+        int vertices[4][2];     /* of a and b, in the last simplex, where both have numbered vertices */
+    } as;
+    int count;
+    bool has_vertices;
+    pli_vec3 normal; /* of the last signed distance */
+    bool has_normal;
+} plii_convex_cache;
+
+typedef struct plii_gjk_query {
+    const plii_convex* a;
+    const plii_convex* b;
+    plii_dvec3 offset;   /* added to every point of a */
+    double max_distance; /* farther pairs end as PLII_CONVEX_BEYOND; HUGE_VAL: none do */
+    double enough;       /* ends, as PLII_CONVEX_SEPARATED, once a smaller distance is known; 0: exact */
+    /* Ends when lower and upper bound agree to this share of the distance; 0: 1e-7, the normal then is right to 0.03
+       degrees. It goes with the root: to 0.8 degrees at 1e-4. */
+    double gap;
+    int max_support_calls; /* of both callbacks together, at least 4 */
+} plii_gjk_query;
+
+typedef struct plii_gjk_result {
+    plii_convex_relation relation;
+    double distance;             /* of the points below; 0 when overlapping */
+    double lower_bound;          /* the true distance lies between this and `distance` */
+    plii_dvec3 point_a, point_b; /* nearest points of the cores, `offset` included */
+    plii_dvec3 normal;           /* unit, from b to a; when overlapping zero, or what rounding left */
+    plii_dvec3 simplex[4];       /* last simplex in a - b; contains the origin when overlapping */
+    int simplex_count;
+    int support_calls;
+} plii_gjk_result;
+
+/* Ends by the gap of the bounds, or when nothing improves in double precision. `cache` may be NULL. */
+void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result);
+
+#endif

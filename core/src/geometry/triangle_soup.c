@@ -1,0 +1,141 @@
+/* Triangles without connections: repeated and empty ones are sorted out, distances go through a bounding volume
+   tree. */
+
+#include "geometry/triangle_soup.h"
+
+#include "geometry/closest_point.h"
+
+#include <stdlib.h>
+
+/* Doubled area below this share of the longest edge squared counts as none. */
+#define SOUP_MIN_SHAPE 1e-6f
+
+/* A triangle with its corners in ascending order. */
+typedef struct soup_entry {
+    pli_vec3 corners[3];
+    int turn; /* +1 when it took an even number of swaps to order them, else -1 */
+} soup_entry;
+
+static int soup_compare_floats(float a, float b) {
+    return a < b ? -1 : a > b ? 1 : 0;
+}
+
+static int soup_compare_points(pli_vec3 a, pli_vec3 b) {
+    int order = soup_compare_floats(a.x, b.x);
+    if (order == 0) { order = soup_compare_floats(a.y, b.y); }
+    return order != 0 ? order : soup_compare_floats(a.z, b.z);
+}
+
+static int soup_compare_corners(const void* left, const void* right) {
+    const soup_entry *a = left, *b = right;
+    for (int k = 0; k < 3; ++k) {
+        const int order = soup_compare_points(a->corners[k], b->corners[k]);
+        if (order != 0) { return order; }
+    }
+    return 0;
+}
+
+static void soup_order_pair(soup_entry* entry, int i, int j) {
+    if (soup_compare_points(entry->corners[i], entry->corners[j]) <= 0) { return; }
+    const pli_vec3 swap = entry->corners[i];
+    entry->corners[i] = entry->corners[j];
+    entry->corners[j] = swap;
+    entry->turn = -entry->turn;
+}
+
+static bool soup_has_area(const pli_vec3* corners) {
+    const pli_vec3 ab = pli_vec3_sub(corners[1], corners[0]), ac = pli_vec3_sub(corners[2], corners[0]);
+    const pli_vec3 bc = pli_vec3_sub(corners[2], corners[1]);
+    const float longest =
+        plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
+    const float doubled_area = pli_vec3_length(pli_vec3_cross(ab, ac));
+    return doubled_area > SOUP_MIN_SHAPE * longest && doubled_area > FLT_MIN;
+}
+
+/* Triangles with an area into `entries`; gives their number. */
+static int soup_collect(soup_entry* entries, const pli_vec3* points, int triangle_count, const int* triangles,
+                        pli_vec3 origin, float scale) {
+    int count = 0;
+    for (int i = 0; i < triangle_count; ++i) {
+        soup_entry* entry = &entries[count];
+        for (int k = 0; k < 3; ++k) {
+            entry->corners[k] = pli_vec3_scale(pli_vec3_sub(points[triangles[3 * i + k]], origin), scale);
+        }
+        entry->turn = 1;
+        soup_order_pair(entry, 0, 1);
+        soup_order_pair(entry, 1, 2);
+        soup_order_pair(entry, 0, 1);
+        if (soup_has_area(entry->corners)) { ++count; }
+    }
+    return count;
+}
+
+static void soup_add_once(plii_soup* soup, soup_entry* entries, int entry_count) {
+    qsort(entries, (size_t)entry_count, sizeof *entries, soup_compare_corners);
+    int end = 0;
+    for (int begin = 0; begin < entry_count; begin = end) {
+        int turn = 0;
+        for (end = begin; end < entry_count && soup_compare_corners(&entries[begin], &entries[end]) == 0; ++end) {
+            turn += entries[end].turn;
+        }
+        if (turn == 0) { continue; }
+        plii_soup_triangle* triangle = &soup->triangles[soup->count++];
+        triangle->corners[0] = entries[begin].corners[0];
+        triangle->corners[1] = entries[begin].corners[turn > 0 ? 1 : 2];
+        triangle->corners[2] = entries[begin].corners[turn > 0 ? 2 : 1];
+        triangle->is_hidden = false;
+    }
+}
+
+static bool soup_build_tree(plii_soup* soup) {
+    if (soup->count == 0) { return true; }
+    const size_t size = (size_t)soup->count * sizeof(pli_bounds);
+    pli_bounds* boxes = plii_allocate(soup->context, size);
+    if (boxes == NULL) { return false; }
+    for (int i = 0; i < soup->count; ++i) {
+        const pli_vec3* c = soup->triangles[i].corners;
+        boxes[i].min = plii_vec3_min(c[0], plii_vec3_min(c[1], c[2]));
+        boxes[i].max = plii_vec3_max(c[0], plii_vec3_max(c[1], c[2]));
+    }
+    const bool is_built = plii_box_tree_build(soup->context, &soup->tree, soup->count, boxes);
+    plii_release(soup->context, boxes, size);
+    return is_built;
+}
+
+bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles, pli_vec3 origin,
+                     float scale) {
+    const size_t size = (size_t)triangle_count * sizeof(soup_entry);
+    soup_entry* entries = plii_allocate(soup->context, size);
+    bool is_built = entries != NULL && PLII_RESERVE(soup->context, &soup->triangles, &soup->capacity, triangle_count);
+    if (is_built) {
+        soup_add_once(soup, entries, soup_collect(entries, points, triangle_count, triangles, origin, scale));
+        is_built = soup_build_tree(soup);
+    }
+    plii_release(soup->context, entries, size);
+    return is_built;
+}
+
+void plii_soup_free(plii_soup* soup) {
+    plii_release(soup->context, soup->triangles, (size_t)soup->capacity * sizeof *soup->triangles);
+    plii_box_tree_free(soup->context, &soup->tree);
+}
+
+static float soup_measure(int triangle, pli_vec3 point, const void* user) {
+    const plii_soup_triangle* t = &((const plii_soup*)user)->triangles[triangle];
+    if (t->is_hidden) { return FLT_MAX; }
+    plii_triangle_place place;
+    const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &place);
+    return pli_vec3_length_squared(pli_vec3_sub(point, foot));
+}
+
+float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point) {
+    return sqrtf(soup_measure(triangle, point, soup));
+}
+
+int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance) {
+    const float reach = guess != PLI_NULL_INDEX ? soup_measure(guess, point, soup) : FLT_MAX;
+    int nearest = plii_box_tree_nearest(&soup->tree, point, reach, soup_measure, soup);
+    if (nearest == PLI_NULL_INDEX) { nearest = guess; }
+    *distance = nearest != PLI_NULL_INDEX ? plii_soup_distance(soup, nearest, point) : INFINITY;
+    return nearest;
+}

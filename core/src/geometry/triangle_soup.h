@@ -1,0 +1,34 @@
+#ifndef PLII_TRIANGLE_SOUP_H
+#define PLII_TRIANGLE_SOUP_H
+
+/* Triangles without connections, for questions that do not need any, with a tree over them. */
+
+#include "base/context.h"
+#include "geometry/box_tree.h"
+#include "math/vec.h"
+
+typedef struct plii_soup_triangle {
+    pli_vec3 corners[3];
+    bool is_hidden; /* not part of the surface that distances are measured to */
+} plii_soup_triangle;
+
+typedef struct plii_soup {
+    pli_context* context;
+    plii_soup_triangle* triangles;
+    int count, capacity;
+    plii_box_tree tree;
+} plii_soup;
+
+/* The soup starts as {.context = ...}. Corners become (point - origin) * scale. Triangles without an area are left out;
+   of those with the same corners one stays, turned as most of them are, and none when as many are turned either way.
+   False when out of memory; the soup is to be freed in any case. */
+bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count, const int* triangles, pli_vec3 origin,
+                     float scale);
+void plii_soup_free(plii_soup* soup);
+
+/* The triangle nearest to a point among those that are not hidden, and its distance. With a `guess`, which may be
+   PLI_NULL_INDEX, the search is faster the nearer the guess is. */
+int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance);
+float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point);
+
+#endif

@@ -1,0 +1,101 @@
+/* Generalised winding numbers (Jacobson, Kavan, Sorkine-Hornung, Robust inside-outside segmentation using generalized
+   winding numbers, 2013), far triangles taken together as one dipole (Barill, Dickson, Schmidt, Levin, Jacobson, Fast
+   winding numbers for soups and clouds, 2018). */
+
+#include "geometry/winding_number.h"
+
+/* A cluster is far when it is this many of its radii away: errors of some hundredths. */
+#define WINDING_FAR 3.0f
+#define WINDING_FULL 12.566370614f /* the solid angle of everything, 4 pi */
+
+static float winding_radius_squared(pli_bounds box, pli_vec3 centre) {
+    const pli_vec3 low = pli_vec3_sub(centre, box.min), high = pli_vec3_sub(box.max, centre);
+    return pli_vec3_length_squared(plii_vec3_max(low, high));
+}
+
+static void winding_finish(plii_winding_cluster* cluster, pli_bounds box) {
+    cluster->centre = plii_vec3_divide(cluster->centre, cluster->area);
+    cluster->reach_squared = WINDING_FAR * WINDING_FAR * winding_radius_squared(box, cluster->centre);
+}
+
+static void winding_add_weighted(plii_winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {
+    sum->centre = pli_vec3_add(sum->centre, pli_vec3_scale(centre, area));
+    sum->area_normal = pli_vec3_add(sum->area_normal, area_normal);
+    sum->area += area;
+}
+
+bool plii_winding_build(plii_winding* winding, const plii_soup* soup) {
+    const plii_box_tree* tree = &soup->tree;
+    winding->soup = soup;
+    winding->cluster_count = tree->begin[tree->level_count];
+    winding->clusters = plii_allocate(soup->context, (size_t)winding->cluster_count * sizeof *winding->clusters);
+    if (winding->clusters == NULL) { return false; }
+    for (int i = 0; i < tree->count; ++i) {
+        const pli_vec3* c = soup->triangles[tree->items[i]].corners;
+        const pli_vec3 normal =
+            pli_vec3_scale(pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0])), 0.5f);
+        const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
+        winding_add_weighted(&winding->clusters[i], centre, normal, pli_vec3_length(normal));
+        winding_finish(&winding->clusters[i], tree->boxes[i]);
+    }
+    for (int level = 1; level < tree->level_count; ++level) {
+        const int below = tree->begin[level - 1], begin = tree->begin[level], end = tree->begin[level + 1];
+        for (int i = below; i < begin; ++i) {
+            const plii_winding_cluster* child = &winding->clusters[i];
+            winding_add_weighted(&winding->clusters[begin + (i - below) / PLII_BOX_TREE_FAN], child->centre,
+                                 child->area_normal, child->area);
+        }
+        for (int i = begin; i < end; ++i) {
+            winding_finish(&winding->clusters[i], tree->boxes[i]);
+        }
+    }
+    return true;
+}
+
+void plii_winding_free(plii_winding* winding) {
+    if (winding->soup == NULL) { return; }
+    plii_release(winding->soup->context, winding->clusters, (size_t)winding->cluster_count * sizeof *winding->clusters);
+}
+
+/* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */
+static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
+    const pli_vec3 a = pli_vec3_sub(corners[0], point), b = pli_vec3_sub(corners[1], point);
+    const pli_vec3 c = pli_vec3_sub(corners[2], point);
+    const float la = pli_vec3_length(a), lb = pli_vec3_length(b), lc = pli_vec3_length(c);
+    const float volume = pli_vec3_dot(a, pli_vec3_cross(b, c));
+    const float below = la * lb * lc + pli_vec3_dot(a, b) * lc + pli_vec3_dot(b, c) * la + pli_vec3_dot(c, a) * lb;
+    return 2.0f * atan2f(volume, below);
+}
+
+float plii_winding_at(const plii_winding* winding, pli_vec3 point) {
+    const plii_box_tree* tree = &winding->soup->tree;
+    struct {
+        int level, index;
+    } stack[PLII_BOX_TREE_STACK];
+    int depth = 0;
+    stack[depth].level = tree->level_count - 1;
+    stack[depth++].index = 0;
+    float angle = 0.0f;
+    while (depth > 0) {
+        --depth;
+        const int level = stack[depth].level, index = stack[depth].index;
+        const plii_winding_cluster* cluster = &winding->clusters[tree->begin[level] + index];
+        const pli_vec3 offset = pli_vec3_sub(cluster->centre, point);
+        const float squared = pli_vec3_length_squared(offset);
+        if (squared > cluster->reach_squared) {
+            angle += pli_vec3_dot(cluster->area_normal, offset) / (squared * sqrtf(squared));
+            continue;
+        }
+        if (level == 0) {
+            angle += winding_solid_angle(winding->soup->triangles[tree->items[index]].corners, point);
+            continue;
+        }
+        const int first = index * PLII_BOX_TREE_FAN;
+        const int width = tree->begin[level] - tree->begin[level - 1];
+        for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
+            stack[depth].level = level - 1;
+            stack[depth++].index = child;
+        }
+    }
+    return angle / WINDING_FULL;
+}

@@ -1,7 +1,0 @@
-/* Coloured links in plain C. */
-
-#define PLII_SIMD_PORTABLE
-#include "links_kernel.inl"
-
-const plii_links_kernel plii_links_kernel_portable = {links_runs, links_in_planes, links_groups, links_serial,
-                                                      links_sweep};

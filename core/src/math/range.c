@@ -1,0 +1,44 @@
+/* Errors of numbers beyond their limits. */
+
+#include "math/range.h"
+
+static pli_status range_status(bool is_finite) {
+    return is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE;
+}
+
+pli_status plii_check_within(pli_context* context, float value, float limit, const char* name, const char* function) {
+    if (plii_is_within(value, limit)) { return PLI_OK; }
+    return plii_fail(context, range_status(plii_is_finite(value)), function, "%s is %g, the limit is %g", name,
+                     (double)value, (double)limit);
+}
+
+pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
+                                  const char* function) {
+    if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
+    return plii_fail(context, range_status(plii_vec3_is_finite(value)), function, "%s is (%g, %g, %g), the limit is %g",
+                     name, (double)value.x, (double)value.y, (double)value.z, (double)limit);
+}
+
+pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
+                              const char* function) {
+    if (value >= low && value <= high) { return PLI_OK; }
+    return plii_fail(context, range_status(plii_is_finite(value)), function, "%s is %g, the limits are %g and %g", name,
+                     (double)value, (double)low, (double)high);
+}
+
+pli_status plii_check_places(pli_context* context, int count, const pli_vec3* points, const char* what,
+                             const char* function) {
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 p = points[i];
+        if (plii_is_place(p)) { continue; }
+        const bool is_finite = plii_vec3_is_finite(p);
+        return plii_fail(context, range_status(is_finite), function, "%s %d is (%g, %g, %g)%s", what, i, (double)p.x,
+                         (double)p.y, (double)p.z, is_finite ? ", coordinates go to 1e+06" : ", not finite");
+    }
+    return PLI_OK;
+}
+
+pli_status plii_check_mass(pli_context* context, float mass, const char* function) {
+    if (mass == 0.0f) { return PLI_OK; }
+    return plii_check_between(context, mass, PLI_MIN_MASS, PLI_MAX_MASS, "the mass", function);
+}

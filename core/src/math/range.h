@@ -1,0 +1,46 @@
+#ifndef PLII_RANGE_H
+#define PLII_RANGE_H
+
+/* The one place where numbers from outside are held against the limits of limits.h. */
+
+#include "base/context.h"
+#include "math/vec.h"
+#include "pliant/limits.h"
+
+/* False for NaN. */
+static inline bool plii_is_within(float value, float limit) {
+    return fabsf(value) <= limit;
+}
+static inline bool plii_vec3_is_within(pli_vec3 v, float limit) {
+    return plii_is_within(v.x, limit) && plii_is_within(v.y, limit) && plii_is_within(v.z, limit);
+}
+static inline bool plii_is_place(pli_vec3 v) {
+    return plii_vec3_is_within(v, PLI_MAX_COORDINATE);
+}
+/* 1/kg of something that can move; with some room for quotients. */
+static inline bool plii_is_inverse_mass(float inverse_mass) {
+    return inverse_mass >= 0.999f / PLI_MAX_MASS && inverse_mass <= 1.001f / PLI_MIN_MASS;
+}
+/* Takes back what rounding has taken over the limit. */
+static inline pli_vec3 plii_vec3_clamp(pli_vec3 v, float limit) {
+    return pli_vec3_make(plii_clamp(v.x, -limit, limit), plii_clamp(v.y, -limit, limit),
+                         plii_clamp(v.z, -limit, limit));
+}
+static inline pli_vec3 plii_clamp_place(pli_vec3 v) {
+    return plii_vec3_clamp(v, PLI_MAX_COORDINATE);
+}
+
+/* PLI_OK, or the error of a value whose absolute is above the limit, or NaN; `name` is that of the value. */
+pli_status plii_check_within(pli_context* context, float value, float limit, const char* name, const char* function);
+pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
+                                  const char* function);
+/* The same from a limit to another. */
+pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
+                              const char* function);
+/* Positions of an array, `what` and a number name one. */
+pli_status plii_check_places(pli_context* context, int count, const pli_vec3* points, const char* what,
+                             const char* function);
+/* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
+pli_status plii_check_mass(pli_context* context, float mass, const char* function);
+
+#endif

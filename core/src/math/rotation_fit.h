@@ -1,0 +1,12 @@
+#ifndef PLII_ROTATION_FIT_H
+#define PLII_ROTATION_FIT_H
+
+#include "math/vec.h"
+
+/* The rotation nearest to a matrix, that is the one of largest trace(transpose(rotation) * matrix): a proper rotation
+   (determinant +1) for every input, inverted, flat or zero. Where several are as near (rank 1 or 0, some inversions) it
+   is one close to the start; a matrix that is not finite counts as zero. quaternion: the start, such as the result of
+   the last step; any length, identity when useless. Replaced by the result, unit, on the start's side. */
+pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion);
+
+#endif

@@ -1,0 +1,308 @@
+/* TetGen's text files: .node, .ele and, when it is there, .face. */
+
+#include "geometry/orientation.h"
+#include "mesh/io_text.h"
+#include "mesh/mesh_impl.h"
+#include "pliant/generate.h"
+#include "pliant/io.h"
+
+#include <limits.h>
+#include <string.h>
+
+/* One of the files. */
+typedef struct tetgen_file {
+    plii_text text;
+    char* path;
+    size_t path_size;
+    int header_line;
+    int record_count;   /* what the first line promises */
+    int first_index;    /* number of the first record, 0 or 1 */
+    int trailing_count; /* numbers at the end of a record that the first line promises */
+} tetgen_file;
+
+typedef struct tetgen_mesh {
+    int point_count, tetra_count, face_count;
+    int first_point; /* number of the first point in the files */
+    pli_vec3* points;
+    int* tetras; /* [4 * tetra_count] */
+    int* faces;  /* [3 * face_count] */
+} tetgen_mesh;
+
+static void tetgen_close(tetgen_file* file) {
+    pli_context* context = file->text.context;
+    plii_text_close(&file->text);
+    plii_release(context, file->path, file->path_size);
+}
+
+static pli_status tetgen_open(pli_context* context, const char* base, const char* extension, const char* function,
+                              bool* missing, tetgen_file* file) {
+    memset(file, 0, sizeof *file);
+    const size_t base_length = strlen(base), extension_length = strlen(extension);
+    file->path_size = base_length + extension_length + 1;
+    file->path = plii_allocate(context, file->path_size);
+    if (file->path == NULL) {
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for a file name", base);
+    }
+    memcpy(file->path, base, base_length);
+    memcpy(file->path + base_length, extension, extension_length);
+    const pli_status status = plii_text_open(context, file->path, function, missing, &file->text);
+    if (status != PLI_OK) { tetgen_close(file); }
+    return status;
+}
+
+/* The first line: how many records, then other numbers that may be left out. */
+static pli_status tetgen_read_header(tetgen_file* file, const char* what, int value_count, int* values) {
+    if (!plii_text_find_content(&file->text)) {
+        return plii_text_fail(&file->text, file->text.line, "the file is empty");
+    }
+    file->header_line = file->text.line;
+    PLII_TRY(plii_text_read_int(&file->text, what, &file->record_count));
+    if (file->record_count < 0) {
+        return plii_text_fail(&file->text, file->text.line, "%s is %d", what, file->record_count);
+    }
+    for (int i = 0; i < value_count && !plii_text_is_line_done(&file->text); ++i) {
+        PLII_TRY(plii_text_read_int(&file->text, "a number of the first line", &values[i]));
+    }
+    plii_text_next_line(&file->text);
+    return PLI_OK;
+}
+
+/* A promised count is only believed as far as the file can hold it: a record takes at least two bytes per number. */
+static pli_status tetgen_check_count(const tetgen_file* file, const char* what, int numbers_per_record) {
+    const int64_t bytes = file->text.end - file->text.at + 1;
+    if ((int64_t)file->record_count * numbers_per_record * 2 > bytes) {
+        return plii_text_fail(&file->text, file->text.line, "the file is too short for %d %s", file->record_count,
+                              what);
+    }
+    return PLI_OK;
+}
+
+/* Goes to record `done` and checks its number. */
+static pli_status tetgen_begin_record(tetgen_file* file, int done, const char* what) {
+    if (!plii_text_find_content(&file->text)) {
+        return plii_text_fail(&file->text, file->text.line, "the file ends after %d of %d %s", done, file->record_count,
+                              what);
+    }
+    int index = 0;
+    PLII_TRY(plii_text_read_int(&file->text, "the index", &index));
+    if (done == 0 && (index == 0 || index == 1)) { file->first_index = index; }
+    if (index != file->first_index + done) {
+        return plii_text_fail(&file->text, file->text.line, "the index is %d instead of %d", index,
+                              file->first_index + done);
+    }
+    return PLI_OK;
+}
+
+static pli_status tetgen_end_record(tetgen_file* file) {
+    for (int i = 0; i < file->trailing_count; ++i) {
+        float ignored = 0.0f;
+        PLII_TRY(plii_text_read_float(&file->text, "an attribute or marker", &ignored));
+    }
+    plii_text_next_line(&file->text);
+    return PLI_OK;
+}
+
+static pli_status tetgen_end_file(tetgen_file* file, const char* what) {
+    if (!plii_text_find_content(&file->text)) { return PLI_OK; }
+    return plii_text_fail(&file->text, file->text.line, "the file goes on after %d %s", file->record_count, what);
+}
+
+static pli_status tetgen_out_of_memory(const tetgen_file* file, const char* what) {
+    return plii_fail(file->text.context, PLI_ERROR_OUT_OF_MEMORY, file->text.function, "%s: no memory for %d %s",
+                     file->path, file->record_count, what);
+}
+
+static pli_status tetgen_read_points(tetgen_file* file, tetgen_mesh* mesh) {
+    static const char* const what = "points";
+    int values[3] = {3, 0, 0}; /* dimensions, attributes, markers */
+    PLII_TRY(tetgen_read_header(file, "the number of points", 3, values));
+    if (file->record_count == 0 || values[0] != 3 || values[1] < 0 || values[1] > 1000 || values[2] < 0 ||
+        values[2] > 1) {
+        return plii_text_fail(&file->text, file->header_line,
+                              "%d points of %d dimensions with %d attributes and %d markers", file->record_count,
+                              values[0], values[1], values[2]);
+    }
+    file->trailing_count = values[1] + values[2];
+    PLII_TRY(tetgen_check_count(file, what, 4));
+    mesh->points = plii_allocate(file->text.context, (size_t)file->record_count * sizeof(pli_vec3));
+    if (mesh->points == NULL) { return tetgen_out_of_memory(file, what); }
+    mesh->point_count = file->record_count;
+    for (int i = 0; i < file->record_count; ++i) {
+        PLII_TRY(tetgen_begin_record(file, i, what));
+        PLII_TRY(plii_text_read_float(&file->text, "x", &mesh->points[i].x));
+        PLII_TRY(plii_text_read_float(&file->text, "y", &mesh->points[i].y));
+        PLII_TRY(plii_text_read_float(&file->text, "z", &mesh->points[i].z));
+        PLII_TRY(tetgen_end_record(file));
+    }
+    mesh->first_point = file->first_index;
+    return tetgen_end_file(file, what);
+}
+
+/* Points of a tetrahedron or triangle, counted from 0. */
+static pli_status tetgen_read_corners(tetgen_file* file, const tetgen_mesh* mesh, int count, int* corners) {
+    for (int i = 0; i < count; ++i) {
+        int number = 0;
+        PLII_TRY(plii_text_read_int(&file->text, "a corner", &number));
+        if (number < mesh->first_point || number - mesh->first_point >= mesh->point_count) {
+            return plii_text_fail(&file->text, file->text.line, "a corner is point %d, points run from %d to %d",
+                                  number, mesh->first_point, mesh->first_point + mesh->point_count - 1);
+        }
+        corners[i] = number - mesh->first_point;
+        for (int k = 0; k < i; ++k) {
+            if (corners[k] == corners[i]) {
+                return plii_text_fail(&file->text, file->text.line, "point %d is named twice", number);
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+static pli_status tetgen_read_tetras(tetgen_file* file, tetgen_mesh* mesh) {
+    static const char* const what = "tetrahedra";
+    int values[2] = {4, 0}; /* corners, attributes */
+    PLII_TRY(tetgen_read_header(file, "the number of tetrahedra", 2, values));
+    if (file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000) {
+        return plii_text_fail(&file->text, file->header_line, "%d tetrahedra of %d corners with %d attributes",
+                              file->record_count, values[0], values[1]);
+    }
+    file->trailing_count = values[0] - 4 + values[1]; /* nodes on the edges are not used */
+    PLII_TRY(tetgen_check_count(file, what, 5));
+    mesh->tetras = plii_allocate(file->text.context, (size_t)file->record_count * 4 * sizeof(int));
+    if (mesh->tetras == NULL) { return tetgen_out_of_memory(file, what); }
+    mesh->tetra_count = file->record_count;
+    for (int i = 0; i < file->record_count; ++i) {
+        PLII_TRY(tetgen_begin_record(file, i, what));
+        PLII_TRY(tetgen_read_corners(file, mesh, 4, mesh->tetras + (ptrdiff_t)4 * i));
+        PLII_TRY(tetgen_end_record(file));
+    }
+    return tetgen_end_file(file, what);
+}
+
+static pli_status tetgen_read_faces(tetgen_file* file, tetgen_mesh* mesh) {
+    static const char* const what = "faces";
+    int values[1] = {0}; /* markers */
+    PLII_TRY(tetgen_read_header(file, "the number of faces", 1, values));
+    if (values[0] < 0 || values[0] > 1) {
+        return plii_text_fail(&file->text, file->header_line, "faces with %d markers", values[0]);
+    }
+    file->trailing_count = values[0];
+    PLII_TRY(tetgen_check_count(file, what, 4));
+    mesh->faces = plii_allocate(file->text.context, (size_t)file->record_count * 3 * sizeof(int));
+    if (mesh->faces == NULL && file->record_count > 0) { return tetgen_out_of_memory(file, what); }
+    mesh->face_count = file->record_count;
+    for (int i = 0; i < file->record_count; ++i) {
+        PLII_TRY(tetgen_begin_record(file, i, what));
+        PLII_TRY(tetgen_read_corners(file, mesh, 3, mesh->faces + (ptrdiff_t)3 * i));
+        PLII_TRY(tetgen_end_record(file));
+    }
+    return tetgen_end_file(file, what);
+}
+
+/* Reads one of the files with its reader; `missing` as for plii_text_open. */
+static pli_status tetgen_read_file(pli_context* context, const char* base, const char* extension, const char* function,
+                                   bool* missing, pli_status (*read)(tetgen_file*, tetgen_mesh*), tetgen_mesh* mesh) {
+    tetgen_file file;
+    PLII_TRY(tetgen_open(context, base, extension, function, missing, &file));
+    const pli_status status = missing != NULL && *missing ? PLI_OK : read(&file, mesh);
+    tetgen_close(&file);
+    return status;
+}
+
+// ----------------------------------------------------------------------------------------------- outward faces
+
+/* The corner of `tetra` that is not among the three of `face`, or -1 when the face is none of its sides. */
+static int tetgen_opposite(const int* tetra, const int* face) {
+    int opposite = -1, shared = 0;
+    for (int i = 0; i < 4; ++i) {
+        const bool is_shared = tetra[i] == face[0] || tetra[i] == face[1] || tetra[i] == face[2];
+        shared += is_shared;
+        if (!is_shared) { opposite = tetra[i]; }
+    }
+    return shared == 3 ? opposite : -1;
+}
+
+/* Turns the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
+static bool tetgen_turn_faces(pli_context* context, tetgen_mesh* mesh) {
+    const size_t begin_size = ((size_t)mesh->point_count + 1) * sizeof(int);
+    const size_t list_size = (size_t)mesh->tetra_count * 4 * sizeof(int);
+    int* begin = plii_allocate(context, begin_size); /* first entry of each point in the list of its tetrahedra */
+    int* list = plii_allocate(context, list_size);
+    const bool ok = begin != NULL && (list != NULL || list_size == 0) && mesh->tetra_count <= INT_MAX / 4;
+    if (ok) {
+        for (int i = 0; i < 4 * mesh->tetra_count; ++i) {
+            ++begin[mesh->tetras[i]];
+        }
+        for (int i = 0; i < mesh->point_count; ++i) {
+            begin[i + 1] += begin[i];
+        }
+        for (int i = 4 * mesh->tetra_count - 1; i >= 0; --i) {
+            list[--begin[mesh->tetras[i]]] = i / 4;
+        }
+    }
+    for (int i = 0; ok && i < mesh->face_count; ++i) {
+        int* face = mesh->faces + (ptrdiff_t)3 * i;
+        int rare = face[0]; /* the corner with the fewest tetrahedra */
+        for (int k = 1; k < 3; ++k) {
+            if (begin[face[k] + 1] - begin[face[k]] < begin[rare + 1] - begin[rare]) { rare = face[k]; }
+        }
+        int side_count = 0, inner = -1;
+        for (int k = begin[rare]; k < begin[rare + 1]; ++k) {
+            const int opposite = tetgen_opposite(mesh->tetras + (ptrdiff_t)4 * list[k], face);
+            if (opposite < 0) { continue; }
+            ++side_count;
+            inner = opposite;
+        }
+        const pli_vec3* p = mesh->points;
+        if (side_count == 1 && plii_orientation(p[face[0]], p[face[1]], p[face[2]], p[inner]) > 0) {
+            const int swapped = face[1];
+            face[1] = face[2];
+            face[2] = swapped;
+        }
+    }
+    plii_release(context, begin, begin_size);
+    plii_release(context, list, list_size);
+    return ok;
+}
+
+// ------------------------------------------------------------------------------------------------------ entry
+
+static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
+    if (read->face_count > 0 && !tetgen_turn_faces(context, read)) {
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to turn %d faces", read->face_count);
+    }
+    pli_mesh* made = NULL;
+    PLII_TRY(
+        pli_mesh_create_from_tetras(context, read->point_count, read->points, read->tetra_count, read->tetras, &made));
+    if (!plii_mesh_reserve(made, 0, 0, read->face_count, 0)) {
+        pli_mesh_destroy(made);
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d faces", read->face_count);
+    }
+    for (int i = 0; i < read->face_count; ++i) {
+        const int* n = read->faces + (ptrdiff_t)3 * i;
+        plii_mesh_push_face(made, n[0], n[1], n[2]);
+    }
+    *mesh = made;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
+    PLII_TRY(plii_check_context_change(context, __func__));
+    if (base == NULL || mesh == NULL) {
+        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
+                         base == NULL ? "base name is" : "place for the mesh is");
+    }
+    tetgen_mesh read = {0};
+    bool has_no_faces = false;
+    pli_status status = tetgen_read_file(context, base, ".node", __func__, NULL, tetgen_read_points, &read);
+    if (status == PLI_OK) {
+        status = tetgen_read_file(context, base, ".ele", __func__, NULL, tetgen_read_tetras, &read);
+    }
+    if (status == PLI_OK) {
+        status = tetgen_read_file(context, base, ".face", __func__, &has_no_faces, tetgen_read_faces, &read);
+    }
+    if (status == PLI_OK) { status = tetgen_make(context, &read, __func__, mesh); }
+    plii_release(context, read.points, (size_t)read.point_count * sizeof *read.points);
+    plii_release(context, read.tetras, (size_t)read.tetra_count * 4 * sizeof *read.tetras);
+    plii_release(context, read.faces, (size_t)read.face_count * 3 * sizeof *read.faces);
+    return status;
+}

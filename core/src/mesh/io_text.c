@@ -1,0 +1,261 @@
+/* Text files: loading, words, numbers, messages with file and line. */
+
+#include "mesh/io_text.h"
+
+#include "math/vec.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <locale.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------------- loading
+
+/* Reads to the end into a block that doubles; `size` receives the size of the block, `used` what it holds. */
+static pli_status text_load(pli_context* context, FILE* file, const char* path, const char* function, char** data,
+                            size_t* size, size_t* used) {
+    *size = 65536;
+    *used = 0;
+    *data = plii_allocate(context, *size);
+    while (*data != NULL) {
+        *used += fread(*data + *used, 1, *size - *used, file);
+        if (ferror(file) != 0) {
+            return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: cannot be read: %s", path, strerror(errno));
+        }
+        if (*used < *size) { return PLI_OK; }
+        char* larger = *size <= SIZE_MAX / 2 ? plii_allocate(context, *size * 2) : NULL;
+        if (larger != NULL) { memcpy(larger, *data, *used); }
+        plii_release(context, *data, *size);
+        *data = larger;
+        *size *= 2;
+    }
+    return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "%s: no memory for the file", path);
+}
+
+pli_status plii_text_open(pli_context* context, const char* path, const char* function, bool* missing,
+                          plii_text* text) {
+    *text = (plii_text){.context = context, .function = function, .path = path, .line = 1};
+    errno = 0;
+    FILE* file = fopen(path, "rb");
+    if (missing != NULL) { *missing = file == NULL && errno == ENOENT; }
+    if (file == NULL) {
+        if (missing != NULL && *missing) { return PLI_OK; }
+        return plii_fail(context, PLI_ERROR_FILE_OPEN, function, "%s: %s", path, strerror(errno));
+    }
+    size_t used = 0;
+    const pli_status status = text_load(context, file, path, function, &text->data, &text->size, &used);
+    fclose(file);
+    if (status != PLI_OK) {
+        plii_text_close(text);
+        return status;
+    }
+    text->at = text->data;
+    text->end = text->data + used;
+    return PLI_OK;
+}
+
+void plii_text_close(plii_text* text) {
+    plii_release(text->context, text->data, text->size);
+    text->data = NULL;
+}
+
+pli_status plii_text_fail(const plii_text* text, int line, const char* format, ...) {
+    char message[256];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(message, sizeof message, format, arguments);
+    va_end(arguments);
+    return plii_fail(text->context, PLI_ERROR_FILE_FORMAT, text->function, "%s:%d: %s", text->path, line, message);
+}
+
+plii_quote plii_text_quote(const char* word, int length) {
+    plii_quote quote;
+    const int kept = length < PLII_QUOTE_LENGTH ? length : PLII_QUOTE_LENGTH;
+    for (int i = 0; i < kept; ++i) {
+        const bool is_printable = word[i] >= ' ' && word[i] <= '~';
+        quote.text[i] = is_printable ? word[i] : '.';
+    }
+    strcpy(&quote.text[kept], kept < length ? "..." : "");
+    return quote;
+}
+
+// ------------------------------------------------------------------------------------------------ lines and words
+
+static bool text_is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
+
+/* Length of a backslash with the line end behind it, or 0. */
+static int text_joint_length(const plii_text* text, const char* at) {
+    if (!text->joins_lines || at == text->end || *at != '\\') { return 0; }
+    const ptrdiff_t left = text->end - at;
+    if (left >= 2 && at[1] == '\n') { return 2; }
+    return left >= 3 && at[1] == '\r' && at[2] == '\n' ? 3 : 0;
+}
+
+static void text_skip_blanks(plii_text* text) {
+    while (text->at < text->end) {
+        const int joint = text_joint_length(text, text->at);
+        if (joint > 0) {
+            ++text->line;
+            text->at += joint;
+        } else if (text_is_blank(*text->at)) {
+            ++text->at;
+        } else {
+            return;
+        }
+    }
+}
+
+bool plii_text_is_line_done(plii_text* text) {
+    text_skip_blanks(text);
+    return text->at == text->end || *text->at == '\n' || *text->at == '#';
+}
+
+bool plii_text_next_line(plii_text* text) {
+    const char* word;
+    int length;
+    while (plii_text_read_word(text, &word, &length)) {}
+    while (text->at < text->end && *text->at != '\n') {
+        ++text->at;
+    } /* a comment */
+    if (text->at == text->end) { return false; }
+    ++text->at;
+    ++text->line;
+    return true;
+}
+
+bool plii_text_find_content(plii_text* text) {
+    while (plii_text_is_line_done(text)) {
+        if (!plii_text_next_line(text)) { return false; }
+    }
+    return true;
+}
+
+bool plii_text_read_word(plii_text* text, const char** word, int* length) {
+    if (plii_text_is_line_done(text)) { return false; }
+    *word = text->at;
+    while (text->at < text->end && !text_is_blank(*text->at) && *text->at != '\n' &&
+           text_joint_length(text, text->at) == 0) {
+        ++text->at;
+    }
+    const ptrdiff_t size = text->at - *word;
+    *length = size < INT_MAX ? (int)size : INT_MAX;
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------------- numbers
+
+static bool text_is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+/* strtof reads the decimal separator of the locale, so it is given that one. */
+static bool text_parse_slowly(const char* word, int length, float* value) {
+    char copy[1024];
+    const char* separator = localeconv()->decimal_point;
+    const size_t separator_length = strlen(separator);
+    if ((size_t)length + separator_length >= sizeof copy) { return false; }
+    size_t used = 0;
+    for (int i = 0; i < length; ++i) {
+        if (word[i] == '.') {
+            memcpy(copy + used, separator, separator_length);
+            used += separator_length;
+        } else {
+            copy[used++] = word[i];
+        }
+    }
+    copy[used] = '\0';
+    char* end = NULL;
+    *value = strtof(copy, &end);
+    return end == copy + used && plii_is_finite(*value);
+}
+
+/* A product or quotient of two exact doubles is rounded correctly, and rounding it again to float is right unless it
+   lies in the middle between two floats. False where that, or more than 19 digits, asks for the slow way. */
+static bool text_scale_exactly(uint64_t digits, int exponent, float* value) {
+    static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+    if (digits > UINT64_C(1) << 53 || exponent < -22 || exponent > 22) { return false; }
+    const double scaled = exponent < 0 ? (double)digits / powers[-exponent] : (double)digits * powers[exponent];
+    uint64_t bits;
+    memcpy(&bits, &scaled, sizeof bits);
+    const bool is_normal = scaled >= (double)FLT_MIN && scaled < (double)FLT_MAX;
+    if (digits != 0 && (!is_normal || (bits & UINT64_C(0x1fffffff)) == UINT64_C(0x10000000))) { return false; }
+    *value = (float)scaled;
+    return true;
+}
+
+bool plii_parse_float(const char* word, int length, float* value) {
+    const char* at = word;
+    const char* const end = word + length;
+    const bool is_negative = at < end && *at == '-';
+    if (at < end && (*at == '-' || *at == '+')) { ++at; }
+    uint64_t digits = 0;
+    int digit_count = 0, kept_count = 0, exponent = 0;
+    for (bool has_point = false; at < end && (text_is_digit(*at) || (*at == '.' && !has_point)); ++at) {
+        if (*at == '.') {
+            has_point = true;
+            continue;
+        }
+        ++digit_count;
+        if (digits != 0 || *at != '0') { ++kept_count; }
+        if (kept_count <= 19) { digits = digits * 10 + (uint64_t)(*at - '0'); }
+        exponent -= has_point;
+    }
+    if (digit_count == 0) { return false; }
+    if (at < end && (*at == 'e' || *at == 'E')) {
+        int written = 0;
+        if (!plii_parse_int(at + 1, (int)(end - at - 1), &written) || written < -100000 || written > 100000) {
+            return false;
+        }
+        exponent += written;
+        at = end;
+    }
+    if (at != end) { return false; }
+    if (kept_count <= 19 && text_scale_exactly(digits, exponent, value)) {
+        if (is_negative) { *value = -*value; }
+        return true;
+    }
+    return text_parse_slowly(word, length, value);
+}
+
+bool plii_parse_int(const char* word, int length, int* value) {
+    const int sign_length = length > 0 && (word[0] == '-' || word[0] == '+');
+    if (length == sign_length) { return false; }
+    int64_t magnitude = 0;
+    for (int i = sign_length; i < length; ++i) {
+        if (!text_is_digit(word[i])) { return false; }
+        magnitude = magnitude * 10 + (word[i] - '0');
+        if (magnitude > INT_MAX) { return false; }
+    }
+    *value = word[0] == '-' ? (int)-magnitude : (int)magnitude;
+    return true;
+}
+
+static pli_status text_read(plii_text* text, const char* what, const char** word, int* length) {
+    if (plii_text_read_word(text, word, length)) { return PLI_OK; }
+    return plii_text_fail(text, text->line, "the line ends before %s", what);
+}
+
+static pli_status text_fail_number(const plii_text* text, const char* what, const char* word, int length) {
+    return plii_text_fail(text, text->line, "%s is '%s', which is no usable number", what,
+                          plii_text_quote(word, length).text);
+}
+
+pli_status plii_text_read_float(plii_text* text, const char* what, float* value) {
+    const char* word = NULL;
+    int length = 0;
+    PLII_TRY(text_read(text, what, &word, &length));
+    return plii_parse_float(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
+}
+
+pli_status plii_text_read_int(plii_text* text, const char* what, int* value) {
+    const char* word = NULL;
+    int length = 0;
+    PLII_TRY(text_read(text, what, &word, &length));
+    return plii_parse_int(word, length, value) ? PLI_OK : text_fail_number(text, what, word, length);
+}

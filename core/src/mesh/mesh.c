@@ -1,0 +1,379 @@
+/* The editable recipe of a body: life, append functions and the topology that bodies of one mesh share. */
+
+#include "math/range.h"
+#include "mesh/mesh_impl.h"
+
+#include "base/handle.h"
+
+#include <limits.h>
+#include <string.h>
+
+// ---------------------------------------------------------------------------------------------------- checks
+
+pli_status plii_check_mesh(const pli_mesh* mesh, const char* function) {
+    return plii_check_handle(mesh, PLII_HANDLE_MESH, NULL, NULL, function);
+}
+
+pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function) {
+    PLII_TRY(plii_check_mesh(mesh, function));
+    return plii_check_change(mesh->context, function);
+}
+
+pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function) {
+    if (node >= 0 && node < mesh->node_count) { return PLI_OK; }
+    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "node %d is out of range, the mesh has %d nodes", node, mesh->node_count);
+}
+
+pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function) {
+    if (material >= 0 && material < mesh->material_count) { return PLI_OK; }
+    return plii_fail(mesh->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "material %d is out of range, the mesh has %d materials", material, mesh->material_count);
+}
+
+pli_status plii_check_points(pli_context* context, int point_count, const pli_vec3* points, const char* function) {
+    return plii_check_places(context, point_count, points, "point", function);
+}
+
+pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
+    if (!plii_is_finite(mass)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the mass is %g", (double)mass);
+    }
+    if (mass < 0.0f) {
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the mass is %g, it must not be negative",
+                         (double)mass);
+    }
+    PLII_TRY(plii_check_mass(mesh->context, mass, function));
+    *inverse_mass = mass > 0.0f ? 1.0f / mass : 0.0f;
+    return PLI_OK;
+}
+
+static pli_status mesh_out_of_memory(const pli_mesh* mesh, const char* function, const char* what, int count) {
+    return plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for more than %d %s", count, what);
+}
+
+/* Range of all nodes of an element, and that no node is named twice. */
+static pli_status mesh_check_corners(const pli_mesh* mesh, const int* nodes, int count, const char* function) {
+    for (int i = 0; i < count; ++i) {
+        PLII_TRY(plii_check_mesh_node(mesh, nodes[i], function));
+        for (int j = 0; j < i; ++j) {
+            if (nodes[i] == nodes[j]) {
+                return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_material* material, const char* function) {
+    if (material == NULL) {
+        return plii_fail(mesh->context, PLI_ERROR_NULL_ARGUMENT, function, "the material is null");
+    }
+    const float stiffness = material->linear_stiffness;
+    if (!plii_is_finite(stiffness)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the linear stiffness is %g",
+                         (double)stiffness);
+    }
+    if (!(stiffness > 0.0f && stiffness <= 1.0f)) {
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "the linear stiffness is %g, it must be in (0, 1]", (double)stiffness);
+    }
+    return plii_check_between(mesh->context, stiffness, PLI_MIN_STIFFNESS, 1.0f, "the linear stiffness", function);
+}
+
+// -------------------------------------------------------------------------------------------------- topology
+
+static size_t topology_faces_size(const plii_topology* topology) {
+    return (size_t)topology->face_count * sizeof *topology->faces;
+}
+
+static size_t topology_materials_size(const plii_topology* topology) {
+    return (size_t)topology->face_count * sizeof *topology->face_materials;
+}
+
+static size_t topology_tetras_size(const plii_topology* topology) {
+    return (size_t)topology->tetra_count * sizeof *topology->tetras;
+}
+
+void plii_topology_release(pli_context* context, plii_topology* topology) {
+    if (topology == NULL || --topology->reference_count > 0) { return; }
+    plii_release(context, topology->faces, topology_faces_size(topology));
+    plii_release(context, topology->face_materials, topology_materials_size(topology));
+    plii_release(context, topology->tetras, topology_tetras_size(topology));
+    plii_release(context, topology, sizeof *topology);
+}
+
+void plii_mesh_forget_topology(pli_mesh* mesh) {
+    plii_topology_release(mesh->context, mesh->topology);
+    mesh->topology = NULL;
+}
+
+static bool topology_needs_materials(const pli_mesh* mesh) {
+    for (int i = 0; i < mesh->face_count; ++i) {
+        if (mesh->faces[i].material != 0) { return true; }
+    }
+    return false;
+}
+
+static plii_topology* topology_create(const pli_mesh* mesh, pli_context* context) {
+    plii_topology* topology = plii_allocate(context, sizeof *topology);
+    if (topology == NULL) { return NULL; }
+    topology->reference_count = 1;
+    topology->face_count = mesh->face_count;
+    topology->tetra_count = mesh->tetra_count;
+    topology->faces = plii_allocate(context, topology_faces_size(topology));
+    topology->tetras = plii_allocate(context, topology_tetras_size(topology));
+    const bool needs_materials = topology_needs_materials(mesh);
+    if (needs_materials) { topology->face_materials = plii_allocate(context, topology_materials_size(topology)); }
+    if ((topology->face_count > 0 && topology->faces == NULL) ||
+        (topology->tetra_count > 0 && topology->tetras == NULL) ||
+        (needs_materials && topology->face_materials == NULL)) {
+        plii_topology_release(context, topology);
+        return NULL;
+    }
+    for (int i = 0; i < mesh->face_count; ++i) {
+        memcpy(topology->faces[i], mesh->faces[i].nodes, sizeof topology->faces[i]);
+        if (needs_materials) { topology->face_materials[i] = (uint16_t)mesh->faces[i].material; }
+    }
+    for (int i = 0; i < mesh->tetra_count; ++i) {
+        memcpy(topology->tetras[i], mesh->tetras[i].nodes, sizeof topology->tetras[i]);
+    }
+    return topology;
+}
+
+plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) {
+    if (context != mesh->context) { return topology_create(mesh, context); }
+    if (mesh->topology == NULL) { mesh->topology = topology_create(mesh, context); }
+    if (mesh->topology != NULL) { ++mesh->topology->reference_count; }
+    return mesh->topology;
+}
+
+// ------------------------------------------------------------------------------------------------------ life
+
+pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
+    PLII_TRY(plii_check_context_change(context, __func__));
+    if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    pli_mesh* made = plii_handle_create(context, PLII_HANDLE_MESH, sizeof *made);
+    if (made != NULL) {
+        made->context = context;
+        if (PLII_RESERVE(context, &made->materials, &made->material_capacity, 1)) {
+            made->materials[0].linear_stiffness = 1.0f;
+            made->material_count = 1;
+            *mesh = made;
+            return PLI_OK;
+        }
+        pli_mesh_destroy(made);
+    }
+    return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a mesh");
+}
+
+pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
+    PLII_TRY(plii_check_mesh_change(source, __func__));
+    if (mesh == NULL) { return PLII_FAIL(source->context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    pli_mesh* made = NULL;
+    PLII_TRY(plii_mesh_create_reserved(source->context, source->node_count, source->link_count, source->face_count,
+                                       source->tetra_count, __func__, &made));
+    if (!PLII_RESERVE(made->context, &made->materials, &made->material_capacity, source->material_count)) {
+        pli_mesh_destroy(made);
+        return mesh_out_of_memory(source, __func__, "materials", 1);
+    }
+#define MESH_CLONE(field, count)                                                                                       \
+    if (source->count > 0) { memcpy(made->field, source->field, (size_t)source->count * sizeof *made->field); }        \
+    made->count = source->count
+    MESH_CLONE(positions, node_count);
+    MESH_CLONE(inverse_masses, node_count);
+    MESH_CLONE(links, link_count);
+    MESH_CLONE(faces, face_count);
+    MESH_CLONE(tetras, tetra_count);
+    MESH_CLONE(materials, material_count);
+#undef MESH_CLONE
+    *mesh = made;
+    return PLI_OK;
+}
+
+void pli_mesh_destroy(pli_mesh* mesh) {
+    if (mesh == NULL || plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
+    pli_context* context = mesh->context;
+    plii_mesh_forget_topology(mesh);
+#define MESH_RELEASE(field, capacity) plii_release(context, mesh->field, (size_t)mesh->capacity * sizeof *mesh->field)
+    MESH_RELEASE(positions, node_capacity);
+    MESH_RELEASE(inverse_masses, mass_capacity);
+    MESH_RELEASE(links, link_capacity);
+    MESH_RELEASE(faces, face_capacity);
+    MESH_RELEASE(tetras, tetra_capacity);
+    MESH_RELEASE(materials, material_capacity);
+#undef MESH_RELEASE
+    plii_handle_release(context, mesh, PLII_HANDLE_MESH, sizeof *mesh);
+}
+
+pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
+    pli_mesh_view view;
+    memset(&view, 0, sizeof view);
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return view; }
+    view.node_count = mesh->node_count;
+    view.link_count = mesh->link_count;
+    view.face_count = mesh->face_count;
+    view.tetra_count = mesh->tetra_count;
+    view.material_count = mesh->material_count;
+    view.positions = mesh->positions;
+    view.inverse_masses = mesh->inverse_masses;
+    view.links = mesh->links;
+    view.faces = mesh->faces;
+    view.tetras = mesh->tetras;
+    view.materials = mesh->materials;
+    return view;
+}
+
+// ------------------------------------------------------------------------------------------- service to generators
+
+static bool mesh_reserve_array(pli_context* context, void** data, int* capacity, int count, int more, size_t size) {
+    if (more == 0) { return true; }
+    return more <= INT_MAX - count && plii_reserve(context, data, capacity, count + more, size);
+}
+#define MESH_RESERVE(mesh, field, capacity, count, more)                                                               \
+    mesh_reserve_array((mesh)->context, (void**)&(mesh)->field, &(mesh)->capacity, (mesh)->count, more,                \
+                       sizeof *(mesh)->field)
+
+static bool mesh_reserve_nodes(pli_mesh* mesh, int more) {
+    return MESH_RESERVE(mesh, positions, node_capacity, node_count, more) &&
+           MESH_RESERVE(mesh, inverse_masses, mass_capacity, node_count, more);
+}
+
+bool plii_mesh_reserve(pli_mesh* mesh, int nodes, int links, int faces, int tetras) {
+    return mesh_reserve_nodes(mesh, nodes) && MESH_RESERVE(mesh, links, link_capacity, link_count, links) &&
+           MESH_RESERVE(mesh, faces, face_capacity, face_count, faces) &&
+           MESH_RESERVE(mesh, tetras, tetra_capacity, tetra_count, tetras);
+}
+
+void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) {
+    mesh->positions[mesh->node_count] = position;
+    mesh->inverse_masses[mesh->node_count++] = inverse_mass;
+}
+
+void plii_mesh_push_link(pli_mesh* mesh, int a, int b) {
+    mesh->links[mesh->link_count++] = (pli_link){.nodes = {a, b}};
+}
+
+void plii_mesh_push_face(pli_mesh* mesh, int a, int b, int c) {
+    mesh->faces[mesh->face_count++] = (pli_face){.nodes = {a, b, c}};
+}
+
+void plii_mesh_push_tetra(pli_mesh* mesh, int a, int b, int c, int d) {
+    mesh->tetras[mesh->tetra_count++] = (pli_tetra){.nodes = {a, b, c, d}};
+}
+
+pli_status plii_mesh_create_reserved(pli_context* context, int64_t nodes, int64_t links, int64_t faces, int64_t tetras,
+                                     const char* function, pli_mesh** mesh) {
+    if (nodes > INT_MAX || links > INT_MAX || faces > INT_MAX || tetras > INT_MAX) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "a mesh of %lld nodes, %lld links, %lld faces and %lld tetras is too large", (long long)nodes,
+                         (long long)links, (long long)faces, (long long)tetras);
+    }
+    pli_mesh* made = NULL;
+    PLII_TRY(pli_mesh_create(context, &made));
+    if (!plii_mesh_reserve(made, (int)nodes, (int)links, (int)faces, (int)tetras)) {
+        pli_mesh_destroy(made);
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function,
+                         "no memory for %lld nodes, %lld links, %lld faces and %lld tetras", (long long)nodes,
+                         (long long)links, (long long)faces, (long long)tetras);
+    }
+    *mesh = made;
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------- building
+
+static void mesh_set_index(int* index, int value) {
+    if (index != NULL) { *index = value; }
+}
+
+pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, int* index) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    if (!plii_vec3_is_finite(position)) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position is (%g, %g, %g)", (double)position.x,
+                         (double)position.y, (double)position.z);
+    }
+    PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
+    float inverse_mass = 0.0f;
+    PLII_TRY(plii_mesh_invert_mass(mesh, mass, __func__, &inverse_mass));
+    if (!mesh_reserve_nodes(mesh, 1)) { return mesh_out_of_memory(mesh, __func__, "nodes", mesh->node_count); }
+    mesh_set_index(index, mesh->node_count);
+    plii_mesh_push_node(mesh, position, inverse_mass);
+    return PLI_OK;
+}
+
+pli_status pli_mesh_append_link(pli_mesh* mesh, int node_a, int node_b, int material, int* index) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    const pli_link link = {.nodes = {node_a, node_b}, .material = material};
+    PLII_TRY(mesh_check_corners(mesh, link.nodes, 2, __func__));
+    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
+    if (!MESH_RESERVE(mesh, links, link_capacity, link_count, 1)) {
+        return mesh_out_of_memory(mesh, __func__, "links", mesh->link_count);
+    }
+    mesh_set_index(index, mesh->link_count);
+    mesh->links[mesh->link_count++] = link;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_append_face(pli_mesh* mesh, int a, int b, int c, int material, int* index) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    const pli_face face = {.nodes = {a, b, c}, .material = material};
+    PLII_TRY(mesh_check_corners(mesh, face.nodes, 3, __func__));
+    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
+    if (!MESH_RESERVE(mesh, faces, face_capacity, face_count, 1)) {
+        return mesh_out_of_memory(mesh, __func__, "faces", mesh->face_count);
+    }
+    plii_mesh_forget_topology(mesh);
+    mesh_set_index(index, mesh->face_count);
+    mesh->faces[mesh->face_count++] = face;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int material, int* index) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    const pli_tetra tetra = {.nodes = {a, b, c, d}, .material = material};
+    PLII_TRY(mesh_check_corners(mesh, tetra.nodes, 4, __func__));
+    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
+    if (!MESH_RESERVE(mesh, tetras, tetra_capacity, tetra_count, 1)) {
+        return mesh_out_of_memory(mesh, __func__, "tetras", mesh->tetra_count);
+    }
+    plii_mesh_forget_topology(mesh);
+    mesh_set_index(index, mesh->tetra_count);
+    mesh->tetras[mesh->tetra_count++] = tetra;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material, int* index) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mesh_check_material_values(mesh, material, __func__));
+    if (mesh->material_count >= PLII_MAX_MATERIALS) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "a mesh has at most %d materials", PLII_MAX_MATERIALS);
+    }
+    const pli_material copy = *material; /* may lie in the array that grows */
+    if (!MESH_RESERVE(mesh, materials, material_capacity, material_count, 1)) {
+        return mesh_out_of_memory(mesh, __func__, "materials", mesh->material_count);
+    }
+    mesh_set_index(index, mesh->material_count);
+    mesh->materials[mesh->material_count++] = copy;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* material) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(plii_check_mesh_material(mesh, index, __func__));
+    PLII_TRY(mesh_check_material_values(mesh, material, __func__));
+    mesh->materials[index] = *material;
+    return PLI_OK;
+}
+
+pli_status pli_mesh_set_node_position(pli_mesh* mesh, int node, pli_vec3 position) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(plii_check_mesh_node(mesh, node, __func__));
+    if (!plii_vec3_is_finite(position)) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position of node %d is (%g, %g, %g)", node,
+                         (double)position.x, (double)position.y, (double)position.z);
+    }
+    PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
+    mesh->positions[node] = position;
+    return PLI_OK;
+}

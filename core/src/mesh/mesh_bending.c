@@ -1,0 +1,152 @@
+/* Bending links: a link between every two nodes at a given distance in the graph of the present links. Gives the links
+   of btSoftBody::generateBendingConstraints in the same order, from breadth-first searches, two per node, instead of a
+   table of all pairs. */
+
+#include "mesh/mesh_impl.h"
+
+#include <limits.h>
+#include <stdlib.h>
+
+enum { BENDING_FEW = 64 }; /* nodes that are sorted by insertion */
+
+typedef struct bending_work {
+    pli_context* context;
+    int node_count, half_edge_count;
+    int* begin;      /* [node_count + 1] first neighbour of each node */
+    int* neighbours; /* [half_edge_count] */
+    int* stamps;     /* [node_count] of the search that saw the node last */
+    int* queue;      /* [node_count] */
+} bending_work;
+
+static void bending_destroy(bending_work* work) {
+    const size_t per_node = (size_t)work->node_count * sizeof(int);
+    plii_release(work->context, work->begin, per_node + sizeof(int));
+    plii_release(work->context, work->neighbours, (size_t)work->half_edge_count * sizeof(int));
+    plii_release(work->context, work->stamps, per_node);
+    plii_release(work->context, work->queue, per_node);
+}
+
+/* Neighbour lists of all nodes, one behind the other. */
+static bool bending_create(bending_work* work, const pli_mesh* mesh) {
+    if (mesh->link_count > INT_MAX / 2) { return false; }
+    const size_t per_node = (size_t)mesh->node_count * sizeof(int);
+    *work = (bending_work){
+        .context = mesh->context, .node_count = mesh->node_count, .half_edge_count = 2 * mesh->link_count};
+    work->begin = plii_allocate(mesh->context, per_node + sizeof(int));
+    work->neighbours = plii_allocate(mesh->context, (size_t)work->half_edge_count * sizeof(int));
+    work->stamps = plii_allocate(mesh->context, per_node);
+    work->queue = plii_allocate(mesh->context, per_node);
+    if (work->begin == NULL || work->neighbours == NULL || work->stamps == NULL || work->queue == NULL) {
+        return false;
+    }
+    for (int i = 0; i < mesh->link_count; ++i) {
+        ++work->begin[mesh->links[i].nodes[0]];
+        ++work->begin[mesh->links[i].nodes[1]];
+    }
+    int sum = 0;
+    for (int i = 0; i <= mesh->node_count; ++i) {
+        sum += i < mesh->node_count ? work->begin[i] : 0;
+        work->begin[i] = sum;
+    }
+    for (int i = 0; i < mesh->link_count; ++i) {
+        const int* n = mesh->links[i].nodes;
+        work->neighbours[--work->begin[n[0]]] = n[1];
+        work->neighbours[--work->begin[n[1]]] = n[0];
+    }
+    return true;
+}
+
+static int bending_compare(const void* a, const void* b) {
+    const int *first = a, *second = b;
+    return (*first > *second) - (*first < *second);
+}
+static void bending_sort(int* nodes, int count) {
+    if (count > BENDING_FEW) {
+        qsort(nodes, (size_t)count, sizeof *nodes, bending_compare);
+        return;
+    }
+    for (int i = 1; i < count; ++i) {
+        const int node = nodes[i];
+        int k = i;
+        for (; k > 0 && nodes[k - 1] > node; --k) {
+            nodes[k] = nodes[k - 1];
+        }
+        nodes[k] = node;
+    }
+}
+
+/* Nodes in the queue. */
+typedef struct bending_found {
+    int* nodes;
+    int count;
+} bending_found;
+
+/* All nodes at `distance` links from `source` that are larger, in any order. Each search has its own stamp, not 0. */
+static bending_found bending_search(bending_work* work, int source, int distance, int stamp) {
+    int first = 0, last = 1; /* nodes of the present depth in the queue */
+    work->queue[0] = source;
+    work->stamps[source] = stamp;
+    for (int depth = 0; depth < distance && first < last; ++depth) {
+        const int level_end = last;
+        for (; first < level_end; ++first) {
+            const int node = work->queue[first];
+            for (int k = work->begin[node]; k < work->begin[node + 1]; ++k) {
+                const int next = work->neighbours[k];
+                if (work->stamps[next] == stamp) { continue; }
+                work->stamps[next] = stamp;
+                work->queue[last++] = next;
+            }
+        }
+    }
+    bending_found found = {&work->queue[first], 0};
+    for (; first < last; ++first) {
+        const int other = work->queue[first];
+        if (other > source) { found.nodes[found.count++] = other; }
+    }
+    return found;
+}
+
+/* Links that there will be: counted first, so that they need no memory but their own. More than INT_MAX: too many. */
+static int64_t bending_count(bending_work* work, int distance) {
+    int64_t count = 0;
+    for (int i = 0; i < work->node_count && count <= INT_MAX; ++i) {
+        count += bending_search(work, i, distance, i + 1).count;
+    }
+    return count;
+}
+
+static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
+    for (int i = 0; i < work->node_count; ++i) {
+        const bending_found found = bending_search(work, i, distance, -i - 1);
+        bending_sort(found.nodes, found.count);
+        for (int k = 0; k < found.count; ++k) {
+            mesh->links[mesh->link_count++] =
+                (pli_link){.nodes = {found.nodes[k], i}, .material = material, .is_bending = true};
+        }
+    }
+}
+
+pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int material, int* added) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
+    if (distance < 2) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "the distance is %d, it must be 2 or more", distance);
+    }
+    const int old_count = mesh->link_count;
+    if (old_count > 0) {
+        bending_work work = {0};
+        bool has_room = bending_create(&work, mesh);
+        if (has_room) {
+            const int64_t count = bending_count(&work, distance);
+            has_room = count <= INT_MAX - old_count && plii_mesh_reserve(mesh, 0, (int)count, 0, 0);
+        }
+        if (has_room) { bending_append(&work, mesh, distance, material); }
+        bending_destroy(&work);
+        if (!has_room) {
+            return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY,
+                             "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);
+        }
+    }
+    if (added != NULL) { *added = mesh->link_count - old_count; }
+    return PLI_OK;
+}

@@ -1,0 +1,192 @@
+/* Masses of mesh nodes. Sums and quotients are evaluated in the order of btSoftBody's setTotalMass, setVolumeMass and
+   their relatives, so that inverse masses have the same bits; departures are named in mesh.h. */
+
+#include "math/range.h"
+#include "mesh/mesh_impl.h"
+
+#include <string.h>
+
+static float mass_of(float inverse_mass) {
+    return inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+}
+
+static float mass_sum(int count, const float* inverse_masses) {
+    float mass = 0.0f;
+    for (int i = 0; i < count; ++i) {
+        mass += mass_of(inverse_masses[i]);
+    }
+    return mass;
+}
+
+static pli_status mass_check_positive(const pli_mesh* mesh, float value, const char* what, const char* function) {
+    if (!plii_is_finite(value)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the %s is %g", what, (double)value);
+    }
+    if (!(value > 0.0f)) {
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the %s is %g, it must be positive", what,
+                         (double)value);
+    }
+    return PLI_OK;
+}
+
+/* Scales to `mass` in all. Nothing is changed on failure. */
+static pli_status mass_normalize(const pli_mesh* mesh, float* inverse_masses, float mass, const char* function) {
+    const float inverse_total = 1.0f / mass_sum(mesh->node_count, inverse_masses);
+    const float scale = inverse_total * mass;
+    for (int i = 0; i < mesh->node_count; ++i) {
+        const float scaled = inverse_masses[i] / scale;
+        if (inverse_masses[i] != 0.0f && !plii_is_inverse_mass(scaled)) {
+            return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                             "node %d would get the inverse mass %g for a total of %g, masses go from %g to %g", i,
+                             (double)scaled, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
+        }
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        inverse_masses[i] /= scale;
+    }
+    return PLI_OK;
+}
+
+pli_status pli_mesh_set_node_mass(pli_mesh* mesh, int node, float mass) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(plii_check_mesh_node(mesh, node, __func__));
+    return plii_mesh_invert_mass(mesh, mass, __func__, &mesh->inverse_masses[node]);
+}
+
+float pli_mesh_total_mass(const pli_mesh* mesh) {
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return 0.0f; }
+    return mass_sum(mesh->node_count, mesh->inverse_masses);
+}
+
+pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    if (!(mass_sum(mesh->node_count, mesh->inverse_masses) > 0.0f)) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "none of the %d nodes can have a mass, all are pinned",
+                         mesh->node_count);
+    }
+    return mass_normalize(mesh, mesh->inverse_masses, mass, __func__);
+}
+
+/* Fills `sums` per node and how many elements were added, in the order of the elements. */
+typedef void mass_gather_fn(const pli_mesh* mesh, float* sums, float* ranks);
+
+static void mass_gather_faces(const pli_mesh* mesh, float* sums, float* ranks) {
+    for (int i = 0; i < mesh->face_count; ++i) {
+        const int* n = mesh->faces[i].nodes;
+        const pli_vec3 a = pli_vec3_sub(mesh->positions[n[1]], mesh->positions[n[0]]);
+        const pli_vec3 b = pli_vec3_sub(mesh->positions[n[2]], mesh->positions[n[0]]);
+        const float doubled_area = pli_vec3_length(pli_vec3_cross(a, b));
+        for (int j = 0; j < 3; ++j) {
+            sums[n[j]] += doubled_area;
+        }
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        ranks[i] = 1.0f;
+    }
+}
+
+/* Six times the volume. */
+static float mass_tetra_measure(const pli_mesh* mesh, const pli_tetra* tetra) {
+    const pli_vec3 origin = mesh->positions[tetra->nodes[0]];
+    const pli_vec3 a = pli_vec3_sub(mesh->positions[tetra->nodes[1]], origin);
+    const pli_vec3 b = pli_vec3_sub(mesh->positions[tetra->nodes[2]], origin);
+    const pli_vec3 c = pli_vec3_sub(mesh->positions[tetra->nodes[3]], origin);
+    return fabsf(pli_vec3_dot(a, pli_vec3_cross(b, c)));
+}
+
+static void mass_gather_tetras(const pli_mesh* mesh, float* sums, float* ranks) {
+    for (int i = 0; i < mesh->tetra_count; ++i) {
+        const float measure = mass_tetra_measure(mesh, &mesh->tetras[i]);
+        for (int j = 0; j < 4; ++j) {
+            sums[mesh->tetras[i].nodes[j]] += measure;
+            ranks[mesh->tetras[i].nodes[j]] += 1.0f;
+        }
+    }
+}
+
+/* Masses in proportion to sum / rank over the nodes that are not pinned. Nodes with a zero sum get mass / count. */
+static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* gather, const char* what,
+                                  const char* function) {
+    const size_t size = (size_t)mesh->node_count * sizeof(float);
+    float* weights = plii_allocate(mesh->context, size);
+    float* ranks = plii_allocate(mesh->context, size);
+    pli_status status = PLI_OK;
+    if (mesh->node_count > 0 && (weights == NULL || ranks == NULL)) {
+        status = plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the weights of %d nodes",
+                           mesh->node_count);
+        goto finish;
+    }
+    gather(mesh, weights, ranks);
+    int free_count = 0, measured_count = 0;
+    for (int i = 0; i < mesh->node_count; ++i) {
+        const bool is_free = mesh->inverse_masses[i] > 0.0f;
+        const float weight = ranks[i] / weights[i];
+        const bool is_measured = is_free && weights[i] > 0.0f && plii_is_finite(weight) && weight > 0.0f;
+        free_count += is_free;
+        measured_count += is_measured;
+        weights[i] = is_measured ? weight : 0.0f;
+    }
+    if (measured_count == 0) {
+        status = plii_fail(mesh->context, PLI_ERROR_INVALID_MESH, function,
+                           "none of the nodes that are not pinned belongs to a %s", what);
+        goto finish;
+    }
+    const float rest = (float)free_count / mass;
+    if (measured_count < free_count && !plii_is_inverse_mass(rest)) {
+        status = plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                           "nodes without a %s would get the inverse mass %g for a total of %g, masses go from %g to "
+                           "%g",
+                           what, (double)rest, (double)mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
+        goto finish;
+    }
+    float shared = mass;
+    if (measured_count < free_count) { shared = mass * ((float)measured_count / (float)free_count); }
+    status = mass_normalize(mesh, weights, shared, function);
+    if (status != PLI_OK) { goto finish; }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        if (mesh->inverse_masses[i] > 0.0f) { mesh->inverse_masses[i] = weights[i] > 0.0f ? weights[i] : rest; }
+    }
+finish:
+    plii_release(mesh->context, weights, size);
+    plii_release(mesh->context, ranks, size);
+    return status;
+}
+
+pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
+}
+
+pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
+}
+
+pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
+    const float mass = fabsf(pli_mesh_volume(mesh)) * density;
+    if (!(mass > 0.0f && plii_is_finite(mass))) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
+                         (double)pli_mesh_volume(mesh), (double)density);
+    }
+    return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
+}
+
+pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
+    float measure = 0.0f;
+    for (int i = 0; i < mesh->tetra_count; ++i) {
+        measure += mass_tetra_measure(mesh, &mesh->tetras[i]);
+    }
+    const float mass = measure * density / 6.0f;
+    if (!(mass > 0.0f && plii_is_finite(mass))) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the %d tetrahedra hold %g m^3 of %g kg/m^3",
+                         mesh->tetra_count, (double)(measure / 6.0f), (double)density);
+    }
+    return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
+}

@@ -1,0 +1,98 @@
+/* Orders of links: the fixed shuffle of btSoftBody::randomizeConstraints and the interleaving of
+   btSoftBodyHelpers::ReoptimizeLinkOrder. */
+
+#include "mesh/mesh_impl.h"
+#include "pliant/bullet_reference.h"
+
+#include <limits.h>
+
+/* The linear congruential generator of Numerical Recipes. */
+static uint32_t order_next_random(uint32_t* seed) {
+    *seed = UINT32_C(1664525) * *seed + UINT32_C(1013904223);
+    return *seed;
+}
+
+void plii_mesh_shuffle(pli_mesh* mesh) {
+    uint32_t seed = 243703;
+    for (int i = 0; i < mesh->link_count; ++i) {
+        const uint32_t other = order_next_random(&seed) % (uint32_t)mesh->link_count;
+        const pli_link link = mesh->links[i];
+        mesh->links[i] = mesh->links[other];
+        mesh->links[other] = link;
+    }
+    for (int i = 0; i < mesh->face_count; ++i) {
+        const uint32_t other = order_next_random(&seed) % (uint32_t)mesh->face_count;
+        const pli_face face = mesh->faces[i];
+        mesh->faces[i] = mesh->faces[other];
+        mesh->faces[other] = face;
+    }
+    plii_mesh_forget_topology(mesh);
+}
+
+pli_status pli_mesh_shuffle_links(pli_mesh* mesh) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    plii_mesh_shuffle(mesh);
+    return PLI_OK;
+}
+
+/* A link waits for the last earlier link at each of its two nodes. Input 2 * i + k is node k of link i. */
+typedef struct order_work {
+    int* written_by;  /* [node_count] last link so far that moves the node, plus 1 */
+    int* first_input; /* [link_count] inputs that wait for this link, latest first; plus 1 */
+    int* next_input;  /* [2 * link_count] the next one in that list; plus 1 */
+    int* waiting;     /* [link_count] inputs that are not ready */
+    int* ready;       /* [link_count] queue of links without waiting inputs */
+    pli_link* links;  /* [link_count] copy in the old order */
+} order_work;
+
+static void order_run(pli_mesh* mesh, order_work* work) {
+    int ready_count = 0;
+    for (int i = 0; i < mesh->link_count; ++i) {
+        for (int k = 0; k < 2; ++k) {
+            const int producer = work->written_by[mesh->links[i].nodes[k]];
+            if (producer == 0) { continue; }
+            work->next_input[2 * i + k] = work->first_input[producer - 1];
+            work->first_input[producer - 1] = 2 * i + k + 1;
+            ++work->waiting[i];
+        }
+        if (work->waiting[i] == 0) { work->ready[ready_count++] = i; }
+        work->written_by[mesh->links[i].nodes[0]] = work->written_by[mesh->links[i].nodes[1]] = i + 1;
+    }
+    for (int i = 0; i < ready_count; ++i) {
+        mesh->links[i] = work->links[work->ready[i]];
+        for (int input = work->first_input[work->ready[i]]; input != 0; input = work->next_input[input - 1]) {
+            const int consumer = (input - 1) / 2;
+            if (--work->waiting[consumer] == 0) { work->ready[ready_count++] = consumer; }
+        }
+    }
+}
+
+pli_status pli_mesh_interleave_links(pli_mesh* mesh) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    if (mesh->link_count == 0) { return PLI_OK; }
+    const size_t per_link = (size_t)mesh->link_count * sizeof(int);
+    const size_t per_node = (size_t)mesh->node_count * sizeof(int);
+    const size_t links_size = (size_t)mesh->link_count * sizeof(pli_link);
+    order_work work = {
+        .written_by = plii_allocate(mesh->context, per_node),
+        .first_input = plii_allocate(mesh->context, per_link),
+        .next_input = plii_allocate(mesh->context, 2 * per_link),
+        .waiting = plii_allocate(mesh->context, per_link),
+        .ready = plii_allocate(mesh->context, per_link),
+        .links = plii_duplicate(mesh->context, mesh->links, links_size),
+    };
+    const bool ok = work.written_by != NULL && work.first_input != NULL && work.next_input != NULL &&
+                    work.waiting != NULL && work.ready != NULL && work.links != NULL &&
+                    mesh->link_count <= (INT_MAX - 1) / 2;
+    if (ok) { order_run(mesh, &work); }
+    plii_release(mesh->context, work.written_by, per_node);
+    plii_release(mesh->context, work.first_input, per_link);
+    plii_release(mesh->context, work.next_input, 2 * per_link);
+    plii_release(mesh->context, work.waiting, per_link);
+    plii_release(mesh->context, work.ready, per_link);
+    plii_release(mesh->context, work.links, links_size);
+    if (!ok) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to order %d links", mesh->link_count);
+    }
+    return PLI_OK;
+}

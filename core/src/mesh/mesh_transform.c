@@ -1,0 +1,86 @@
+/* Motion, volume and bounds of a mesh, in the operation order of btSoftBody's transform, scale and getVolume. */
+
+#include "math/range.h"
+#include "mesh/mesh_impl.h"
+
+/* PLI_OK, or the error of a node that would be too far out. */
+static pli_status transform_check(const pli_mesh* mesh, int node, pli_vec3 moved, const char* function) {
+    if (plii_is_place(moved)) { return PLI_OK; }
+    if (!plii_vec3_is_finite(moved)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float", node);
+    }
+    return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                     "node %d would be at (%g, %g, %g), coordinates go to %g", node, (double)moved.x, (double)moved.y,
+                     (double)moved.z, (double)PLI_MAX_COORDINATE);
+}
+
+/* Moves all nodes or, if one would be too far out, none. */
+static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const char* function) {
+    if (!plii_transform_is_finite(transform)) {
+        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the transform is not finite");
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        PLII_TRY(transform_check(mesh, i, pli_transform_point(transform, mesh->positions[i]), function));
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        mesh->positions[i] = pli_transform_point(transform, mesh->positions[i]);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_mesh_transform(pli_mesh* mesh, pli_transform transform) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    return transform_apply(mesh, transform, __func__);
+}
+
+pli_status pli_mesh_translate(pli_mesh* mesh, pli_vec3 offset) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    pli_transform transform = pli_transform_identity();
+    transform.origin = offset;
+    return transform_apply(mesh, transform, __func__);
+}
+
+pli_status pli_mesh_rotate(pli_mesh* mesh, pli_quat rotation) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    return transform_apply(mesh, pli_transform_make(rotation, pli_vec3_make(0, 0, 0)), __func__);
+}
+
+pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
+    PLII_TRY(plii_check_mesh_change(mesh, __func__));
+    if (!plii_vec3_is_finite(factors)) {
+        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the factors are (%g, %g, %g)", (double)factors.x,
+                         (double)factors.y, (double)factors.z);
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        PLII_TRY(transform_check(mesh, i, pli_vec3_mul(mesh->positions[i], factors), __func__));
+    }
+    for (int i = 0; i < mesh->node_count; ++i) {
+        mesh->positions[i] = pli_vec3_mul(mesh->positions[i], factors);
+    }
+    return PLI_OK;
+}
+
+float pli_mesh_volume(const pli_mesh* mesh) {
+    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return 0.0f; }
+    const pli_vec3 origin = mesh->positions[0];
+    float volume = 0.0f;
+    for (int i = 0; i < mesh->face_count; ++i) {
+        const int* n = mesh->faces[i].nodes;
+        const pli_vec3 a = pli_vec3_sub(mesh->positions[n[0]], origin);
+        const pli_vec3 b = pli_vec3_sub(mesh->positions[n[1]], origin);
+        const pli_vec3 c = pli_vec3_sub(mesh->positions[n[2]], origin);
+        volume += pli_vec3_dot(a, pli_vec3_cross(b, c));
+    }
+    return volume / 6.0f;
+}
+
+pli_bounds pli_mesh_bounds(const pli_mesh* mesh) {
+    pli_bounds bounds = {{0, 0, 0}, {0, 0, 0}};
+    if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return bounds; }
+    bounds.min = bounds.max = mesh->positions[0];
+    for (int i = 1; i < mesh->node_count; ++i) {
+        bounds.min = plii_vec3_min(bounds.min, mesh->positions[i]);
+        bounds.max = plii_vec3_max(bounds.max, mesh->positions[i]);
+    }
+    return bounds;
+}

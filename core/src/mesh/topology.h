@@ -1,0 +1,21 @@
+#ifndef PLII_TOPOLOGY_H
+#define PLII_TOPOLOGY_H
+
+/* What bodies share with their mesh. */
+
+#include "base/context.h"
+
+enum { PLII_MAX_MATERIALS = 0x8000 };
+
+/* Faces and tetrahedra never change while bodies step, so bodies of one mesh share them. */
+typedef struct plii_topology {
+    int reference_count;
+    int face_count, tetra_count;
+    int (*faces)[3];
+    uint16_t* face_materials; /* [face_count], or NULL when all are 0 */
+    int (*tetras)[4];
+} plii_topology;
+
+void plii_topology_release(pli_context* context, plii_topology* topology);
+
+#endif

@@ -1,0 +1,43 @@
+/* What the modules of self-collision share: directions for coinciding points, shapes at rest, checks of settings. */
+
+#include "self_collision/self_collision_impl.h"
+
+#include "body/world_impl.h"
+
+/* Points on a sphere by the golden angle; the index is spread over them. */
+pli_vec3 plii_self_direction(int a, int b) {
+    unsigned h = (unsigned)a * 0x9e3779b1u ^ (unsigned)b * 0x85ebca77u;
+    h ^= h >> 16;
+    h *= 0x7feb352du;
+    h ^= h >> 15;
+    const pli_vec3 v = pli_vec3_make((float)(h & 0x3ffu) - 511.5f, (float)(h >> 10 & 0x3ffu) - 511.5f,
+                                     (float)(h >> 20 & 0x3ffu) - 511.5f);
+    return plii_vec3_divide(v, sqrtf(pli_vec3_length_squared(v)));
+}
+
+pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
+                                 const char* name, const char* function) {
+    if (!plii_is_finite(value)) {
+        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
+    }
+    if (value < low || value > high || (is_open && value <= low)) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in %c%g, %g]", name,
+                         (double)value, is_open ? '(' : '[', (double)low, (double)high);
+    }
+    return PLI_OK;
+}
+
+void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
+                          pli_vec3* rest) {
+    for (int i = 0; i < change->old_node_count; ++i) {
+        rest[i] = old_rest[i];
+    }
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
+        const pli_vec3 a = rest[origin->a], b = rest[origin->b];
+        rest[i] = pli_vec3_add(a, pli_vec3_scale(pli_vec3_sub(b, a), origin->share));
+    }
+    for (int i = 0; change->takes_rest_shape && i < change->node_count; ++i) {
+        rest[i] = plii_xyz(body->positions[i]);
+    }
+}

@@ -1,0 +1,58 @@
+#ifndef PLII_SELF_COLLISION_IMPL_H
+#define PLII_SELF_COLLISION_IMPL_H
+
+/* Self-collision as solvers see it: solvers differ in where they keep nodes, and in how often a step solves. */
+
+#include "pliant/self_collision.h"
+#include "solver/xpbd/xpbd_impl.h"
+
+/* A node is at base + offset. */
+typedef struct plii_self_nodes {
+    const pli_vec4* bases;  /* [node_count] or NULL: zero */
+    pli_vec4* offsets;      /* [node_count] w = inverse mass */
+    const pli_vec4* starts; /* [node_count] offsets at the start of the step or substep */
+} plii_self_nodes;
+
+static inline pli_vec3 plii_self_position(const plii_self_nodes* nodes, int node) {
+    const pli_vec3 offset = plii_xyz(nodes->offsets[node]);
+    return nodes->bases != NULL ? pli_vec3_add(plii_xyz(nodes->bases[node]), offset) : offset;
+}
+static inline pli_vec3 plii_self_start(const plii_self_nodes* nodes, int node) {
+    const pli_vec3 offset = plii_xyz(nodes->starts[node]);
+    return nodes->bases != NULL ? pli_vec3_add(plii_xyz(nodes->bases[node]), offset) : offset;
+}
+/* From node a to node b; small differences are not lost in large positions. */
+static inline pli_vec3 plii_self_difference(const plii_self_nodes* nodes, int a, int b) {
+    const pli_vec3 offset = pli_vec3_sub(plii_xyz(nodes->offsets[b]), plii_xyz(nodes->offsets[a]));
+    if (nodes->bases == NULL) { return offset; }
+    return pli_vec3_add(pli_vec3_sub(plii_xyz(nodes->bases[b]), plii_xyz(nodes->bases[a])), offset);
+}
+static inline pli_vec3 plii_self_motion(const plii_self_nodes* nodes, int node) {
+    return pli_vec3_sub(plii_xyz(nodes->offsets[node]), plii_xyz(nodes->starts[node]));
+}
+static inline void plii_self_move(const plii_self_nodes* nodes, int node, pli_vec3 direction, float length) {
+    pli_vec4* offset = &nodes->offsets[node];
+    plii_set_xyz(offset, pli_vec3_add(plii_xyz(*offset), pli_vec3_scale(direction, length)));
+}
+
+/* As the solvers without substeps see it. */
+static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
+    return (plii_self_nodes){NULL, body->positions, body->previous};
+}
+
+/* And as XPBD does in a substep. */
+static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_xpbd_substep* substep) {
+    return (plii_self_nodes){body->positions, substep->displacements, substep->carried};
+}
+
+/* A unit vector that depends on the indices only, for points that coincide. */
+pli_vec3 plii_self_direction(int a, int b);
+/* PLI_OK, or the error of a value that is not finite or not in [low, high]; `low` itself is refused when open. */
+pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
+                                 const char* name, const char* function);
+
+/* Positions at rest of old and of new nodes. */
+void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
+                          pli_vec3* rest);
+
+#endif

@@ -1,0 +1,68 @@
+#ifndef PLII_SELF_NODE_PAIRS_H
+#define PLII_SELF_NODE_PAIRS_H
+
+/* Pairs of a body's nodes that could touch before the next search. Each node has a way, along which it is expected to
+   go on, and a margin for what constraints change; a pair that could touch on its ways, or within the margins, is kept.
+   When nodes have left their ways by more than their margins, they are searched again; so no pair is missed, at any
+   speed. A node that strayed gets a larger margin. Most nodes need a short reach; the few that need a longer one are
+   kept out of the common search and get one each. */
+
+#include "body/link_graph.h"
+#include "geometry/node_hash.h"
+#include "self_collision/self_collision_impl.h"
+
+typedef struct plii_self_pair {
+    int a, b;
+    float distance; /* to keep: the thickness, or the distance at rest where that is smaller, m */
+} plii_self_pair;
+
+typedef struct plii_self_node_pairs {
+    float thickness;
+    pli_vec3* rest;     /* [node_count] positions, as all that follow, but for the last three */
+    pli_vec4* at;       /* now; w = inverse mass: `taken`, or the solver's own */
+    pli_vec4* taken;    /* relative to an origin */
+    pli_vec4* searched; /* at the last search */
+    pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
+    pli_vec3* middle;   /* half way */
+    bool* is_apart;     /* not in the common search */
+    int* apart;         /* [apart_count] nodes */
+    int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
+    int apart_count;
+    float searched_at; /* s since the start of the step */
+    float travel_time; /* s */
+    pli_vec3 drift;    /* mean travel */
+    float reach;       /* of nodes in the common search, at most: margin + half of what they travel beside the drift */
+    plii_node_hash hash;
+    plii_node_pairs near;
+    plii_self_pair* pairs;
+    int count, capacity;
+    bool is_known;     /* there was a search, of these nodes */
+    bool is_truncated; /* some are missing, for lack of memory or in a crowd */
+    int searches;
+} plii_self_node_pairs;
+
+enum { PLII_SELF_NODE_BLOCKS = 8 };
+
+/* Of the arrays of nodes, which the caller allocates. */
+void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]);
+void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]);
+void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count);
+/* The rest. */
+void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
+size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_count);
+
+/* All start from `at`. */
+
+/* At the start of a step: whether what the last search found may serve for this step too, as with a body at rest, and
+   prepares for it. Most nodes are expected to stay within their margins then. */
+bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* state, float thickness);
+/* At the start of a step: nodes go on with their velocities, and are as reliable as they were in the last step.
+   `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
+void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+                                      pli_vec3 shift);
+/* Later, at `now` s since the start of the step with `left` s to go: searches what has left its way, if anything has.
+   The motion of a node times `rate` is its velocity. */
+void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+                                 const plii_self_nodes* nodes, float rate, float now, float left);
+
+#endif

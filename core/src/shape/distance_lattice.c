@@ -1,0 +1,254 @@
+/* Signed distances sampled at lattice points and interpolated: Bullet's view of rigid shapes (btSparseSdf<3>).
+
+   Space is cut into cells of 3 x 3 x 3 voxels. A cell is sampled at its 64 corners when a point first falls into it,
+   and kept. Index and interpolation arithmetic follow btSparseSdf, so that equal samples give equal distances and
+   normals, bit for bit. At LATTICE_MAX_CELLS cells all are dropped and sampling starts again, which changes time, not
+   results. */
+
+#include "base/handle.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "pliant/bullet_reference.h"
+#include "shape/shape_impl.h"
+
+#include <string.h>
+
+#define LATTICE_CELL_VOXELS 3
+#define LATTICE_CELL_POINTS (LATTICE_CELL_VOXELS + 1)
+#define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
+/* 9 MB */
+#define LATTICE_MAX_CELLS 32768
+/* Cell coordinates up to here are exact in float and int; farther points ask the source itself. */
+#define LATTICE_MAX_COORDINATE 8388608.0f
+
+typedef struct lattice_cell {
+    float samples[LATTICE_CELL_POINTS][LATTICE_CELL_POINTS][LATTICE_CELL_POINTS]; /* [x][y][z] */
+    int key[3];
+    int next; /* of the same bucket, or PLI_NULL_INDEX */
+} lattice_cell;
+
+/* What queries change. */
+typedef struct lattice_cache {
+    lattice_cell* cells;
+    int cell_count, cell_capacity;
+    int* buckets; /* [bucket_count] first cell, or PLI_NULL_INDEX; a power of two */
+    int bucket_count;
+} lattice_cache;
+
+typedef struct lattice_data {
+    pli_context* context;
+    pli_shape* source;
+    float voxel_size;
+    lattice_cache* cache;
+} lattice_data;
+
+/* Where a point lies along one axis. */
+typedef struct lattice_position {
+    int cell, voxel;
+    float fraction;
+} lattice_position;
+
+/* btSparseSdf::Decompose: a floor by shifting into the positive. */
+static lattice_position lattice_decompose(float voxels) {
+    const float cells = voxels / (float)LATTICE_CELL_VOXELS;
+    const int shift = cells < 0.0f ? (int)(-cells + 1.0f) : 0;
+    const float positive = cells + (float)shift;
+    lattice_position position;
+    position.cell = (int)positive;
+    const float within = (positive - (float)position.cell) * (float)LATTICE_CELL_VOXELS;
+    position.voxel = (int)within;
+    position.fraction = within - (float)position.voxel;
+    /* Rounding may end on the far corner. */
+    if (position.voxel >= LATTICE_CELL_VOXELS) {
+        position.voxel = LATTICE_CELL_VOXELS - 1;
+        position.fraction = 1.0f;
+    }
+    position.cell -= shift;
+    return position;
+}
+
+static void lattice_sample(const lattice_data* lattice, const int key[3], lattice_cell* cell) {
+    const float size = lattice->voxel_size;
+    const pli_vec3 origin = pli_vec3_scale(
+        pli_vec3_scale(pli_vec3_make((float)key[0], (float)key[1], (float)key[2]), (float)LATTICE_CELL_VOXELS), size);
+    pli_vec3 points[LATTICE_SAMPLES], normals[LATTICE_SAMPLES];
+    float distances[LATTICE_SAMPLES];
+    int n = 0;
+    for (int i = 0; i < LATTICE_CELL_POINTS; ++i) {
+        for (int j = 0; j < LATTICE_CELL_POINTS; ++j) {
+            for (int k = 0; k < LATTICE_CELL_POINTS; ++k) {
+                points[n++] =
+                    pli_vec3_make(size * (float)i + origin.x, size * (float)j + origin.y, size * (float)k + origin.z);
+            }
+        }
+    }
+    const pli_shape_def* source = &lattice->source->def;
+    source->distances(source->user, LATTICE_SAMPLES, points, INFINITY, distances, normals);
+    n = 0;
+    for (int i = 0; i < LATTICE_CELL_POINTS; ++i) {
+        for (int j = 0; j < LATTICE_CELL_POINTS; ++j) {
+            for (int k = 0; k < LATTICE_CELL_POINTS; ++k) {
+                /* An infinite sample would make NaN of its neighbours. */
+                cell->samples[i][j][k] = plii_clamp(distances[n++], -FLT_MAX, FLT_MAX);
+            }
+        }
+    }
+    memcpy(cell->key, key, sizeof cell->key);
+}
+
+static uint32_t lattice_hash(const int key[3]) {
+    uint32_t hash = (uint32_t)key[0] * 73856093u ^ (uint32_t)key[1] * 19349663u ^ (uint32_t)key[2] * 83492791u;
+    hash ^= hash >> 15;
+    hash *= 0x2c1b3c6du;
+    return hash ^ hash >> 13;
+}
+
+static void lattice_clear(lattice_cache* cache) {
+    cache->cell_count = 0;
+    for (int i = 0; i < cache->bucket_count; ++i) {
+        cache->buckets[i] = PLI_NULL_INDEX;
+    }
+}
+
+static void lattice_link(lattice_cache* cache, int index) {
+    lattice_cell* cell = &cache->cells[index];
+    int* bucket = &cache->buckets[lattice_hash(cell->key) & (uint32_t)(cache->bucket_count - 1)];
+    cell->next = *bucket;
+    *bucket = index;
+}
+
+/* Room for one more cell and at most one cell per bucket on average. */
+static bool lattice_grow(pli_context* context, lattice_cache* cache) {
+    if (cache->cell_count >= LATTICE_MAX_CELLS) { lattice_clear(cache); }
+    if (!PLII_RESERVE(context, &cache->cells, &cache->cell_capacity, cache->cell_count + 1)) { return false; }
+    if (cache->cell_count < cache->bucket_count) { return true; }
+    const int bucket_count = cache->bucket_count > 0 ? 2 * cache->bucket_count : 64;
+    int* buckets = plii_allocate(context, (size_t)bucket_count * sizeof *buckets);
+    if (buckets == NULL) { return false; }
+    plii_release(context, cache->buckets, (size_t)cache->bucket_count * sizeof *buckets);
+    cache->buckets = buckets;
+    cache->bucket_count = bucket_count;
+    for (int i = 0; i < bucket_count; ++i) {
+        buckets[i] = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < cache->cell_count; ++i) {
+        lattice_link(cache, i);
+    }
+    return true;
+}
+
+/* The cell of a key; sampled into `fallback` when there is no memory to keep it. */
+static const lattice_cell* lattice_find(const lattice_data* lattice, const int key[3], lattice_cell* fallback) {
+    lattice_cache* cache = lattice->cache;
+    if (cache->bucket_count > 0) {
+        int index = cache->buckets[lattice_hash(key) & (uint32_t)(cache->bucket_count - 1)];
+        for (; index != PLI_NULL_INDEX; index = cache->cells[index].next) {
+            const lattice_cell* cell = &cache->cells[index];
+            if (cell->key[0] == key[0] && cell->key[1] == key[1] && cell->key[2] == key[2]) { return cell; }
+        }
+    }
+    if (!lattice_grow(lattice->context, cache)) {
+        lattice_sample(lattice, key, fallback);
+        return fallback;
+    }
+    const int index = cache->cell_count++;
+    lattice_sample(lattice, key, &cache->cells[index]);
+    lattice_link(cache, index);
+    return &cache->cells[index];
+}
+
+static float lattice_lerp(float a, float b, float t) {
+    return a + (b - a) * t;
+}
+
+/* btSparseSdf::Evaluate without its margin. */
+static float lattice_interpolate(const lattice_cell* cell, lattice_position x, lattice_position y, lattice_position z,
+                                 pli_vec3* normal) {
+    const int i = x.voxel, j = y.voxel, k = z.voxel;
+    const float d[8] = {cell->samples[i][j][k],
+                        cell->samples[i + 1][j][k],
+                        cell->samples[i + 1][j + 1][k],
+                        cell->samples[i][j + 1][k],
+                        cell->samples[i][j][k + 1],
+                        cell->samples[i + 1][j][k + 1],
+                        cell->samples[i + 1][j + 1][k + 1],
+                        cell->samples[i][j + 1][k + 1]};
+    const float fx = x.fraction, fy = y.fraction, fz = z.fraction;
+    const pli_vec3 gradient = pli_vec3_make(
+        lattice_lerp(lattice_lerp(d[1] - d[0], d[2] - d[3], fy), lattice_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
+        lattice_lerp(lattice_lerp(d[3] - d[0], d[2] - d[1], fx), lattice_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
+        lattice_lerp(lattice_lerp(d[4] - d[0], d[5] - d[1], fx), lattice_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
+    *normal = plii_vec3_safe_normalize(gradient);
+    const float low = lattice_lerp(lattice_lerp(d[0], d[1], fx), lattice_lerp(d[3], d[2], fx), fy);
+    const float high = lattice_lerp(lattice_lerp(d[4], d[5], fx), lattice_lerp(d[7], d[6], fx), fy);
+    return lattice_lerp(low, high, fz);
+}
+
+static void lattice_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                              pli_vec3* normals) {
+    const lattice_data* lattice = user;
+    const float limit = LATTICE_MAX_COORDINATE * lattice->voxel_size;
+    lattice_cell fallback;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 p = points[i];
+        if (!(fabsf(p.x) < limit && fabsf(p.y) < limit && fabsf(p.z) < limit)) {
+            const pli_shape_def* source = &lattice->source->def;
+            source->distances(source->user, 1, &p, max_distance, &distances[i], &normals[i]);
+            continue;
+        }
+        const pli_vec3 voxels = plii_vec3_divide(p, lattice->voxel_size);
+        const lattice_position x = lattice_decompose(voxels.x);
+        const lattice_position y = lattice_decompose(voxels.y);
+        const lattice_position z = lattice_decompose(voxels.z);
+        const int key[3] = {x.cell, y.cell, z.cell};
+        distances[i] = lattice_interpolate(lattice_find(lattice, key, &fallback), x, y, z, &normals[i]);
+    }
+}
+
+/* The core is that of the source; only distances are sampled. */
+static pli_vec3 lattice_support(const void* user, pli_vec3 direction) {
+    const pli_shape* source = ((const lattice_data*)user)->source;
+    return source->def.support(source->def.user, direction);
+}
+
+/* The surface of the interpolant may lie outside that of the source by less than a voxel. */
+static pli_bounds lattice_bounds(const void* user) {
+    const lattice_data* lattice = user;
+    return plii_bounds_grow(lattice->source->def.bounds(lattice->source->def.user), lattice->voxel_size);
+}
+
+static void lattice_destroy(void* user) {
+    lattice_data* lattice = user;
+    lattice_cache* cache = lattice->cache;
+    plii_release(lattice->context, cache->cells, (size_t)cache->cell_capacity * sizeof *cache->cells);
+    plii_release(lattice->context, cache->buckets, (size_t)cache->bucket_count * sizeof *cache->buckets);
+    plii_release(lattice->context, cache, sizeof *cache);
+    plii_shape_release(lattice->source);
+}
+
+pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size, pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(plii_check_handle(source, PLII_HANDLE_SHAPE, context, NULL, __func__));
+    if (!plii_is_finite(voxel_size)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "voxel_size is not finite"); }
+    if (!(voxel_size > 0.0f && plii_is_finite(1.0f / voxel_size))) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "voxel_size is %g", (double)voxel_size);
+    }
+    PLII_TRY(plii_check_within(context, voxel_size, PLI_MAX_COORDINATE, "voxel_size", __func__));
+    lattice_cache* cache = plii_allocate(context, sizeof *cache);
+    if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
+    const lattice_data lattice = {context, source, voxel_size, cache};
+    pli_shape_def def = pli_shape_def_default();
+    def.distances = lattice_distances;
+    def.bounds = lattice_bounds;
+    if (source->def.support != NULL) { def.support = lattice_support; }
+    def.radius = source->def.radius;
+    def.destroy = lattice_destroy;
+    const pli_status status = plii_shape_create_owning(context, &def, &lattice, sizeof lattice, __func__, shape);
+    if (status != PLI_OK) {
+        plii_release(context, cache, sizeof *cache);
+        return status;
+    }
+    (*shape)->source = source;
+    plii_shape_retain(source);
+    return PLI_OK;
+}

@@ -1,0 +1,140 @@
+/* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
+   own. */
+
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+#include "base/handle.h"
+
+pli_shape_def pli_shape_def_default(void) {
+    pli_shape_def def = {0};
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
+    PLII_TRY(plii_check_context_change(context, function));
+    if (shape == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "shape is null"); }
+    return PLI_OK;
+}
+
+static pli_status shape_allocate(pli_context* context, const pli_shape_def* def, const char* function,
+                                 pli_shape** shape) {
+    pli_shape* made = plii_handle_create(context, PLII_HANDLE_SHAPE, sizeof *made);
+    if (made == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
+    made->reference_count = 1;
+    made->context = context;
+    made->def = *def;
+    *shape = made;
+    return PLI_OK;
+}
+
+pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
+                                    const char* function, pli_shape** shape) {
+    void* copy = plii_duplicate(context, data, size);
+    if (copy == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a shape"); }
+    const pli_status status = shape_allocate(context, def, function, shape);
+    if (status != PLI_OK) {
+        plii_release(context, copy, size);
+        return status;
+    }
+    (*shape)->def.user = copy;
+    (*shape)->data_size = size;
+    return PLI_OK;
+}
+
+pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    if (def == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "def was not made by pli_shape_def_default");
+    }
+    if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
+    if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }
+    if (!(def->radius >= 0.0f) || !plii_is_finite(def->radius)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "def->radius is %g, negative or not finite",
+                         (double)def->radius);
+    }
+    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "def->radius", __func__));
+    return shape_allocate(context, def, __func__, shape);
+}
+
+/* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
+static pli_status shape_check_count(const pli_shape* shape, const char* function) {
+    PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
+    if (shape->context->walk_depth == shape->context->release_depth && !plii_is_in_shape_query()) { return PLI_OK; }
+    return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
+}
+
+void plii_shape_retain(pli_shape* shape) {
+    ++shape->reference_count;
+}
+
+void pli_shape_retain(pli_shape* shape) {
+    if (shape_check_count(shape, __func__) == PLI_OK) { plii_shape_retain(shape); }
+}
+
+static void shape_destroy(pli_shape* shape) {
+    pli_context* context = shape->context;
+    plii_handle_retire(shape);
+    if (shape->def.destroy != NULL) {
+        const int release_depth = context->release_depth;
+        plii_walk_begin(context);
+        context->release_depth = context->walk_depth;
+        shape->def.destroy(shape->def.user);
+        context->release_depth = release_depth;
+        plii_walk_end(context);
+    }
+    if (shape->data_size > 0) { plii_release(context, shape->def.user, shape->data_size); }
+    plii_handle_release(context, shape, PLII_HANDLE_SHAPE, sizeof *shape);
+}
+
+void plii_shape_release(pli_shape* shape) {
+    if (--shape->reference_count == 0) { shape_destroy(shape); }
+}
+
+void pli_shape_release(pli_shape* shape) {
+    if (shape != NULL && shape_check_count(shape, __func__) == PLI_OK) { plii_shape_release(shape); }
+}
+
+float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
+    float distance = INFINITY;
+    pli_vec3 direction = pli_vec3_make(1, 0, 0);
+    if (plii_vec3_is_finite(point)) {
+        shape->def.distances(shape->def.user, 1, &point, INFINITY, &distance, &direction);
+    }
+    if (normal != NULL) { *normal = direction; }
+    return distance;
+}
+
+float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal) {
+    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
+        if (normal != NULL) { *normal = pli_vec3_make(1, 0, 0); }
+        return INFINITY;
+    }
+    plii_shape_query_begin();
+    const float distance = plii_shape_distance(shape, point, normal);
+    plii_shape_query_end();
+    return distance;
+}
+
+pli_bounds pli_shape_bounds(const pli_shape* shape) {
+    if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
+        pli_bounds none = {{0, 0, 0}, {0, 0, 0}};
+        return none;
+    }
+    plii_shape_query_begin();
+    const pli_bounds bounds = shape->def.bounds(shape->def.user);
+    plii_shape_query_end();
+    return bounds;
+}
+
+pli_vec3 plii_shape_perpendicular(pli_vec3 v) {
+    /* Crossing with the axis of the smallest component keeps clear of the parallel case. */
+    const float x = fabsf(v.x), y = fabsf(v.y), z = fabsf(v.z);
+    const pli_vec3 axis = x <= y && x <= z ? pli_vec3_make(1, 0, 0)
+                          : y <= z         ? pli_vec3_make(0, 1, 0)
+                                           : pli_vec3_make(0, 0, 1);
+    const pli_vec3 side = pli_vec3_cross(v, axis);
+    return plii_vec3_divide(side, pli_vec3_length(side));
+}

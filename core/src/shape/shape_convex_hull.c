@@ -1,0 +1,247 @@
+/* Convex hull of points, grown by a radius. Inside the hull the nearest side counts, outside the nearest triangle. */
+
+#include "geometry/box_tree.h"
+#include "geometry/closest_point.h"
+#include "geometry/convex_hull.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+/* Doubled area below this share of the longest edge squared: the normal is too rough for the plane through the
+   triangle to hold all points. */
+#define HULL_ROUGH_TRIANGLE 1e-3f
+
+typedef struct hull_plane {
+    pli_vec3 normal; /* unit, outward */
+    float offset;
+} hull_plane;
+
+typedef struct hull_data {
+    pli_context* context;
+    float radius;
+    float noise; /* m, rounding of a coordinate */
+    pli_bounds bounds;
+    int point_count, triangle_count, plane_count;
+    pli_vec3* points; /* corners of the hull */
+    int (*triangles)[3];
+    hull_plane* planes;
+    plii_box_tree tree;
+} hull_data;
+
+// ------------------------------------------------------------------------------------------------------- queries
+
+static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
+    const int* v = hull->triangles[triangle];
+    plii_triangle_place place;
+    return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &place);
+}
+
+static float hull_measure(int triangle, pli_vec3 p, const void* user) {
+    return pli_vec3_length_squared(pli_vec3_sub(p, hull_closest(user, triangle, p)));
+}
+
+static float hull_distance(const hull_data* hull, pli_vec3 p, float max_distance, pli_vec3* normal) {
+    float height = -INFINITY;
+    int side = 0;
+    for (int i = 0; i < hull->plane_count; ++i) {
+        const float above = pli_vec3_dot(hull->planes[i].normal, p) - hull->planes[i].offset;
+        if (above > height) {
+            height = above;
+            side = i;
+        }
+    }
+    *normal = hull->planes[side].normal;
+    if (height <= 0.0f || height - hull->radius > max_distance) { return height - hull->radius; }
+    const int triangle = plii_box_tree_nearest(&hull->tree, p, INFINITY, hull_measure, hull);
+    if (triangle == PLI_NULL_INDEX) { return height - hull->radius; }
+    const pli_vec3 offset = pli_vec3_sub(p, hull_closest(hull, triangle, p));
+    const float length = pli_vec3_length(offset);
+    /* Straight above a side its plane gives the better normal. */
+    const pli_vec3 sideways = pli_vec3_sub(offset, pli_vec3_scale(*normal, height));
+    if (pli_vec3_length(sideways) <= hull->noise + 4.0f * PLII_EPSILON * length) { return height - hull->radius; }
+    *normal = plii_vec3_divide(offset, length);
+    return length - hull->radius;
+}
+
+static void hull_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                           pli_vec3* normals) {
+    for (int i = 0; i < count; ++i) {
+        distances[i] = hull_distance(user, points[i], max_distance, &normals[i]);
+    }
+}
+
+static pli_bounds hull_bounds(const void* user) {
+    return ((const hull_data*)user)->bounds;
+}
+
+static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
+    const hull_data* hull = user;
+    int farthest = 0;
+    float best = pli_vec3_dot(hull->points[0], direction);
+    for (int i = 1; i < hull->point_count; ++i) {
+        const float along = pli_vec3_dot(hull->points[i], direction);
+        if (along > best) {
+            best = along;
+            farthest = i;
+        }
+    }
+    return hull->points[farthest];
+}
+
+// ------------------------------------------------------------------------------------------------------ building
+
+/* Keeps the points that are corners, in their order. `map` [point_count] receives where each went. */
+static void hull_take_corners(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
+                              int* map) {
+    for (int i = 0; i < point_count; ++i) {
+        map[i] = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < source->triangle_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            map[source->triangles[i][k]] = 0;
+        }
+    }
+    for (int i = 0; i < point_count; ++i) {
+        if (map[i] == PLI_NULL_INDEX) { continue; }
+        map[i] = hull->point_count;
+        hull->points[hull->point_count++] = points[i];
+    }
+}
+
+static float hull_plane_offset(const hull_data* hull, const int* triangle, pli_vec3 normal, bool is_rough) {
+    float offset = -INFINITY;
+    const int count = is_rough ? hull->point_count : 3;
+    for (int i = 0; i < count; ++i) {
+        offset = plii_max(offset, pli_vec3_dot(normal, hull->points[is_rough ? i : triangle[i]]));
+    }
+    return offset;
+}
+
+static void hull_take_triangles(hull_data* hull, const plii_convex_hull* source, const int* map, pli_bounds* boxes) {
+    for (int i = 0; i < source->triangle_count; ++i) {
+        const int v[3] = {map[source->triangles[i][0]], map[source->triangles[i][1]], map[source->triangles[i][2]]};
+        const pli_vec3 a = hull->points[v[0]], b = hull->points[v[1]], c = hull->points[v[2]];
+        const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), bc = pli_vec3_sub(c, b);
+        const pli_vec3 cross = pli_vec3_cross(ab, ac);
+        const float doubled_area = pli_vec3_length(cross);
+        if (!(doubled_area > FLT_MIN)) { continue; }
+        const int index = hull->triangle_count++;
+        for (int k = 0; k < 3; ++k) {
+            hull->triangles[index][k] = v[k];
+        }
+        boxes[index].min = plii_vec3_min(a, plii_vec3_min(b, c));
+        boxes[index].max = plii_vec3_max(a, plii_vec3_max(b, c));
+
+        const float longest =
+            plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
+        hull_plane* plane = &hull->planes[hull->plane_count++];
+        plane->normal = pli_vec3_make(cross.x / doubled_area, cross.y / doubled_area, cross.z / doubled_area);
+        plane->offset = hull_plane_offset(hull, hull->triangles[index], plane->normal,
+                                          doubled_area < HULL_ROUGH_TRIANGLE * longest);
+    }
+}
+
+static void hull_measure_extent(hull_data* hull) {
+    pli_bounds bounds = {hull->points[0], hull->points[0]};
+    float extent = 0.0f;
+    for (int i = 0; i < hull->point_count; ++i) {
+        bounds.min = plii_vec3_min(bounds.min, hull->points[i]);
+        bounds.max = plii_vec3_max(bounds.max, hull->points[i]);
+        extent = plii_max(extent, pli_vec3_length(hull->points[i]));
+    }
+    hull->bounds = plii_bounds_grow(bounds, hull->radius);
+    hull->noise = 4.0f * PLII_EPSILON * extent;
+}
+
+/* The arrays have room for `point_count` points and the triangles of `source`. */
+static pli_status hull_build(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
+                             const char* function) {
+    pli_context* context = hull->context;
+    const size_t triangles = (size_t)source->triangle_count;
+    int* map = plii_allocate(context, (size_t)point_count * sizeof *map);
+    pli_bounds* boxes = plii_allocate(context, triangles * sizeof *boxes);
+    bool has_memory = map != NULL && boxes != NULL;
+    if (has_memory) {
+        hull_take_corners(hull, source, point_count, points, map);
+        hull_take_triangles(hull, source, map, boxes);
+        has_memory = plii_box_tree_build(context, &hull->tree, hull->triangle_count, boxes);
+    }
+    plii_release(context, boxes, triangles * sizeof *boxes);
+    plii_release(context, map, (size_t)point_count * sizeof *map);
+    if (!has_memory) {
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
+    }
+    if (hull->triangle_count < 4) {
+        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "the hull of the %d points has no volume",
+                         point_count);
+    }
+    hull_measure_extent(hull);
+    return PLI_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------------- life
+
+/* Arrays are allocated for the counts that were known before. */
+typedef struct hull_shape {
+    hull_data hull;
+    int point_capacity, triangle_capacity;
+} hull_shape;
+
+static void hull_destroy(void* user) {
+    hull_shape* shape = user;
+    hull_data* hull = &shape->hull;
+    plii_release(hull->context, hull->points, (size_t)shape->point_capacity * sizeof *hull->points);
+    plii_release(hull->context, hull->triangles, (size_t)shape->triangle_capacity * sizeof *hull->triangles);
+    plii_release(hull->context, hull->planes, (size_t)shape->triangle_capacity * sizeof *hull->planes);
+    plii_box_tree_free(hull->context, &hull->tree);
+}
+
+static pli_status hull_create(pli_context* context, const plii_convex_hull* source, int point_count,
+                              const pli_vec3* points, float radius, const char* function, pli_shape** shape) {
+    hull_shape made = {0};
+    hull_data* hull = &made.hull;
+    hull->context = context;
+    hull->radius = radius;
+    made.point_capacity = point_count;
+    made.triangle_capacity = source->triangle_count;
+    hull->points = plii_allocate(context, (size_t)point_count * sizeof *hull->points);
+    hull->triangles = plii_allocate(context, (size_t)source->triangle_count * sizeof *hull->triangles);
+    hull->planes = plii_allocate(context, (size_t)source->triangle_count * sizeof *hull->planes);
+    pli_status status = PLI_OK;
+    if (hull->points == NULL || hull->triangles == NULL || hull->planes == NULL) {
+        status =
+            plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
+    }
+    if (status == PLI_OK) { status = hull_build(hull, source, point_count, points, function); }
+    if (status == PLI_OK) {
+        pli_shape_def def = pli_shape_def_default();
+        def.distances = hull_distances;
+        def.bounds = hull_bounds;
+        def.support = hull_support;
+        def.radius = radius;
+        def.destroy = hull_destroy;
+        status = plii_shape_create_owning(context, &def, &made, sizeof made, function, shape);
+    }
+    if (status != PLI_OK) { hull_destroy(&made); }
+    return status;
+}
+
+pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points, float radius,
+                                        pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "points is null"); }
+    if (!plii_is_finite(radius)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "radius is not finite"); }
+    if (!(radius >= 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
+    for (int i = 0; i < point_count; ++i) {
+        if (!plii_vec3_is_finite(points[i])) {
+            return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "point %d is not finite", i);
+        }
+    }
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", __func__));
+    plii_convex_hull source = {0};
+    PLII_TRY(plii_convex_hull_create(context, point_count, points, 0.0f, __func__, &source));
+    const pli_status status = hull_create(context, &source, point_count, points, radius, __func__, shape);
+    plii_convex_hull_destroy(context, &source);
+    return status;
+}

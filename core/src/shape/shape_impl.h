@@ -1,0 +1,53 @@
+#ifndef PLII_SHAPE_IMPL_H
+#define PLII_SHAPE_IMPL_H
+
+#include "base/context.h"
+#include "math/vec.h"
+#include "pliant/shape.h"
+
+/* A piece of the surface of a shape that is not convex. */
+typedef struct plii_shape_triangle {
+    int index;
+    pli_vec3 corners[3];
+    pli_vec3 normal; /* unit, outwards */
+} plii_shape_triangle;
+
+typedef void plii_shape_triangle_fn(const plii_shape_triangle* triangle, void* context);
+
+struct pli_shape {
+    uint32_t magic;
+    int reference_count;
+    pli_context* context;
+    pli_shape_def def; /* callbacks and their data */
+    /* Calls `visit` with the triangles whose boxes overlap `box`; NULL for shapes that do not consist of any. */
+    void (*triangles)(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context);
+    const pli_shape* source; /* what a lattice samples, else NULL */
+    size_t data_size;        /* bytes of def.user that the shape releases itself, after def.destroy; 0: none */
+};
+
+/* A shape that owns a copy of `data`; def->user is ignored. Messages name `function`. */
+pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* def, const void* data, size_t size,
+                                    const char* function, pli_shape** shape);
+/* The arguments that all creating functions share. */
+pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
+
+/* For the library's own references, at any time. */
+void plii_shape_retain(pli_shape* shape);
+void plii_shape_release(pli_shape* shape);
+
+/* pli_shape_distance of a shape that there is. */
+float plii_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* normal);
+
+/* `p * p` sums below this count as zero: shorter vectors have too few bits for a direction. m^2 */
+#define PLII_SHAPE_TINY_SQUARED 1e-30f
+
+/* Bounds of the shape that a lattice samples, as Bullet has them; else its own. */
+static inline pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
+    const pli_shape_def* def = shape->source != NULL ? &shape->source->def : &shape->def;
+    return def->bounds(def->user);
+}
+
+/* Some unit vector at a right angle to `v`, which is not zero. */
+pli_vec3 plii_shape_perpendicular(pli_vec3 v);
+
+#endif

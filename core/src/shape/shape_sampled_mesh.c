@@ -1,0 +1,237 @@
+/* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
+   gradient of the interpolant. How the samples come about: mesh_sampling.c. */
+
+#include "geometry/mesh_sampling.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+/* Cells of padding when the user names none, and the least. */
+#define SAMPLED_MESH_PADDING 4.0
+#define SAMPLED_MESH_MIN_PADDING 1.0
+#define SAMPLED_MESH_DIAGONAL_CELLS 64.0
+/* Gradients shorter than this have no direction; that of a distance has length 1. */
+#define SAMPLED_MESH_MIN_GRADIENT 1e-3f
+
+typedef struct sampled_mesh {
+    pli_context* context;
+    pli_vec3 origin; /* of sample (0, 0, 0) */
+    float cell_size, inverse_cell_size;
+    pli_bounds bounds; /* of the solid */
+    plii_mesh_sampling sampling;
+} sampled_mesh;
+
+pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
+    pli_sampled_mesh_def def = {0};
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+// ------------------------------------------------------------------------------------------------------- queries
+
+/* The cell of a coordinate within the grid, and the place in it. */
+static int sampled_mesh_cell(float coordinate, int count, float* fraction) {
+    const int cell = (int)coordinate < count - 1 ? (int)coordinate : count - 2;
+    *fraction = coordinate - (float)cell;
+    return cell;
+}
+
+static float sampled_mesh_lerp(float a, float b, float t) {
+    return a + (b - a) * t;
+}
+
+/* Distance in cells and its gradient at a point of the grid, in cells. */
+static float sampled_mesh_interpolate(const plii_mesh_sampling* sampling, pli_vec3 p, pli_vec3* gradient) {
+    pli_vec3 f;
+    const size_t i = (size_t)sampled_mesh_cell(p.x, sampling->counts[0], &f.x);
+    const size_t j = (size_t)sampled_mesh_cell(p.y, sampling->counts[1], &f.y);
+    const size_t k = (size_t)sampled_mesh_cell(p.z, sampling->counts[2], &f.z);
+    const size_t row = (size_t)sampling->counts[0], layer = row * (size_t)sampling->counts[1];
+    const float* low = sampling->samples + i + row * j + layer * k;
+    const float* high = low + layer;
+    /* Along x on the four edges of the cell, then along y, then along z. */
+    const float e0 = sampled_mesh_lerp(low[0], low[1], f.x), e1 = sampled_mesh_lerp(low[row], low[row + 1], f.x);
+    const float e2 = sampled_mesh_lerp(high[0], high[1], f.x), e3 = sampled_mesh_lerp(high[row], high[row + 1], f.x);
+    const float x0 = sampled_mesh_lerp(low[1] - low[0], low[row + 1] - low[row], f.y);
+    const float x1 = sampled_mesh_lerp(high[1] - high[0], high[row + 1] - high[row], f.y);
+    const float below = sampled_mesh_lerp(e0, e1, f.y), above = sampled_mesh_lerp(e2, e3, f.y);
+    *gradient = pli_vec3_make(sampled_mesh_lerp(x0, x1, f.z), sampled_mesh_lerp(e1 - e0, e3 - e2, f.z), above - below);
+    return sampled_mesh_lerp(below, above, f.z);
+}
+
+static pli_vec3 sampled_mesh_unit(pli_vec3 v) {
+    const float length = pli_vec3_length(v);
+    return length > SAMPLED_MESH_MIN_GRADIENT ? plii_vec3_divide(v, length) : pli_vec3_make(1, 0, 0);
+}
+
+static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli_vec3* normal) {
+    const int* counts = mesh->sampling.counts;
+    const pli_vec3 last = pli_vec3_make((float)(counts[0] - 1), (float)(counts[1] - 1), (float)(counts[2] - 1));
+    const pli_vec3 local = pli_vec3_sub(point, mesh->origin);
+    const pli_vec3 p = pli_vec3_scale(local, mesh->inverse_cell_size);
+    const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, pli_vec3_make(0, 0, 0)), last);
+    pli_vec3 gradient;
+    const float distance = sampled_mesh_interpolate(&mesh->sampling, inside, &gradient) * mesh->cell_size;
+    *normal = sampled_mesh_unit(gradient);
+    const bool is_within = p.x == inside.x && p.y == inside.y && p.z == inside.z;
+    if (is_within) { return distance; }
+    const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
+    const float largest = plii_max(fabsf(offset.x), plii_max(fabsf(offset.y), fabsf(offset.z)));
+    if (!(largest > 0.0f)) { return distance; }
+    /* From where the way to the surface enters the grid it goes on at an obtuse angle. Far away the squares would
+       overflow. */
+    const pli_vec3 before = pli_vec3_make(offset.x / largest, offset.y / largest, offset.z / largest);
+    const pli_vec3 after = pli_vec3_scale(*normal, plii_max(distance, 0.0f) / largest);
+    const float length = sqrtf(pli_vec3_length_squared(before) + pli_vec3_length_squared(after));
+    *normal = sampled_mesh_unit(pli_vec3_add(before, after));
+    return length * largest;
+}
+
+static void sampled_mesh_distances(const void* user, int count, const pli_vec3* points, float max_distance,
+                                   float* distances, pli_vec3* normals) {
+    (void)max_distance;
+    for (int i = 0; i < count; ++i) {
+        distances[i] = sampled_mesh_distance(user, points[i], &normals[i]);
+    }
+}
+
+static pli_bounds sampled_mesh_bounds(const void* user) {
+    return ((const sampled_mesh*)user)->bounds;
+}
+
+// -------------------------------------------------------------------------------------------------------- making
+
+static pli_status sampled_mesh_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
+                                     const int* triangles, const pli_sampled_mesh_def* def, const char* function) {
+    if (points == NULL || triangles == NULL) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
+    }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_sampled_mesh_def_default");
+    }
+    if (!plii_is_finite(def->cell_size) || !plii_is_finite(def->padding)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "def->cell_size or def->padding is not finite");
+    }
+    if (def->cell_size < 0.0f || def->padding < 0.0f) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->cell_size is %g, def->padding is %g",
+                         (double)def->cell_size, (double)def->padding);
+    }
+    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
+        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
+                         triangle_count);
+    }
+    for (int i = 0; i < point_count; ++i) {
+        if (!plii_vec3_is_finite(points[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
+        }
+    }
+    PLII_TRY(plii_check_within(context, def->cell_size, PLI_MAX_COORDINATE, "def->cell_size", function));
+    PLII_TRY(plii_check_within(context, def->padding, PLI_MAX_COORDINATE, "def->padding", function));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
+    for (int i = 0; i < 3 * triangle_count; ++i) {
+        if (triangles[i] < 0 || triangles[i] >= point_count) {
+            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
+        }
+    }
+    return PLI_OK;
+}
+
+/* Of the points that triangles use. */
+static pli_bounds sampled_mesh_used_bounds(const pli_vec3* points, int triangle_count, const int* triangles) {
+    pli_bounds bounds = {points[triangles[0]], points[triangles[0]]};
+    for (int i = 1; i < 3 * triangle_count; ++i) {
+        bounds.min = plii_vec3_min(bounds.min, points[triangles[i]]);
+        bounds.max = plii_vec3_max(bounds.max, points[triangles[i]]);
+    }
+    return bounds;
+}
+
+/* Place, cells and number of samples of the grid. */
+static pli_status sampled_mesh_place(sampled_mesh* mesh, pli_bounds bounds, const pli_sampled_mesh_def* def,
+                                     const char* function) {
+    const double extents[3] = {(double)bounds.max.x - (double)bounds.min.x, (double)bounds.max.y - (double)bounds.min.y,
+                               (double)bounds.max.z - (double)bounds.min.z};
+    const double diagonal = sqrt(extents[0] * extents[0] + extents[1] * extents[1] + extents[2] * extents[2]);
+    const double cell_size = def->cell_size > 0.0f ? (double)def->cell_size : diagonal / SAMPLED_MESH_DIAGONAL_CELLS;
+    mesh->cell_size = (float)cell_size;
+    mesh->inverse_cell_size = 1.0f / mesh->cell_size;
+    const float largest = plii_max(pli_vec3_length(plii_vec3_max(bounds.max, pli_vec3_neg(bounds.min))), 0.0f);
+    if (!(mesh->cell_size > FLT_EPSILON * 16.0f * largest) || !plii_is_finite(mesh->inverse_cell_size) ||
+        !plii_is_finite(mesh->cell_size)) {
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "cells of %g m are too small for coordinates up to %g m", cell_size, (double)largest);
+    }
+    double padding = def->padding > 0.0f ? (double)def->padding / cell_size : SAMPLED_MESH_PADDING;
+    if (padding < SAMPLED_MESH_MIN_PADDING) { padding = SAMPLED_MESH_MIN_PADDING; }
+    double counts[3], total = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        counts[axis] = ceil(extents[axis] / cell_size + 2.0 * padding) + 1.0;
+        total *= counts[axis];
+    }
+    if (!(total <= (double)PLI_SAMPLED_MESH_MAX_SAMPLES)) {
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "cells of %g m and a padding of %g m need %.0f x %.0f x %.0f samples, more than %d", cell_size,
+                         padding * cell_size, counts[0], counts[1], counts[2], PLI_SAMPLED_MESH_MAX_SAMPLES);
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        mesh->sampling.counts[axis] = (int)counts[axis];
+    }
+    const float shift = (float)(padding * cell_size);
+    mesh->origin = pli_vec3_sub(bounds.min, pli_vec3_make(shift, shift, shift));
+    /* The surface of the interpolant may lie outside of that of the mesh by less than a cell. */
+    mesh->bounds = plii_bounds_grow(bounds, mesh->cell_size);
+    return PLI_OK;
+}
+
+static size_t sampled_mesh_bytes(const sampled_mesh* mesh) {
+    const int* counts = mesh->sampling.counts;
+    return (size_t)counts[0] * (size_t)counts[1] * (size_t)counts[2] * sizeof *mesh->sampling.samples;
+}
+
+static void sampled_mesh_destroy(void* user) {
+    sampled_mesh* mesh = user;
+    plii_release(mesh->context, mesh->sampling.samples, sampled_mesh_bytes(mesh));
+}
+
+static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points, int triangle_count,
+                                      const int* triangles, const char* function) {
+    plii_soup soup = {.context = mesh->context};
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    mesh->sampling.samples = plii_allocate(mesh->context, sampled_mesh_bytes(mesh));
+    if (mesh->sampling.samples != NULL &&
+        plii_soup_build(&soup, points, triangle_count, triangles, mesh->origin, mesh->inverse_cell_size)) {
+        status = plii_mesh_sampling_run(&soup, &mesh->sampling);
+    }
+    plii_soup_free(&soup);
+    if (status == PLI_ERROR_OUT_OF_MEMORY) {
+        return plii_fail(mesh->context, status, function, "no memory for %d x %d x %d samples",
+                         mesh->sampling.counts[0], mesh->sampling.counts[1], mesh->sampling.counts[2]);
+    }
+    if (status != PLI_OK) {
+        return plii_fail(mesh->context, status, function, "the %d triangles enclose nothing that cells of %g m show",
+                         triangle_count, (double)mesh->cell_size);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, const pli_vec3* points,
+                                         int triangle_count, const int* triangles, const pli_sampled_mesh_def* def,
+                                         pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    const pli_sampled_mesh_def used = def != NULL ? *def : pli_sampled_mesh_def_default();
+    PLII_TRY(sampled_mesh_check(context, point_count, points, triangle_count, triangles, &used, __func__));
+    sampled_mesh mesh = {.context = context};
+    const pli_bounds bounds = sampled_mesh_used_bounds(points, triangle_count, triangles);
+    PLII_TRY(sampled_mesh_place(&mesh, bounds, &used, __func__));
+    pli_status status = sampled_mesh_sample(&mesh, points, triangle_count, triangles, __func__);
+    if (status == PLI_OK) {
+        pli_shape_def shape_def = pli_shape_def_default();
+        shape_def.distances = sampled_mesh_distances;
+        shape_def.bounds = sampled_mesh_bounds;
+        shape_def.destroy = sampled_mesh_destroy;
+        status = plii_shape_create_owning(context, &shape_def, &mesh, sizeof mesh, __func__, shape);
+    }
+    if (status != PLI_OK) { sampled_mesh_destroy(&mesh); }
+    return status;
+}

@@ -1,0 +1,50 @@
+/* Sphere around the origin. */
+
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+typedef struct sphere_data {
+    float radius;
+} sphere_data;
+
+/* At the very centre all directions are as good; it is +y there. */
+static void sphere_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                             pli_vec3* normals) {
+    const sphere_data* sphere = user;
+    (void)max_distance;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 p = points[i];
+        const float squared = pli_vec3_length_squared(p);
+        const bool is_centre = squared < PLII_SHAPE_TINY_SQUARED;
+        const float length = sqrtf(squared);
+        const float inverse = is_centre ? 0.0f : 1.0f / length;
+        distances[i] = length - sphere->radius;
+        normals[i] = pli_vec3_make(p.x * inverse, is_centre ? 1.0f : p.y * inverse, p.z * inverse);
+    }
+}
+
+static pli_bounds sphere_bounds(const void* user) {
+    const float r = ((const sphere_data*)user)->radius;
+    const pli_bounds bounds = {{-r, -r, -r}, {r, r, r}};
+    return bounds;
+}
+
+static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
+    (void)user;
+    (void)direction;
+    return pli_vec3_make(0, 0, 0);
+}
+
+pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    if (!plii_is_finite(radius)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "radius is not finite"); }
+    if (!(radius > 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
+    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    const sphere_data sphere = {radius};
+    pli_shape_def def = pli_shape_def_default();
+    def.distances = sphere_distances;
+    def.bounds = sphere_bounds;
+    def.support = sphere_support;
+    def.radius = radius;
+    return plii_shape_create_owning(context, &def, &sphere, sizeof sphere, __func__, shape);
+}

@@ -1,0 +1,488 @@
+/* Triangle surface: distance to the nearest triangle, sign by the angle-weighted pseudo-normal of the nearest vertex,
+   edge or face (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005).
+
+   Points at equal positions count as one, so that unconnected triangles still make a surface. A connected part without
+   a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
+   first `thickness` is inside; farther behind there is nothing. */
+
+#include "geometry/box_tree.h"
+#include "geometry/closest_point.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+#include <stdlib.h>
+
+/* Doubled area below this share of the longest edge squared: no usable normal. */
+#define TRIANGLE_MIN_SHAPE 1e-6f
+/* Measuring that many one by one costs about as much as a walk through the tree. */
+#define SURFACE_MAX_CANDIDATES 12
+#define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
+
+typedef struct surface_triangle {
+    int vertices[3];
+    pli_vec3 normal;          /* unit */
+    pli_vec3 edge_normals[3]; /* unit; edges 01, 12, 20 */
+    bool is_edge_border[3];
+    bool is_open; /* part of a surface with a border */
+} surface_triangle;
+
+typedef struct surface_vertex {
+    pli_vec3 position;
+    pli_vec3 normal; /* unit pseudo-normal */
+    bool is_border;
+} surface_vertex;
+
+typedef struct surface_data {
+    pli_context* context;
+    float thickness;
+    float noise; /* m, rounding of a difference of coordinates: closer points have no direction of their own */
+    bool has_closed_part, has_open_part;
+    pli_bounds bounds;
+    int vertex_count, triangle_count;
+    surface_vertex* vertices;
+    surface_triangle* triangles;
+    plii_box_tree tree;
+} surface_data;
+
+// ------------------------------------------------------------------------------------------------------- queries
+
+static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_triangle_place* place) {
+    const int* v = surface->triangles[triangle].vertices;
+    return plii_closest_point_on_triangle(p, surface->vertices[v[0]].position, surface->vertices[v[1]].position,
+                                          surface->vertices[v[2]].position, place);
+}
+
+static float surface_measure(int triangle, pli_vec3 p, const void* user) {
+    plii_triangle_place place;
+    return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &place)));
+}
+
+static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
+    const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, surface->bounds.min), surface->bounds.max);
+    return pli_vec3_length(pli_vec3_sub(p, inside));
+}
+
+/* Triangles near a batch of points, so that the tree is walked once and not for each point. */
+typedef struct surface_candidates {
+    const surface_data* surface;
+    pli_vec3 middle, half; /* of the box around the points */
+    float reach;           /* what is farther from all of them is left out */
+    int count;             /* more than there is room for: the tree has to be asked */
+    int triangles[SURFACE_MAX_CANDIDATES];
+} surface_candidates;
+
+static void surface_add_candidate(int triangle, void* user) {
+    surface_candidates* candidates = user;
+    const surface_data* surface = candidates->surface;
+    const surface_triangle* found = &surface->triangles[triangle];
+    const pli_vec3 n = found->normal, corner = surface->vertices[found->vertices[0]].position;
+    const float height = pli_vec3_dot(pli_vec3_sub(candidates->middle, corner), n);
+    const float spread = pli_vec3_dot(candidates->half, pli_vec3_make(fabsf(n.x), fabsf(n.y), fabsf(n.z)));
+    /* The whole box lies on one side of the triangle's plane. */
+    if (fabsf(height) - spread > candidates->reach) { return; }
+    if (candidates->count < SURFACE_MAX_CANDIDATES) { candidates->triangles[candidates->count] = triangle; }
+    candidates->count += 1;
+}
+
+static surface_candidates surface_find_candidates(const surface_data* surface, int count, const pli_vec3* points,
+                                                  float reach) {
+    pli_bounds near = {points[0], points[0]};
+    for (int i = 1; i < count; ++i) {
+        near.min = plii_vec3_min(near.min, points[i]);
+        near.max = plii_vec3_max(near.max, points[i]);
+    }
+    surface_candidates candidates;
+    candidates.surface = surface;
+    candidates.middle = pli_vec3_scale(pli_vec3_add(near.min, near.max), 0.5f);
+    candidates.half = pli_vec3_sub(near.max, candidates.middle);
+    candidates.reach = SURFACE_BOX_REACH * reach;
+    candidates.count = 0;
+    plii_box_tree_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
+    return candidates;
+}
+
+static int surface_nearest_candidate(const surface_candidates* candidates, pli_vec3 p, float max_squared) {
+    const surface_data* surface = candidates->surface;
+    const float far_squared = 1.001f * max_squared;
+    int nearest = PLI_NULL_INDEX;
+    for (int i = 0; i < candidates->count; ++i) {
+        /* Most points are far from the planes of most triangles. */
+        const surface_triangle* triangle = &surface->triangles[candidates->triangles[i]];
+        const pli_vec3 corner = surface->vertices[triangle->vertices[0]].position;
+        const float height = pli_vec3_dot(pli_vec3_sub(p, corner), triangle->normal);
+        if (height * height > far_squared) { continue; }
+        const float squared = surface_measure(candidates->triangles[i], p, surface);
+        if (squared < max_squared) {
+            nearest = candidates->triangles[i];
+            max_squared = squared;
+        }
+    }
+    return nearest;
+}
+
+static float surface_distance(const surface_data* surface, pli_vec3 p, int nearest, pli_vec3* normal) {
+    const surface_triangle* triangle = &surface->triangles[nearest];
+    plii_triangle_place place;
+    const pli_vec3 foot = surface_closest(surface, nearest, p, &place);
+    const plii_triangle_feature feature = place.feature;
+    const pli_vec3 offset = pli_vec3_sub(p, foot);
+    pli_vec3 pseudo_normal = triangle->normal;
+    bool is_border = false;
+    if (feature <= PLII_TRIANGLE_VERTEX_2) {
+        const surface_vertex* vertex = &surface->vertices[triangle->vertices[feature]];
+        pseudo_normal = vertex->normal;
+        is_border = vertex->is_border;
+    } else if (feature <= PLII_TRIANGLE_EDGE_20) {
+        const int edge = (int)feature - (int)PLII_TRIANGLE_EDGE_01;
+        pseudo_normal = triangle->edge_normals[edge];
+        is_border = triangle->is_edge_border[edge];
+    }
+
+    const float length = pli_vec3_length(offset);
+    const float along = pli_vec3_dot(offset, pseudo_normal);
+    float distance = along;
+    *normal = pseudo_normal;
+    if (feature != PLII_TRIANGLE_FACE && length > surface->noise) {
+        distance = along < 0.0f && !is_border ? -length : length;
+        *normal = pli_vec3_scale(offset, 1.0f / distance);
+    }
+    return distance < -surface->thickness && triangle->is_open ? INFINITY : distance;
+}
+
+static void surface_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
+                              pli_vec3* normals) {
+    const surface_data* surface = user;
+    /* The inside of a closed part may be far from its surface. */
+    const bool has_reach = !surface->has_closed_part;
+    const float reach = has_reach ? 1.001f * plii_max(max_distance, surface->thickness) : INFINITY;
+    surface_candidates candidates = {.count = SURFACE_MAX_CANDIDATES + 1};
+    if (has_reach && count > 0) { candidates = surface_find_candidates(surface, count, points, reach); }
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 p = points[i];
+        normals[i] = pli_vec3_make(1, 0, 0);
+        distances[i] = INFINITY;
+        if (candidates.count == 0 || surface_distance_to_bounds(surface, p) > max_distance) { continue; }
+        const int nearest = candidates.count <= SURFACE_MAX_CANDIDATES
+                                ? surface_nearest_candidate(&candidates, p, reach * reach)
+                                : plii_box_tree_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
+        if (nearest != PLI_NULL_INDEX) { distances[i] = surface_distance(surface, p, nearest, &normals[i]); }
+    }
+}
+
+static pli_bounds surface_bounds(const void* user) {
+    return ((const surface_data*)user)->bounds;
+}
+
+typedef struct surface_visit {
+    const surface_data* surface;
+    plii_shape_triangle_fn* visit;
+    void* context;
+} surface_visit;
+
+static void surface_visit_triangle(int item, void* user) {
+    const surface_visit* visit = user;
+    const surface_triangle* triangle = &visit->surface->triangles[item];
+    plii_shape_triangle found = {.index = item, .normal = triangle->normal};
+    for (int k = 0; k < 3; ++k) {
+        found.corners[k] = visit->surface->vertices[triangle->vertices[k]].position;
+    }
+    visit->visit(&found, visit->context);
+}
+
+static void surface_triangles(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context) {
+    surface_visit all = {user, visit, context};
+    plii_box_tree_overlaps(&((const surface_data*)user)->tree, box, surface_visit_triangle, &all);
+}
+
+// ------------------------------------------------------------------------------------------------------ building
+
+typedef struct surface_point {
+    pli_vec3 position;
+    int index;
+} surface_point;
+
+static int surface_compare_floats(float a, float b) {
+    return a < b ? -1 : a > b ? 1 : 0;
+}
+
+static int surface_compare_points(const void* left, const void* right) {
+    const surface_point *a = left, *b = right;
+    int order = surface_compare_floats(a->position.x, b->position.x);
+    if (order == 0) { order = surface_compare_floats(a->position.y, b->position.y); }
+    if (order == 0) { order = surface_compare_floats(a->position.z, b->position.z); }
+    return order != 0 ? order : (a->index > b->index) - (a->index < b->index);
+}
+
+/* One vertex per position; `vertex_of_point` [point_count] receives where each point went. */
+static bool surface_weld(surface_data* surface, int point_count, const pli_vec3* points, int* vertex_of_point) {
+    const size_t size = (size_t)point_count * sizeof(surface_point);
+    surface_point* sorted = plii_allocate(surface->context, size);
+    if (sorted == NULL) { return false; }
+    for (int i = 0; i < point_count; ++i) {
+        sorted[i].position = points[i];
+        sorted[i].index = i;
+    }
+    qsort(sorted, (size_t)point_count, sizeof *sorted, surface_compare_points);
+    int count = 0;
+    for (int i = 0; i < point_count; ++i) {
+        const pli_vec3 p = sorted[i].position;
+        if (i == 0 || p.x != sorted[i - 1].position.x || p.y != sorted[i - 1].position.y ||
+            p.z != sorted[i - 1].position.z) {
+            surface->vertices[count++].position = p;
+        }
+        vertex_of_point[sorted[i].index] = count - 1;
+    }
+    surface->vertex_count = count;
+    plii_release(surface->context, sorted, size);
+    return true;
+}
+
+/* One side of a triangle. Triangles without an area have sides too, or their neighbours would seem to end there. */
+typedef struct surface_side {
+    int low, high; /* vertices */
+    int triangle;  /* PLI_NULL_INDEX for a triangle without an area */
+    int edge;
+} surface_side;
+
+static int surface_compare_sides(const void* left, const void* right) {
+    const surface_side *a = left, *b = right;
+    if (a->low != b->low) { return a->low < b->low ? -1 : 1; }
+    if (a->high != b->high) { return a->high < b->high ? -1 : 1; }
+    if (a->triangle != b->triangle) { return a->triangle < b->triangle ? -1 : 1; }
+    return (a->edge > b->edge) - (a->edge < b->edge);
+}
+
+static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
+    const float length = pli_vec3_length(v);
+    return length > 1e-6f ? plii_vec3_divide(v, length) : other;
+}
+
+static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
+    const pli_vec3 u = pli_vec3_sub(b, a), v = pli_vec3_sub(c, a);
+    return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
+}
+
+/* Triangles with an area, their normals, the weighted sums at the vertices, and the sides of all. */
+static int surface_add_triangles(surface_data* surface, int triangle_count, const int* triangles,
+                                 const int* vertex_of_point, surface_side* sides) {
+    int side_count = 0;
+    for (int i = 0; i < triangle_count; ++i) {
+        const int v[3] = {vertex_of_point[triangles[3 * i]], vertex_of_point[triangles[3 * i + 1]],
+                          vertex_of_point[triangles[3 * i + 2]]};
+        const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
+                       c = surface->vertices[v[2]].position;
+        const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), bc = pli_vec3_sub(c, b);
+        const pli_vec3 cross = pli_vec3_cross(ab, ac);
+        const float doubled_area = pli_vec3_length(cross);
+        const float longest =
+            plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
+        int index = PLI_NULL_INDEX;
+        if (doubled_area > TRIANGLE_MIN_SHAPE * longest && doubled_area > FLT_MIN) {
+            index = surface->triangle_count++;
+            surface_triangle* triangle = &surface->triangles[index];
+            triangle->normal = pli_vec3_make(cross.x / doubled_area, cross.y / doubled_area, cross.z / doubled_area);
+            const float angles[3] = {surface_corner_angle(a, b, c), surface_corner_angle(b, c, a),
+                                     surface_corner_angle(c, a, b)};
+            for (int k = 0; k < 3; ++k) {
+                surface_vertex* vertex = &surface->vertices[v[k]];
+                triangle->vertices[k] = v[k];
+                vertex->normal = pli_vec3_add(vertex->normal, pli_vec3_scale(triangle->normal, angles[k]));
+            }
+        }
+        for (int k = 0; k < 3; ++k) {
+            const int from = v[k], to = v[(k + 1) % 3];
+            if (from == to) { continue; }
+            surface_side* side = &sides[side_count++];
+            side->low = from < to ? from : to;
+            side->high = from < to ? to : from;
+            side->triangle = index;
+            side->edge = k;
+        }
+    }
+    return side_count;
+}
+
+/* Root of a vertex in the forest of connected parts. */
+static int surface_root(int* parents, int vertex) {
+    while (parents[vertex] != vertex) {
+        parents[vertex] = parents[parents[vertex]];
+        vertex = parents[vertex];
+    }
+    return vertex;
+}
+
+/* Normals and flags of the edges; borders of the vertices; `parents` becomes the forest of connected parts. */
+static void surface_join_sides(surface_data* surface, surface_side* sides, int side_count, int* parents) {
+    qsort(sides, (size_t)side_count, sizeof *sides, surface_compare_sides);
+    int end = 0;
+    for (int begin = 0; begin < side_count; begin = end) {
+        const int low = sides[begin].low, high = sides[begin].high;
+        pli_vec3 sum = {0, 0, 0};
+        for (end = begin; end < side_count && sides[end].low == low && sides[end].high == high; ++end) {
+            if (sides[end].triangle == PLI_NULL_INDEX) { continue; }
+            sum = pli_vec3_add(sum, surface->triangles[sides[end].triangle].normal);
+        }
+        const bool is_border = end - begin == 1;
+        parents[surface_root(parents, high)] = surface_root(parents, low);
+        if (is_border) {
+            surface->vertices[low].is_border = true;
+            surface->vertices[high].is_border = true;
+        }
+        for (int i = begin; i < end; ++i) {
+            if (sides[i].triangle == PLI_NULL_INDEX) { continue; }
+            surface_triangle* triangle = &surface->triangles[sides[i].triangle];
+            triangle->edge_normals[sides[i].edge] = surface_unit_or(sum, triangle->normal);
+            triangle->is_edge_border[sides[i].edge] = is_border;
+        }
+    }
+}
+
+static void surface_finish_vertices(surface_data* surface) {
+    for (int i = 0; i < surface->vertex_count; ++i) {
+        surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
+    }
+}
+
+/* A part is open when one of its vertices is on a border. `parents` is used up: a root of an open part becomes -1. */
+static void surface_find_open_parts(surface_data* surface, int* parents) {
+    for (int i = 0; i < surface->vertex_count; ++i) {
+        parents[i] = surface_root(parents, i);
+    }
+    for (int i = 0; i < surface->vertex_count; ++i) {
+        if (surface->vertices[i].is_border) {
+            const int root = parents[i] < 0 ? -1 - parents[i] : parents[i];
+            parents[root] = -1 - root;
+        }
+    }
+    for (int i = 0; i < surface->triangle_count; ++i) {
+        surface_triangle* triangle = &surface->triangles[i];
+        const int parent = parents[triangle->vertices[0]];
+        const int root = parent < 0 ? -1 - parent : parent;
+        triangle->is_open = parents[root] < 0;
+        surface->has_closed_part = surface->has_closed_part || !triangle->is_open;
+        surface->has_open_part = surface->has_open_part || triangle->is_open;
+    }
+}
+
+static bool surface_build_tree(surface_data* surface) {
+    const size_t size = (size_t)surface->triangle_count * sizeof(pli_bounds);
+    pli_bounds* boxes = plii_allocate(surface->context, size);
+    if (boxes == NULL) { return false; }
+    float extent = 0.0f;
+    for (int i = 0; i < surface->triangle_count; ++i) {
+        const int* v = surface->triangles[i].vertices;
+        const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
+                       c = surface->vertices[v[2]].position;
+        boxes[i].min = plii_vec3_min(a, plii_vec3_min(b, c));
+        boxes[i].max = plii_vec3_max(a, plii_vec3_max(b, c));
+        extent = plii_max(extent, plii_max(pli_vec3_length(a), plii_max(pli_vec3_length(b), pli_vec3_length(c))));
+    }
+    const bool is_built = plii_box_tree_build(surface->context, &surface->tree, surface->triangle_count, boxes);
+    plii_release(surface->context, boxes, size);
+    if (!is_built) { return false; }
+    /* The inside of an open part reaches behind its faces. */
+    surface->bounds = plii_bounds_grow(surface->tree.boxes[surface->tree.begin[surface->tree.level_count - 1]],
+                                       surface->has_open_part ? surface->thickness : 0.0f);
+    surface->noise = 4.0f * PLII_EPSILON * extent;
+    return true;
+}
+
+/* False when out of memory. With no usable triangle there is no tree. */
+static bool surface_build(surface_data* surface, int point_count, const pli_vec3* points, int triangle_count,
+                          const int* triangles) {
+    pli_context* context = surface->context;
+    const size_t map_size = (size_t)point_count * sizeof(int);
+    const size_t sides_size = (size_t)triangle_count * 3 * sizeof(surface_side);
+    int* map = plii_allocate(context, map_size); /* vertex of point, then forest of parts */
+    surface_side* sides = plii_allocate(context, sides_size);
+    bool is_built = map != NULL && sides != NULL && surface_weld(surface, point_count, points, map);
+    if (is_built) {
+        const int side_count = surface_add_triangles(surface, triangle_count, triangles, map, sides);
+        for (int i = 0; i < surface->vertex_count; ++i) {
+            map[i] = i;
+        }
+        surface_join_sides(surface, sides, side_count, map);
+        surface_finish_vertices(surface);
+        surface_find_open_parts(surface, map);
+        is_built = surface->triangle_count == 0 || surface_build_tree(surface);
+    }
+    plii_release(context, sides, sides_size);
+    plii_release(context, map, map_size);
+    return is_built;
+}
+
+// ---------------------------------------------------------------------------------------------------------- life
+
+/* Arrays are allocated for the counts that were asked for. */
+typedef struct surface_shape {
+    surface_data surface;
+    int point_capacity, triangle_capacity;
+} surface_shape;
+
+static void surface_destroy(void* user) {
+    surface_shape* shape = user;
+    surface_data* surface = &shape->surface;
+    plii_release(surface->context, surface->vertices, (size_t)shape->point_capacity * sizeof *surface->vertices);
+    plii_release(surface->context, surface->triangles, (size_t)shape->triangle_capacity * sizeof *surface->triangles);
+    plii_box_tree_free(surface->context, &surface->tree);
+}
+
+static pli_status surface_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
+                                const int* triangles, float thickness, const char* function) {
+    if (points == NULL || triangles == NULL) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
+    }
+    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
+        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
+                         triangle_count);
+    }
+    if (!(thickness > 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "thickness is %g", (double)thickness);
+    }
+    for (int i = 0; i < point_count; ++i) {
+        if (!plii_vec3_is_finite(points[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
+        }
+    }
+    PLII_TRY(plii_check_within(context, thickness, PLI_MAX_COORDINATE, "thickness", function));
+    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
+    for (int i = 0; i < 3 * triangle_count; ++i) {
+        if (triangles[i] < 0 || triangles[i] >= point_count) {
+            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
+                                          int triangle_count, const int* triangles, float thickness,
+                                          pli_shape** shape) {
+    PLII_TRY(plii_shape_check_create(context, shape, __func__));
+    PLII_TRY(surface_check(context, point_count, points, triangle_count, triangles, thickness, __func__));
+    surface_shape made = {0};
+    surface_data* surface = &made.surface;
+    surface->context = context;
+    surface->thickness = thickness;
+    made.point_capacity = point_count;
+    made.triangle_capacity = triangle_count;
+    surface->vertices = plii_allocate(context, (size_t)point_count * sizeof *surface->vertices);
+    surface->triangles = plii_allocate(context, (size_t)triangle_count * sizeof *surface->triangles);
+    pli_status status = PLI_OK;
+    if (surface->vertices == NULL || surface->triangles == NULL ||
+        !surface_build(surface, point_count, points, triangle_count, triangles)) {
+        status = PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d triangles", triangle_count);
+    } else if (surface->triangle_count == 0) {
+        status = PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "none of the %d triangles has an area", triangle_count);
+    } else {
+        pli_shape_def def = pli_shape_def_default();
+        def.distances = surface_distances;
+        def.bounds = surface_bounds;
+        def.destroy = surface_destroy;
+        status = plii_shape_create_owning(context, &def, &made, sizeof made, __func__, shape);
+        if (status == PLI_OK) { (*shape)->triangles = surface_triangles; }
+    }
+    if (status != PLI_OK) { surface_destroy(&made); }
+    return status;
+}

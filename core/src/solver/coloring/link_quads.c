@@ -1,0 +1,248 @@
+/* Quads of links, greedily: all that have six links, then five, four and three, each time in the order of nodes. So a
+   triangle mesh falls into pairs of triangles. Linear time: a node shows at most so many of its links. */
+
+#include "solver/coloring/link_quads.h"
+
+#include <string.h>
+
+enum {
+    LINK_QUADS_SHOWN = 24, /* links of a node */
+    LINK_QUADS_TRIES = 3,  /* links of a node per pass that may fail to find a quad */
+    LINK_QUADS_MOST = 6,   /* links of a quad */
+    LINK_QUADS_LEAST = 3,
+    LINK_QUADS_ORDERS = 24, /* of four nodes */
+    LINK_QUADS_PATTERNS = 1 << PLII_LINK_PAIRS
+};
+
+typedef struct link_quads_search {
+    const pli_body* body;
+    plii_link_quads* quads;
+    int a, b; /* nodes of the first link */
+    plii_link_tag tag;
+    int candidates[2 * LINK_QUADS_SHOWN]; /* nodes linked with those */
+    int candidate_count;
+    uint8_t orders[LINK_QUADS_ORDERS][4];       /* node of the search for each node of the quad */
+    uint8_t best_orders[LINK_QUADS_PATTERNS];   /* by the pairs of the search that have links */
+    uint8_t ordered_pairs[LINK_QUADS_PATTERNS]; /* what the pairs become by it */
+} link_quads_search;
+
+// ------------------------------------------------------------------------------------------------------------ orders
+
+static uint8_t link_quads_pair(int a, int b) {
+    for (uint8_t k = 0; k < PLII_LINK_PAIRS; ++k) {
+        const uint8_t* nodes = plii_link_pair_nodes[k];
+        if ((nodes[0] == a && nodes[1] == b) || (nodes[0] == b && nodes[1] == a)) { return k; }
+    }
+    return 0;
+}
+
+/* Quads get the nodes in the order that uses the first pairs, so that quads of one kind have the same pairs. */
+static void link_quads_make_orders(link_quads_search* search) {
+    int count = 0;
+    for (int code = 0; code < 256; ++code) {
+        const uint8_t order[4] = {(uint8_t)(code & 3), (uint8_t)(code >> 2 & 3), (uint8_t)(code >> 4 & 3),
+                                  (uint8_t)(code >> 6)};
+        if ((1 << order[0] | 1 << order[1] | 1 << order[2] | 1 << order[3]) != 15) { continue; }
+        uint8_t from[PLII_LINK_PAIRS];
+        for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+            from[k] = link_quads_pair(order[plii_link_pair_nodes[k][0]], order[plii_link_pair_nodes[k][1]]);
+        }
+        for (int pattern = 0; pattern < LINK_QUADS_PATTERNS; ++pattern) {
+            int pairs = 0;
+            for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+                pairs |= (pattern >> from[k] & 1) << k;
+            }
+            if (count == 0 || pairs < search->ordered_pairs[pattern]) {
+                search->best_orders[pattern] = (uint8_t)count;
+                search->ordered_pairs[pattern] = (uint8_t)pairs;
+            }
+        }
+        for (int k = 0; k < 4; ++k) {
+            search->orders[count][k] = order[k];
+        }
+        ++count;
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------ search
+
+static bool link_quads_is_open(const link_quads_search* search, int link) {
+    return search->quads->is_used[link] == 0 && plii_link_tag_of(search->body, link) == search->tag;
+}
+
+/* The links that a node shows, from the first one that is not used. */
+typedef struct link_quads_range {
+    int begin, end;
+} link_quads_range;
+
+static link_quads_range link_quads_shown(const link_quads_search* search, int node) {
+    const plii_link_quads* quads = search->quads;
+    const int end = quads->begin[node + 1];
+    int begin = quads->open[node];
+    while (begin < end && quads->is_used[quads->halves[begin].link] != 0) {
+        ++begin;
+    }
+    quads->open[node] = begin;
+    return (link_quads_range){begin, end - begin < LINK_QUADS_SHOWN ? end : begin + LINK_QUADS_SHOWN};
+}
+
+static void link_quads_mark(link_quads_search* search, int node, uint8_t mark) {
+    plii_link_quads* quads = search->quads;
+    const link_quads_range shown = link_quads_shown(search, node);
+    for (int i = shown.begin; i < shown.end; ++i) {
+        const plii_link_half half = quads->halves[i];
+        if (half.node == search->a || half.node == search->b || !link_quads_is_open(search, half.link)) { continue; }
+        if (quads->marks[half.node] == 0) { search->candidates[search->candidate_count++] = half.node; }
+        quads->marks[half.node] |= mark;
+    }
+}
+
+/* Links that a node has with a and b. */
+static int link_quads_common(const link_quads_search* search, int node) {
+    const int mark = search->quads->marks[node];
+    return (mark & 1) + (mark >> 1);
+}
+
+/* The fourth node, given the third one; PLI_NULL_INDEX when no quad of `least` links has both. */
+static int link_quads_fourth(const link_quads_search* search, int candidate, int least) {
+    const plii_link_quads* quads = search->quads;
+    const int third = search->candidates[candidate];
+    const int count = 1 + link_quads_common(search, third);
+    const link_quads_range shown = link_quads_shown(search, third);
+    for (int i = shown.begin; i < shown.end; ++i) {
+        const plii_link_half half = quads->halves[i];
+        if (half.node != search->a && half.node != search->b && link_quads_is_open(search, half.link) &&
+            count + link_quads_common(search, half.node) + 1 >= least) {
+            return half.node;
+        }
+    }
+    for (int i = candidate + 1; i < search->candidate_count; ++i) {
+        if (count + link_quads_common(search, search->candidates[i]) >= least) { return search->candidates[i]; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+/* The other two nodes of a quad with at least so many links; of a triangle there is no fourth one. */
+static bool link_quads_others(link_quads_search* search, int least, int others[2]) {
+    plii_link_quads* quads = search->quads;
+    search->candidate_count = 0;
+    link_quads_mark(search, search->a, 1);
+    link_quads_mark(search, search->b, 2);
+    others[0] = others[1] = PLI_NULL_INDEX;
+    for (int i = 0; i < search->candidate_count && others[1] == PLI_NULL_INDEX; ++i) {
+        const int common = link_quads_common(search, search->candidates[i]);
+        if (least > 4 && common < 2) { continue; } /* one of the two has both links then, and comes as the third */
+        others[1] = link_quads_fourth(search, i, least);
+        if (others[1] != PLI_NULL_INDEX || 1 + common >= least) { others[0] = search->candidates[i]; }
+    }
+    for (int i = 0; i < search->candidate_count; ++i) {
+        quads->marks[search->candidates[i]] = 0;
+    }
+    return others[0] != PLI_NULL_INDEX;
+}
+
+static int link_quads_find_link(const link_quads_search* search, int a, int b) {
+    if (a == PLI_NULL_INDEX || b == PLI_NULL_INDEX) { return PLI_NULL_INDEX; }
+    const int nodes[2] = {a, b};
+    for (int k = 0; k < 2; ++k) {
+        const link_quads_range shown = link_quads_shown(search, nodes[k]);
+        for (int i = shown.begin; i < shown.end; ++i) {
+            const plii_link_half half = search->quads->halves[i];
+            if (half.node == nodes[1 - k] && link_quads_is_open(search, half.link)) { return half.link; }
+        }
+    }
+    return PLI_NULL_INDEX;
+}
+
+static void link_quads_take(link_quads_search* search, const int others[2]) {
+    plii_link_quads* quads = search->quads;
+    const int nodes[4] = {search->a, search->b, others[0], others[1]};
+    int links[PLII_LINK_PAIRS], pattern = 0;
+    for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+        links[k] = link_quads_find_link(search, nodes[plii_link_pair_nodes[k][0]], nodes[plii_link_pair_nodes[k][1]]);
+        if (links[k] != PLI_NULL_INDEX) { pattern |= 1 << k; }
+    }
+    const uint8_t* order = search->orders[search->best_orders[pattern]];
+    plii_link_quad* quad = &quads->quads[quads->quad_count++];
+    quad->first_link = quads->in_quads;
+    quad->pairs = search->ordered_pairs[pattern];
+    for (int k = 0; k < 4; ++k) {
+        quad->nodes[k] = nodes[order[k]] != PLI_NULL_INDEX ? nodes[order[k]] : nodes[order[0]];
+    }
+    for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+        if ((quad->pairs >> k & 1) == 0) { continue; }
+        const int link = links[link_quads_pair(order[plii_link_pair_nodes[k][0]], order[plii_link_pair_nodes[k][1]])];
+        quads->links[quads->in_quads++] = link;
+        quads->is_used[link] = 1;
+    }
+}
+
+static void link_quads_pass(link_quads_search* search, int least) {
+    const plii_link_quads* quads = search->quads;
+    for (int node = 0; node < search->body->node_count; ++node) {
+        int tries = 0;
+        for (int i = quads->open[node]; i < quads->begin[node + 1] && tries < LINK_QUADS_TRIES; ++i) {
+            const plii_link_half half = quads->halves[i];
+            if (half.node < node || quads->is_used[half.link] != 0) { continue; }
+            search->a = node;
+            search->b = half.node;
+            search->tag = plii_link_tag_of(search->body, half.link);
+            int others[2];
+            if (link_quads_others(search, least, others)) {
+                link_quads_take(search, others);
+            } else {
+                ++tries;
+            }
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------- links
+
+static void link_quads_list_halves(const pli_body* body, plii_link_quads* quads) {
+    int* begin = quads->begin;
+    for (int i = 0; i < body->link_count; ++i) {
+        if (quads->is_used[i] != 0) { continue; }
+        ++begin[body->links[i].nodes[0]];
+        ++begin[body->links[i].nodes[1]];
+    }
+    int sum = 0;
+    for (int i = 0; i <= body->node_count; ++i) {
+        sum += begin[i];
+        begin[i] = sum;
+    }
+    for (int i = body->link_count - 1; i >= 0; --i) {
+        const int* nodes = body->links[i].nodes;
+        for (int k = 0; k < 2 && quads->is_used[i] == 0; ++k) {
+            quads->halves[--begin[nodes[k]]] = (plii_link_half){nodes[1 - k], i};
+        }
+    }
+}
+
+/* After those of quads. */
+static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads) {
+    int* single = &quads->links[quads->in_quads];
+    for (int node = 0; node < body->node_count; ++node) {
+        for (int i = quads->begin[node]; i < quads->begin[node + 1]; ++i) {
+            const plii_link_half half = quads->halves[i];
+            if (half.node > node && quads->is_used[half.link] == 0) {
+                *single++ = half.link;
+                quads->single_count += 1;
+            }
+        }
+    }
+}
+
+void plii_link_quads_find(const pli_body* body, bool is_wanted, plii_link_quads* quads) {
+    quads->quad_count = quads->in_quads = quads->single_count = 0;
+    link_quads_list_halves(body, quads);
+    memcpy(quads->open, quads->begin, (size_t)body->node_count * sizeof *quads->open);
+    if (is_wanted) {
+        link_quads_search search = {.body = body, .quads = quads};
+        link_quads_make_orders(&search);
+        for (int least = LINK_QUADS_MOST; least >= LINK_QUADS_LEAST; --least) {
+            link_quads_pass(&search, least);
+        }
+    }
+    link_quads_list_singles(body, quads);
+}

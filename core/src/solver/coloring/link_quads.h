@@ -1,0 +1,46 @@
+#ifndef PLII_LINK_QUADS_H
+#define PLII_LINK_QUADS_H
+
+/* Sets of up to six links that have four nodes between them: whoever solves them one after the other reads and writes
+   those nodes once. */
+
+#include "body/body_impl.h"
+
+enum { PLII_LINK_PAIRS = 6 };
+
+/* Pairs of the four nodes. The first two, the next two and the last two have no node in common. */
+static const uint8_t plii_link_pair_nodes[PLII_LINK_PAIRS][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}, {1, 2}};
+
+/* Pairs that have links, bit by bit: of a single link, the other two nodes of whose lane are the first one again; of
+   two triangles, as most quads of a triangle mesh; of the cell of a grid with both diagonals. */
+enum { PLII_LINK_SINGLE = 1, PLII_LINK_TWO_TRIANGLES = 31, PLII_LINK_ALL_PAIRS = 63 };
+
+typedef struct plii_link_quad {
+    int nodes[4];   /* one that no link has is the first one again */
+    int first_link; /* into the links of the quads: one for each pair that has one, in the order of pairs; of one tag */
+    uint8_t pairs;  /* bit k: pair k has a link */
+} plii_link_quad;
+
+typedef struct plii_link_half {
+    int node, link; /* the other node */
+} plii_link_half;
+
+typedef struct plii_link_quads {
+    int quad_count, in_quads, single_count;
+    plii_link_quad* quads;  /* [link_count / 3] */
+    int* links;             /* [link_count] in_quads links of quads, then single_count others by their smaller node */
+    plii_link_half* halves; /* [2 * link_count] by node; what finding needs for a while, as all below */
+    int* begin;             /* [node_count + 1] of the links of a node */
+    int* open;              /* [node_count] those before are used */
+    uint8_t* marks;         /* [node_count] zero */
+    uint8_t* is_used;       /* [link_count] 1 for links that are left out */
+} plii_link_quads;
+
+/* Fills in what `quads` has room for. Without `is_wanted` all links are single. */
+void plii_link_quads_find(const pli_body* body, bool is_wanted, plii_link_quads* quads);
+
+static inline plii_link_tag plii_link_tag_of(const pli_body* body, int link) {
+    return body->link_tags != NULL ? body->link_tags[link] : (plii_link_tag)0;
+}
+
+#endif

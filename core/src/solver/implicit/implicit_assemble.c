@@ -1,0 +1,112 @@
+/* Springs to the blocks of W and to the right-hand side. Each node gathers from the springs around it, so the sums do
+   not depend on any other order than that of the links, and forces on both ends of a spring are equal and opposite
+   bit for bit. Linearisation as in Kang, "Efficient Methods for Cloth Animation and Collision Handling": a spring
+   shorter than its rest length has the derivative of one at rest; or, with filtered compression, the absolute value of
+   the derivative across it: Chen and others, "Stabler Neo-Hookean Simulation: Absolute Eigenvalue Filtering". */
+
+#include "solver/implicit/implicit_system.h"
+
+/* Springs shorter than this share of their rest length have no direction. */
+#define IMPLICIT_MIN_LENGTH 1e-6
+
+typedef struct implicit_spring {
+    plii_dvec3 impulse; /* h times the force on the node */
+    plii_implicit_half half;
+    bool is_collapsed;
+} implicit_spring;
+
+static plii_dvec3 implicit_position(const pli_body* body, int node) {
+    return plii_dvec3_from(plii_xyz(body->positions[node]));
+}
+
+static implicit_spring implicit_make_spring(const pli_body* body, const pli_implicit_def* def, double h, int node,
+                                            plii_half_link half_link) {
+    const plii_dvec3 delta =
+        plii_dvec3_sub(implicit_position(body, half_link.neighbour), implicit_position(body, node));
+    const double length = plii_dvec3_length(delta);
+    const double rest = sqrt((double)body->links[half_link.link].rest_length_squared);
+    const double material = (double)plii_link_stiffness(body, half_link.link);
+    const double stiffness = (double)def->stiffness * material;
+    implicit_spring spring = {.half = {.neighbour = half_link.neighbour}};
+    if (!(length > IMPLICIT_MIN_LENGTH * rest)) {
+        /* Without a rest length the force is k delta, which has no need of a direction. */
+        if (rest > 0.0) { spring.is_collapsed = true; }
+        if (rest == 0.0) { spring.half.isotropic = (float)(h * h * stiffness); }
+        return spring;
+    }
+    const plii_dvec3 unit = plii_dvec3_scale(delta, 1.0 / length);
+    double transverse = length > rest ? 1.0 - rest / length : 0.0;
+    if (def->filter_compression && length < rest) { transverse = fmin(rest / length - 1.0, 1.0); }
+    const double axial = h * h * stiffness * (1.0 - transverse) + h * (double)def->damping * material;
+    spring.impulse = plii_dvec3_scale(unit, h * stiffness * (length - rest));
+    spring.half.axis = plii_dvec3_to_float(plii_dvec3_scale(unit, sqrt(axial)));
+    spring.half.isotropic = (float)(h * h * stiffness * transverse);
+    return spring;
+}
+
+/* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
+static plii_implicit_block implicit_factorise(const double d[6], double mass) {
+    plii_implicit_block block;
+    const double d0 = fmax(d[0], mass);
+    block.l10 = d[1] / d0;
+    block.l20 = d[2] / d0;
+    const double d1 = fmax(d[3] - block.l10 * d[1], mass);
+    const double s21 = d[4] - block.l20 * d[1];
+    block.l21 = s21 / d1;
+    const double d2 = fmax(d[5] - block.l20 * d[2] - block.l21 * s21, mass);
+    block.inverse_d[0] = 1.0 / d0;
+    block.inverse_d[1] = 1.0 / d1;
+    block.inverse_d[2] = 1.0 / d2;
+    return block;
+}
+
+static int implicit_assemble_node(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def,
+                                  double h, int node, plii_implicit_system* system) {
+    const double mass = 1.0 / (double)body->positions[node].w;
+    double d[6] = {mass, 0.0, 0.0, mass, 0.0, mass}; /* xx, xy, xz, yy, yz, zz */
+    plii_dvec3 rhs = system->rhs[node];
+    const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
+    int collapsed = 0;
+    for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
+        const implicit_spring spring = implicit_make_spring(body, def, h, node, graph->halves[k]);
+        system->halves[k] = spring.half;
+        /* Once per spring: by the end that moves, or by the first of two. */
+        const bool is_counted =
+            spring.is_collapsed && (node < spring.half.neighbour || !(body->positions[spring.half.neighbour].w > 0.0f));
+        collapsed += is_counted ? 1 : 0;
+        const plii_dvec3 q = plii_dvec3_from(spring.half.axis);
+        const double b = (double)spring.half.isotropic;
+        const plii_dvec3 difference =
+            plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->velocities[spring.half.neighbour])), velocity);
+        rhs = plii_dvec3_add(rhs, spring.impulse);
+        rhs = plii_dvec3_add_scaled(rhs, q, plii_dvec3_dot(q, difference));
+        rhs = plii_dvec3_add_scaled(rhs, difference, b);
+        /* rest == 0 and no length: the impulse h k delta is zero too. */
+        d[0] += q.x * q.x + b;
+        d[1] += q.x * q.y;
+        d[2] += q.x * q.z;
+        d[3] += q.y * q.y + b;
+        d[4] += q.y * q.z;
+        d[5] += q.z * q.z + b;
+    }
+    system->rhs[node] = rhs;
+    system->blocks[node] = implicit_factorise(d, mass);
+    return collapsed;
+}
+
+int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
+                           plii_implicit_system* system) {
+    int collapsed = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            collapsed += implicit_assemble_node(body, graph, def, (double)dt, i, system);
+        } else {
+            system->rhs[i] = (plii_dvec3){0};
+            system->blocks[i] = (plii_implicit_block){0};
+            for (int k = graph->begin[i]; k < graph->begin[i + 1]; ++k) {
+                system->halves[k] = (plii_implicit_half){.neighbour = graph->halves[k].neighbour};
+            }
+        }
+    }
+    return collapsed;
+}

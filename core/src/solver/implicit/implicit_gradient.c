@@ -1,0 +1,420 @@
+/* Conjugate gradients on the implicit system, preconditioned with the diagonal blocks. Directions that anchors and
+   contacts hold are taken out of the search as in Baraff and Witkin, "Large Steps in Cloth Simulation", section 5.2,
+   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found by
+   turns with the solution. */
+
+#include "solver/implicit/implicit_system.h"
+
+enum { IMPLICIT_MAX_ROUNDS = 8 };
+#define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
+
+/* The directions held at one node, and by whom. */
+typedef struct gradient_filter {
+    int begin, end; /* holds of the node */
+    int count;
+    plii_dvec3 axes[3]; /* [count] orthonormal */
+    int rigid;          /* PLI_NULL_INDEX unless dynamic */
+    plii_dvec3 lever;
+} gradient_filter;
+
+static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
+    for (int i = 0; i < filter->count; ++i) {
+        axis = plii_dvec3_add_scaled(axis, filter->axes[i], -plii_dvec3_dot(filter->axes[i], axis));
+    }
+    const double length = plii_dvec3_length(axis);
+    if (filter->count < 3 && length > 1e-3) { filter->axes[filter->count++] = plii_dvec3_scale(axis, 1.0 / length); }
+}
+
+static bool gradient_is_rigid(const plii_implicit_hold* hold) {
+    return hold->rows > 0 && !hold->is_pinned && hold->share >= 1.0;
+}
+
+/* Of the node of hold `begin`. A node between several bodies follows one that does not move, if there is one. */
+static gradient_filter gradient_make_filter(const plii_implicit_holds* holds, int begin) {
+    gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
+    bool is_led = false;
+    for (; filter.end < holds->count && holds->items[filter.end].node == holds->items[begin].node; ++filter.end) {
+        const plii_implicit_hold* hold = &holds->items[filter.end];
+        if (!gradient_is_rigid(hold)) { continue; }
+        if (!is_led || !holds->rigids[hold->rigid].is_dynamic) {
+            filter.rigid = holds->rigids[hold->rigid].is_dynamic ? hold->rigid : PLI_NULL_INDEX;
+            filter.lever = hold->lever;
+            is_led = true;
+        }
+        if (hold->rows == 1) { gradient_add_axis(&filter, hold->normal); }
+        for (int k = 0; k < 3 && hold->rows == 3; ++k) {
+            gradient_add_axis(&filter, plii_dvec3_make(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0));
+        }
+    }
+    return filter;
+}
+
+static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x) {
+    if (filter->count == 3) { return x; }
+    plii_dvec3 sum = {0};
+    for (int i = 0; i < filter->count; ++i) {
+        sum = plii_dvec3_add_scaled(sum, filter->axes[i], plii_dvec3_dot(filter->axes[i], x));
+    }
+    return sum;
+}
+
+/* Impulse per velocity of holds that give way: anchors of partial influence, and all on pinned nodes. */
+static plii_dvec3 gradient_yield(const plii_implicit_hold* hold, plii_dvec3 x) {
+    if (hold->rows == 0 || gradient_is_rigid(hold)) { return (plii_dvec3){0}; }
+    if (!hold->is_pinned) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, x), hold->share / (1.0 - hold->share));
+    }
+    if (hold->rows == 3) { return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, x), hold->share); }
+    const double along = plii_dvec3_dot(hold->normal, x);
+    const plii_dvec3 held = plii_dvec3_scale(hold->normal, along);
+    return plii_implicit_block_mul(&hold->block, held);
+}
+
+// ------------------------------------------------------------------------------------------- what the holds change
+
+/* The held part of x is that of the rigid bodies' motion. */
+static void gradient_lead(const plii_implicit_holds* holds, const double* (*motion)(const plii_implicit_rigid*),
+                          plii_dvec3* x) {
+    for (int i = 0; i < holds->count;) {
+        const gradient_filter filter = gradient_make_filter(holds, i);
+        plii_dvec3* of_node = &x[holds->items[i].node];
+        if (filter.count > 0) {
+            plii_dvec3 lead = {0};
+            if (filter.rigid != PLI_NULL_INDEX) {
+                lead = plii_implicit_point_change(motion(&holds->rigids[filter.rigid]), filter.lever);
+            }
+            *of_node = plii_dvec3_add(*of_node, gradient_held_part(&filter, plii_dvec3_sub(lead, *of_node)));
+        }
+        i = filter.end;
+    }
+}
+
+/* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
+static void gradient_reduce(const plii_implicit_holds* holds, double* (*sum)(plii_implicit_rigid*), plii_dvec3* y) {
+    for (int i = 0; i < holds->count;) {
+        const gradient_filter filter = gradient_make_filter(holds, i);
+        plii_dvec3* of_node = &y[holds->items[i].node];
+        if (filter.count > 0) {
+            const plii_dvec3 held = gradient_held_part(&filter, *of_node);
+            if (filter.rigid != PLI_NULL_INDEX) {
+                plii_implicit_add_push(sum(&holds->rigids[filter.rigid]), filter.lever, held, 1.0);
+            }
+            *of_node = plii_dvec3_sub(*of_node, held);
+        }
+        i = filter.end;
+    }
+}
+
+static double* gradient_residual_of(plii_implicit_rigid* rigid) {
+    return rigid->residual;
+}
+static double* gradient_product_of(plii_implicit_rigid* rigid) {
+    return rigid->product;
+}
+static const double* gradient_direction_of(const plii_implicit_rigid* rigid) {
+    return rigid->direction;
+}
+
+/* residual = rhs + friction - W x, of rigid bodies too. */
+static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
+    plii_implicit_holds* holds = system->holds;
+    for (int i = 0; i < system->node_count; ++i) {
+        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
+        system->residual[i] =
+            is_pinned ? (plii_dvec3){0}
+                      : plii_dvec3_sub(system->rhs[i], plii_implicit_product(body, system, i, system->solution));
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &holds->rigids[i];
+        plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
+        for (int k = 0; k < 6; ++k) {
+            rigid->residual[k] = rigid->is_dynamic ? -rigid->residual[k] : 0.0;
+        }
+    }
+    for (int i = 0; i < holds->count; ++i) {
+        const plii_implicit_hold* hold = &holds->items[i];
+        plii_dvec3 impulse = {0};
+        if (gradient_is_rigid(hold) && hold->rows == 1) {
+            impulse = plii_dvec3_add_scaled(hold->impulse, hold->normal, -plii_dvec3_dot(hold->normal, hold->impulse));
+        } else if (hold->rows > 0 && !gradient_is_rigid(hold)) {
+            const plii_dvec3 x = hold->is_pinned ? (plii_dvec3){0} : system->solution[hold->node];
+            impulse = gradient_yield(hold, plii_dvec3_sub(plii_implicit_hold_goal(holds, hold), x));
+        }
+        if (!hold->is_pinned) { system->residual[hold->node] = plii_dvec3_add(system->residual[hold->node], impulse); }
+        plii_implicit_add_push(holds->rigids[hold->rigid].residual, hold->lever, impulse, -1.0);
+    }
+    gradient_reduce(holds, gradient_residual_of, system->residual);
+}
+
+/* spare = W direction, of rigid bodies too; gives direction . W direction. */
+static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
+    plii_implicit_holds* holds = system->holds;
+    for (int i = 0; i < system->node_count; ++i) {
+        const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
+        system->spare[i] = is_pinned ? (plii_dvec3){0} : plii_implicit_product(body, system, i, system->direction);
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        if (holds->rigids[i].is_dynamic) {
+            plii_implicit_rigid_mul(&holds->rigids[i], holds->rigids[i].direction, holds->rigids[i].product);
+        }
+    }
+    for (int i = 0; i < holds->count; ++i) {
+        const plii_implicit_hold* hold = &holds->items[i];
+        plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
+        if (hold->rows == 0 || gradient_is_rigid(hold)) { continue; }
+        plii_dvec3 relative = hold->is_pinned ? (plii_dvec3){0} : system->direction[hold->node];
+        if (rigid->is_dynamic) {
+            relative = plii_dvec3_sub(relative, plii_implicit_point_change(rigid->direction, hold->lever));
+        }
+        const plii_dvec3 impulse = gradient_yield(hold, relative);
+        if (!hold->is_pinned) { system->spare[hold->node] = plii_dvec3_add(system->spare[hold->node], impulse); }
+        if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, hold->lever, impulse, -1.0); }
+    }
+    gradient_reduce(holds, gradient_product_of, system->spare);
+    double sum = 0.0;
+    for (int i = 0; i < system->node_count; ++i) {
+        sum += plii_dvec3_dot(system->direction[i], system->spare[i]);
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        for (int k = 0; k < 6 && holds->rigids[i].is_dynamic; ++k) {
+            sum += holds->rigids[i].direction[k] * holds->rigids[i].product[k];
+        }
+    }
+    return sum;
+}
+
+// ------------------------------------------------------------------------------------------------- preconditioner
+
+/* Inverse of W_ii on the directions that are not held. */
+static plii_dvec3 gradient_free_solve(const plii_implicit_block* block, const gradient_filter* filter, plii_dvec3 r) {
+    plii_dvec3 x = plii_implicit_block_solve(block, r);
+    if (filter->count == 3) { return (plii_dvec3){0}; }
+    plii_dvec3 answers[2];
+    double k[3] = {0}, b[2] = {0};
+    for (int i = 0; i < filter->count; ++i) {
+        answers[i] = plii_implicit_block_solve(block, filter->axes[i]);
+        b[i] = plii_dvec3_dot(filter->axes[i], x);
+    }
+    if (filter->count == 1) {
+        return plii_dvec3_add_scaled(x, answers[0], -b[0] / plii_dvec3_dot(filter->axes[0], answers[0]));
+    }
+    if (filter->count == 2) {
+        k[0] = plii_dvec3_dot(filter->axes[0], answers[0]);
+        k[1] = plii_dvec3_dot(filter->axes[0], answers[1]);
+        k[2] = plii_dvec3_dot(filter->axes[1], answers[1]);
+        const double inverse = 1.0 / (k[0] * k[2] - k[1] * k[1]);
+        x = plii_dvec3_add_scaled(x, answers[0], -(k[2] * b[0] - k[1] * b[1]) * inverse);
+        x = plii_dvec3_add_scaled(x, answers[1], -(k[0] * b[1] - k[1] * b[0]) * inverse);
+    }
+    return x;
+}
+
+/* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
+static void gradient_factorise_rigids(plii_implicit_system* system) {
+    plii_implicit_holds* holds = system->holds;
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        if (holds->rigids[i].is_dynamic) { plii_implicit_rigid_matrix(&holds->rigids[i], holds->rigids[i].factor); }
+    }
+    for (int i = 0; i < holds->count;) {
+        const gradient_filter filter = gradient_make_filter(holds, i);
+        for (int k = 0; k < 6 && filter.count > 0 && filter.rigid != PLI_NULL_INDEX; ++k) {
+            double unit[6] = {0}, column[6] = {0};
+            unit[k] = 1.0;
+            const plii_dvec3 held = gradient_held_part(&filter, plii_implicit_point_change(unit, filter.lever));
+            const plii_dvec3 impulse = plii_implicit_block_mul(&holds->items[i].block, held);
+            plii_implicit_add_push(column, filter.lever, gradient_held_part(&filter, impulse), 1.0);
+            for (int m = 0; m < 6; ++m) {
+                holds->rigids[filter.rigid].factor[m][k] += column[m];
+            }
+        }
+        i = filter.end;
+    }
+    for (int i = 0; i < holds->count; ++i) {
+        const plii_implicit_hold* hold = &holds->items[i];
+        plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
+        for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {
+            double unit[6] = {0}, column[6] = {0};
+            unit[k] = 1.0;
+            const plii_dvec3 impulse = gradient_yield(hold, plii_implicit_point_change(unit, hold->lever));
+            plii_implicit_add_push(column, hold->lever, impulse, 1.0);
+            for (int m = 0; m < 6; ++m) {
+                rigid->factor[m][k] += column[m];
+            }
+        }
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &holds->rigids[i];
+        rigid->is_solved = rigid->is_dynamic && plii_implicit_factorise6(rigid->factor);
+    }
+}
+
+/* direction = preconditioned residual + beta direction; or with `beta` NULL only the product of both residuals. */
+static double gradient_precondition(plii_implicit_system* system, const double* beta) {
+    plii_implicit_holds* holds = system->holds;
+    double sum = 0.0;
+    gradient_filter filter = holds->count > 0 ? gradient_make_filter(holds, 0) : (gradient_filter){0};
+    for (int i = 0; i < system->node_count; ++i) {
+        const bool is_held = filter.begin < holds->count && holds->items[filter.begin].node == i;
+        const plii_dvec3 z = is_held && !holds->items[filter.begin].is_pinned
+                                 ? gradient_free_solve(&system->blocks[i], &filter, system->residual[i])
+                                 : plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
+        if (is_held) {
+            filter = filter.end < holds->count ? gradient_make_filter(holds, filter.end)
+                                               : (gradient_filter){.begin = holds->count};
+        }
+        sum += plii_dvec3_dot(z, system->residual[i]);
+        if (beta != NULL) { system->direction[i] = plii_dvec3_add_scaled(z, system->direction[i], *beta); }
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &holds->rigids[i];
+        if (!rigid->is_solved) { continue; }
+        double z[6];
+        for (int k = 0; k < 6; ++k) {
+            z[k] = rigid->residual[k];
+        }
+        plii_implicit_solve6((const double(*)[6])rigid->factor, z);
+        for (int k = 0; k < 6; ++k) {
+            sum += z[k] * rigid->residual[k];
+            if (beta != NULL) { rigid->direction[k] = z[k] + *beta * rigid->direction[k]; }
+        }
+    }
+    if (beta != NULL) { gradient_lead(holds, gradient_direction_of, system->direction); }
+    return sum;
+}
+
+// ------------------------------------------------------------------------------------------------------ iterations
+
+static void gradient_advance(plii_implicit_system* system, double alpha) {
+    for (int i = 0; i < system->node_count; ++i) {
+        system->solution[i] = plii_dvec3_add_scaled(system->solution[i], system->direction[i], alpha);
+        system->residual[i] = plii_dvec3_add_scaled(system->residual[i], system->spare[i], -alpha);
+    }
+    for (int i = 0; i < system->holds->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &system->holds->rigids[i];
+        for (int k = 0; k < 6 && rigid->is_solved; ++k) {
+            rigid->change[k] += alpha * rigid->direction[k];
+            rigid->residual[k] -= alpha * rigid->product[k];
+        }
+    }
+}
+
+/* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
+static int gradient_solve(const pli_body* body, plii_implicit_system* system, int iterations, double tolerance,
+                          double* first, double* last) {
+    const double fresh = 0.0;
+    gradient_factorise_rigids(system);
+    gradient_start_residual(body, system);
+    double rz = gradient_precondition(system, &fresh);
+    *first = fmax(*first, rz);
+    const double goal = tolerance * tolerance * *first;
+    int done = 0;
+    while (done < iterations && rz > goal) {
+        const double product = gradient_multiply(body, system);
+        if (!(product > 0.0)) { break; }
+        gradient_advance(system, rz / product);
+        const double rz_before = rz;
+        rz = gradient_precondition(system, NULL);
+        const double beta = rz / rz_before;
+        (void)gradient_precondition(system, &beta);
+        done += 1;
+    }
+    *last = rz;
+    return done;
+}
+
+// ------------------------------------------------------------------------------------------------------ conditions
+
+/* Whether a contact presses, sticks or slides after a solution with what it did before. `free` is where the node would
+   go without it. Sliding that turned round during the step has come to rest: if the node decided that by itself, nodes
+   of a stiff sheet would go to and fro together. */
+static void gradient_judge_contact(const plii_implicit_holds* holds, plii_implicit_hold* hold, plii_dvec3 x,
+                                   plii_dvec3 free) {
+    const plii_dvec3 n = hold->normal, relative = plii_dvec3_sub(x, plii_implicit_hold_goal(holds, hold));
+    const plii_dvec3 impulse = plii_implicit_block_mul(&hold->block, plii_dvec3_sub(x, free));
+    const double pressing = plii_dvec3_dot(n, impulse), limit = hold->friction * pressing;
+    const plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
+    if (hold->rows == 0) {
+        hold->rows = !(plii_dvec3_dot(n, relative) < 0.0) ? 0 : hold->friction > 0.0 ? 3 : 1;
+        hold->impulse = (plii_dvec3){0};
+    } else if (!(pressing > 0.0)) {
+        hold->rows = 0;
+        hold->impulse = (plii_dvec3){0};
+    } else if (hold->rows == 3) {
+        const double length = plii_dvec3_length(across);
+        hold->rows = length <= limit ? 3 : 1;
+        hold->impulse = impulse;
+        if (hold->rows == 1) { hold->impulse = plii_dvec3_scale(across, limit / length); }
+        if (hold->rows == 1) { hold->impulse = plii_dvec3_add_scaled(hold->impulse, n, pressing); }
+    } else {
+        const plii_dvec3 sliding = plii_dvec3_add_scaled(relative, n, -plii_dvec3_dot(n, relative));
+        const double length = plii_dvec3_length(sliding);
+        const bool has_stopped = !(plii_dvec3_dot(sliding, hold->impulse) < 0.0);
+        hold->impulse = plii_dvec3_scale(n, pressing);
+        if (hold->friction > 0.0 && has_stopped) {
+            hold->rows = 3;
+        } else if (length > 0.0) {
+            hold->impulse = plii_dvec3_add_scaled(hold->impulse, sliding, -limit / length);
+        }
+    }
+}
+
+/* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
+   so is friction. */
+static bool gradient_judge(plii_implicit_system* system) {
+    plii_implicit_holds* holds = system->holds;
+    double change = 0.0, scale = 0.0;
+    bool is_same = true;
+    for (int i = 0; i < holds->count; ++i) {
+        plii_implicit_hold* hold = &holds->items[i];
+        if (!hold->is_pinned) { system->spare[hold->node] = plii_implicit_swept(system, hold->node); }
+        hold->rows_before = hold->rows;
+        hold->impulse_before = hold->impulse;
+    }
+    for (int begin = 0, end = 0; begin < holds->count; begin = end) {
+        plii_implicit_hold* hold = &holds->items[begin];
+        end = gradient_make_filter(holds, begin).end;
+        if (end - begin > 1 || hold->is_anchor || hold->is_pinned) {
+            plii_implicit_project_node(holds, begin, end, system->spare);
+            system->solution[hold->node] = system->spare[hold->node];
+        } else {
+            plii_dvec3* x = &system->solution[hold->node];
+            gradient_judge_contact(holds, hold, *x, system->spare[hold->node]);
+            const plii_dvec3 off = plii_dvec3_sub(plii_implicit_hold_goal(holds, hold), *x);
+            const plii_dvec3 held =
+                hold->rows == 3 ? off : plii_dvec3_scale(hold->normal, plii_dvec3_dot(hold->normal, off));
+            if (hold->rows > 0) { *x = plii_dvec3_add(*x, held); }
+        }
+    }
+    for (int i = 0; i < holds->count; ++i) {
+        const plii_implicit_hold* hold = &holds->items[i];
+        is_same = is_same && hold->rows == hold->rows_before;
+        const plii_dvec3 more = plii_dvec3_sub(hold->impulse, hold->impulse_before);
+        change += hold->rows == 1 ? plii_dvec3_dot(more, more) : 0.0;
+        scale += plii_dvec3_dot(hold->impulse, hold->impulse);
+    }
+    return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;
+}
+
+int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
+                                     double tolerance, bool is_warm, double* residual) {
+    plii_implicit_holds* holds = system->holds;
+    double first = 0.0, last = 0.0;
+    for (int i = 0; i < system->node_count; ++i) {
+        if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
+        system->direction[i] = (plii_dvec3){0};
+        first += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
+    }
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        for (int k = 0; k < 6; ++k) {
+            holds->rigids[i].direction[k] = 0.0;
+        }
+    }
+    int done = 0;
+    (void)gradient_judge(system);
+    for (int round = 0; round < IMPLICIT_MAX_ROUNDS; ++round) {
+        done += gradient_solve(body, system, iterations, tolerance, &first, &last);
+        if (gradient_judge(system)) { break; }
+    }
+    *residual = first > 0.0 ? sqrt(last / first) : 0.0;
+    return done;
+}

@@ -1,0 +1,162 @@
+/* Solutions of the implicit system: Jacobi sweeps and the same with Chebyshev weights. */
+
+#include "solver/implicit/implicit_system.h"
+
+#include <string.h>
+
+/* Sum over the neighbours of h^2 J_ij x_j. */
+static plii_dvec3 implicit_gather(const plii_implicit_system* system, int node, const plii_dvec3* x) {
+    plii_dvec3 sum = {0};
+    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+        const plii_implicit_half* half = &system->halves[k];
+        const plii_dvec3 q = plii_dvec3_from(half->axis), other = x[half->neighbour];
+        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, other));
+        sum = plii_dvec3_add_scaled(sum, other, (double)half->isotropic);
+    }
+    return sum;
+}
+
+plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node) {
+    const plii_dvec3 b = plii_dvec3_add(system->rhs[node], implicit_gather(system, node, system->solution));
+    return plii_implicit_block_solve(&system->blocks[node], b);
+}
+
+plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
+                                 const plii_dvec3* x) {
+    const plii_dvec3 own = x[node];
+    plii_dvec3 sum = plii_dvec3_scale(own, 1.0 / (double)body->positions[node].w);
+    for (int k = system->begin[node]; k < system->begin[node + 1]; ++k) {
+        const plii_implicit_half* half = &system->halves[k];
+        const plii_dvec3 q = plii_dvec3_from(half->axis), difference = plii_dvec3_sub(own, x[half->neighbour]);
+        sum = plii_dvec3_add_scaled(sum, q, plii_dvec3_dot(q, difference));
+        sum = plii_dvec3_add_scaled(sum, difference, (double)half->isotropic);
+    }
+    return sum;
+}
+
+static void implicit_start(plii_implicit_system* system) {
+    for (int i = 0; i < system->node_count; ++i) {
+        system->solution[i] = plii_implicit_block_solve(&system->blocks[i], system->rhs[i]);
+    }
+    plii_implicit_project(system->holds, system->solution);
+}
+
+static void implicit_swap(plii_implicit_system* system) {
+    plii_dvec3* solution = system->solution;
+    system->solution = system->spare;
+    system->spare = solution;
+}
+
+/* One more than `sweeps` from a given solution, so that the square that makes odd counts safe stays one. */
+void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm) {
+    if (!is_warm) { implicit_start(system); }
+    for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
+        for (int i = 0; i < system->node_count; ++i) {
+            system->spare[i] = plii_implicit_swept(system, i);
+        }
+        implicit_swap(system);
+        plii_implicit_project(system->holds, system->solution);
+    }
+}
+
+/* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
+static void implicit_extrapolate(plii_implicit_system* system, double weight) {
+    plii_implicit_holds* holds = system->holds;
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        memcpy(holds->rigids[r].product, holds->rigids[r].change, sizeof holds->rigids[r].product);
+    }
+    plii_implicit_project(holds, system->residual);
+    for (int i = 0; i < system->node_count; ++i) {
+        const plii_dvec3 before = system->spare[i];
+        system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), weight);
+    }
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &holds->rigids[r];
+        for (int k = 0; k < 6; ++k) {
+            const double before = rigid->direction[k];
+            rigid->direction[k] = rigid->product[k];
+            rigid->change[k] = before + weight * (rigid->change[k] - before);
+        }
+    }
+    implicit_swap(system);
+}
+
+/* Two runs of half the length, because the square of a residual polynomial is never negative: no mode gets more than
+   the exact answer, which would make stiff springs unstable. One run would be more accurate by a factor of 2 only,
+   since T_2m = 2 T_m^2 - 1. */
+void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm) {
+    const double radius_squared = spectral_radius * spectral_radius;
+    const int restart = (sweeps + 1) / 2;
+    double weight = 1.0;
+    /* Iterates that meet the anchors stay so under all weights. */
+    if (is_warm) {
+        plii_implicit_project(system->holds, system->solution);
+    } else {
+        implicit_start(system);
+    }
+    for (int i = 0; i < system->node_count; ++i) {
+        system->spare[i] = (plii_dvec3){0}; /* the iterate before the start */
+    }
+    for (int r = 0; r < system->holds->rigid_count; ++r) {
+        memset(system->holds->rigids[r].direction, 0, sizeof system->holds->rigids[r].direction);
+    }
+    for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
+        const int run = s < restart ? s : s - restart;
+        weight = run == 0 ? 1.0 : run == 1 ? 2.0 / (2.0 - radius_squared) : 4.0 / (4.0 - radius_squared * weight);
+        for (int i = 0; i < system->node_count; ++i) {
+            system->residual[i] = plii_implicit_swept(system, i);
+        }
+        implicit_extrapolate(system, weight);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------ spectral radius
+
+enum { IMPLICIT_POWER_ITERATIONS = 24 };
+
+/* x^T W_ii x. */
+static double implicit_block_square(const plii_implicit_block* block, plii_dvec3 x) {
+    if (!(block->inverse_d[0] > 0.0)) { return 0.0; }
+    const double y0 = x.x + block->l10 * x.y + block->l20 * x.z, y1 = x.y + block->l21 * x.z;
+    return y0 * y0 / block->inverse_d[0] + y1 * y1 / block->inverse_d[1] + x.z * x.z / block->inverse_d[2];
+}
+
+static double implicit_norm(const plii_implicit_system* system, const plii_dvec3* x) {
+    double sum = 0.0;
+    for (int i = 0; i < system->node_count; ++i) {
+        sum += implicit_block_square(&system->blocks[i], x[i]);
+    }
+    return sqrt(sum);
+}
+
+/* In [-1, 1], the same in every run. */
+static double implicit_noise(uint32_t seed) {
+    uint32_t x = seed * 0x9e3779b9u + 0x7f4a7c15u;
+    x = (x ^ (x >> 16)) * 0x85ebca6bu;
+    x = (x ^ (x >> 13)) * 0xc2b2ae35u;
+    return (double)(x ^ (x >> 16)) / 2147483648.0 - 1.0;
+}
+
+/* In the product x^T D y the iteration matrix is symmetric, so the growth of a vector never exceeds the radius and
+   never falls from one iteration to the next. */
+double plii_implicit_spectral_radius(plii_implicit_system* system) {
+    for (int i = 0; i < system->node_count; ++i) {
+        const uint32_t seed = 3 * (uint32_t)i;
+        const bool is_pinned = !(system->blocks[i].inverse_d[0] > 0.0);
+        system->solution[i] =
+            is_pinned ? (plii_dvec3){0}
+                      : plii_dvec3_make(implicit_noise(seed), implicit_noise(seed + 1), implicit_noise(seed + 2));
+    }
+    double radius = 0.0;
+    for (int s = 0; s < IMPLICIT_POWER_ITERATIONS; ++s) {
+        const double norm = implicit_norm(system, system->solution);
+        if (!(norm > 0.0)) { break; }
+        for (int i = 0; i < system->node_count; ++i) {
+            const plii_dvec3 b = plii_dvec3_scale(implicit_gather(system, i, system->solution), 1.0 / norm);
+            system->spare[i] = plii_implicit_block_solve(&system->blocks[i], b);
+        }
+        implicit_swap(system);
+        radius = implicit_norm(system, system->solution);
+    }
+    return fmin(radius, 1.0 - 1e-9);
+}

@@ -1,0 +1,54 @@
+#ifndef PLII_IMPLICIT_SYSTEM_H
+#define PLII_IMPLICIT_SYSTEM_H
+
+/* The linear system of one implicit step, W dv = rhs with W = M - h^2 J, and three ways to its solution. Numbers of
+   nodes are double: with stiff springs and light nodes the 3x3 blocks have condition numbers far beyond float. */
+
+#include "body/link_graph.h"
+#include "pliant/implicit.h"
+#include "solver/implicit/implicit_block.h"
+#include "solver/implicit/implicit_holds.h"
+
+/* One half of a spring as its node sees it: h^2 J_ij + h c u u^T = axis axis^T + isotropic I. */
+typedef struct plii_implicit_half {
+    pli_vec3 axis;
+    float isotropic;
+    int neighbour;
+} plii_implicit_half;
+
+typedef struct plii_implicit_system {
+    int node_count;
+    const int* begin;           /* [node_count + 1] into halves */
+    plii_implicit_half* halves; /* [2 * link_count] */
+    plii_implicit_block* blocks;
+    int* groups; /* [node_count] for the balance of momentum */
+    plii_implicit_holds* holds;
+    plii_dvec3* rhs;      /* [node_count], as all vectors */
+    plii_dvec3* solution; /* change of velocity, m/s */
+    plii_dvec3* spare;
+    plii_dvec3* residual;
+    plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
+} plii_implicit_system;
+
+/* Springs at their present lengths and the velocities of the body; adds the spring part to rhs. Gives the number of
+   springs that are too short to have a direction. */
+int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
+                           plii_implicit_system* system);
+
+/* What a sweep makes of the solution at a node, and W x there; the node must not be pinned for the latter. */
+plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
+plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
+                                 const plii_dvec3* x);
+
+/* All go on from the solution that is there if `is_warm`, and meet the conditions of the holds. */
+/* `sweeps` after the start W_ii^-1 rhs. */
+void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm);
+/* The same sweeps under Chebyshev weights. */
+void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double spectral_radius, bool is_warm);
+/* Lower bound of the largest |eigenvalue| of 1 - D^-1 W by power iteration; overwrites the solution. */
+double plii_implicit_spectral_radius(plii_implicit_system* system);
+/* Until the residual is `tolerance` of the first one, at most `iterations`. Gives the number of iterations done. */
+int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
+                                     double tolerance, bool is_warm, double* residual);
+
+#endif

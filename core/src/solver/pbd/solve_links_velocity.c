@@ -1,0 +1,108 @@
+/* Links on velocities, and on positions in the drift solve, matching btSoftBody::VSolve_Links and its preset
+   Velocities. A link between pinned nodes, or of length zero at the start of the step, has no direction to act in and
+   is left out (Bullet divides by zero there). */
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+
+typedef struct velocity_link {
+    pli_vec3 direction; /* node b - node a at the start of the step, not normalised */
+    float scale;        /* 1 / (|direction|^2 * mass term) */
+} velocity_link;
+
+typedef struct velocity_links_state {
+    velocity_link* links; /* [link_count] */
+} velocity_links_state;
+
+static void velocity_links_prepare(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    velocity_link* links = ((velocity_links_state*)state)->links;
+    for (int i = 0; i < body->link_count; ++i) {
+        const plii_link* link = &body->links[i];
+        const pli_vec3 direction =
+            pli_vec3_sub(plii_xyz(body->previous[link->nodes[1]]), plii_xyz(body->previous[link->nodes[0]]));
+        const float weight = pli_vec3_length_squared(direction) * plii_link_mass_term(body, i);
+        links[i] = (velocity_link){direction, weight > 0.0f ? 1.0f / weight : 0.0f};
+    }
+}
+
+static void velocity_links_solve(pli_body* body, void* state, const plii_step* step) {
+    (void)step;
+    const velocity_link* links = ((const velocity_links_state*)state)->links;
+    for (int i = 0; i < body->link_count; ++i) {
+        const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
+        const pli_vec3 difference = pli_vec3_sub(plii_xyz(body->velocities[a]), plii_xyz(body->velocities[b]));
+        const float j = -pli_vec3_dot(links[i].direction, difference) * links[i].scale;
+        const pli_vec3 change_a = pli_vec3_scale(links[i].direction, j * body->positions[a].w);
+        const pli_vec3 change_b = pli_vec3_scale(links[i].direction, j * body->positions[b].w);
+        plii_set_xyz(&body->velocities[a], pli_vec3_add(plii_xyz(body->velocities[a]), change_a));
+        plii_set_xyz(&body->velocities[b], pli_vec3_sub(plii_xyz(body->velocities[b]), change_b));
+    }
+}
+
+static void velocity_links_drift(pli_body* body, void* state, const plii_step* step) {
+    (void)state;
+    (void)step;
+    body->sweep_links(body, body->sweep_links_state);
+}
+
+static size_t velocity_links_bytes(const pli_body* body, const void* state) {
+    (void)state;
+    return (size_t)body->link_count * sizeof(velocity_link);
+}
+
+static pli_status velocity_links_enable(pli_body* body, void* state) {
+    velocity_links_state* s = state;
+    s->links = plii_allocate(body->context, velocity_links_bytes(body, state));
+    return s->links != NULL || body->link_count == 0 ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static void velocity_links_disable(pli_body* body, void* state) {
+    plii_release(body->context, ((velocity_links_state*)state)->links, velocity_links_bytes(body, state));
+}
+
+static int velocity_links_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
+                                          size_t* sizes) {
+    (void)body;
+    (void)state;
+    sizes[0] = (size_t)change->link_count * sizeof(velocity_link);
+    return 1;
+}
+
+/* Each step prepares them anew. */
+static void velocity_links_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
+                                           void** blocks) {
+    velocity_links_state* s = state;
+    plii_release(body->context, s->links, (size_t)change->old_link_count * sizeof *s->links);
+    s->links = blocks[0];
+}
+
+static const plii_feature_class velocity_links_class = {
+    .name = "velocity links",
+    .state_size = sizeof(velocity_links_state),
+    .stages[PLII_STAGE_PREPARE] = {velocity_links_prepare, PLII_ORDER_LINKS},
+    .stages[PLII_STAGE_VELOCITY] = {velocity_links_solve, PLII_ORDER_LINKS},
+    .stages[PLII_STAGE_DRIFT] = {velocity_links_drift, PLII_ORDER_LINKS},
+    .enable = velocity_links_enable,
+    .disable = velocity_links_disable,
+    .bytes = velocity_links_bytes,
+    .topology_blocks = velocity_links_topology_blocks,
+    .topology_commit = velocity_links_topology_commit,
+};
+
+static pli_status velocity_links_switch(pli_body* body, const plii_feature_class* enabled,
+                                        const plii_feature_class* disabled, const char* function) {
+    PLII_TRY(plii_check_body_idle(body, function));
+    PLII_TRY(plii_solver_check_change(body, &plii_position_solver, function));
+    PLII_TRY(plii_feature_enable(body, enabled, NULL));
+    plii_feature_disable(body, disabled);
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_velocity_links(pli_body* body) {
+    return velocity_links_switch(body, &velocity_links_class, &plii_links_class, __func__);
+}
+
+pli_status pli_body_disable_velocity_links(pli_body* body) {
+    return velocity_links_switch(body, &plii_links_class, &velocity_links_class, __func__);
+}

@@ -1,0 +1,294 @@
+/* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
+   that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
+
+#include "math/range.h"
+#include "solver/coloring/constraint_order.h"
+#include "solver/xpbd/xpbd_impl.h"
+
+typedef struct xpbd_hinge {
+    int nodes[4]; /* the edge, then the tips; the first face has the edge from nodes[0] to nodes[1] */
+    float rest_angle;
+    float multiplier;
+} xpbd_hinge;
+
+typedef struct xpbd_bending_state {
+    pli_xpbd_bending_def def;
+    xpbd_hinge* hinges; /* [hinge_count] in coloured order; room for hinge_capacity */
+    int hinge_count, hinge_capacity;
+} xpbd_bending_state;
+
+// ----------------------------------------------------------------------------------------------- angle
+
+typedef struct xpbd_hinge_shape {
+    float angle; /* in (-pi, pi] */
+    pli_vec3 gradients[4];
+    bool is_valid; /* no face without area */
+} xpbd_hinge_shape;
+
+static xpbd_hinge_shape xpbd_hinge_measure(const pli_vec3 x[4]) {
+    xpbd_hinge_shape shape = {0};
+    const pli_vec3 edge = pli_vec3_sub(x[1], x[0]);
+    const pli_vec3 a0 = pli_vec3_sub(x[2], x[0]), a1 = pli_vec3_sub(x[2], x[1]);
+    const pli_vec3 b0 = pli_vec3_sub(x[3], x[0]), b1 = pli_vec3_sub(x[3], x[1]);
+    const pli_vec3 normal_a = pli_vec3_cross(edge, a0), normal_b = pli_vec3_cross(b0, edge);
+    const float length = pli_vec3_length(edge);
+    const float area_a = pli_vec3_length_squared(normal_a), area_b = pli_vec3_length_squared(normal_b);
+    const float inverse_length = 1.0f / length;
+    const pli_vec3 tip_a = pli_vec3_scale(normal_a, -length / area_a),
+                   tip_b = pli_vec3_scale(normal_b, -length / area_b);
+    const float share_a0 = pli_vec3_dot(a0, edge) * inverse_length * inverse_length;
+    const float share_b0 = pli_vec3_dot(b0, edge) * inverse_length * inverse_length;
+    const float share_a1 = -pli_vec3_dot(a1, edge) * inverse_length * inverse_length;
+    const float share_b1 = -pli_vec3_dot(b1, edge) * inverse_length * inverse_length;
+    shape.gradients[2] = tip_a;
+    shape.gradients[3] = tip_b;
+    shape.gradients[0] = pli_vec3_neg(pli_vec3_add(pli_vec3_scale(tip_a, share_a1), pli_vec3_scale(tip_b, share_b1)));
+    shape.gradients[1] = pli_vec3_neg(pli_vec3_add(pli_vec3_scale(tip_a, share_a0), pli_vec3_scale(tip_b, share_b0)));
+    shape.is_valid = true;
+    for (int k = 0; k < 4; ++k) {
+        shape.is_valid = shape.is_valid && plii_vec3_is_finite(shape.gradients[k]);
+    }
+    const float sine = pli_vec3_dot(pli_vec3_cross(normal_a, normal_b), edge) * inverse_length;
+    shape.angle = atan2f(sine, pli_vec3_dot(normal_a, normal_b));
+    return shape;
+}
+
+/* The shortest way round. */
+static float xpbd_hinge_difference(float angle, float rest) {
+    const float pi = 3.14159265f;
+    const float difference = angle - rest;
+    return difference > pi ? difference - 2.0f * pi : difference < -pi ? difference + 2.0f * pi : difference;
+}
+
+// ----------------------------------------------------------------------------------------------- solving
+
+static void xpbd_bending_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const xpbd_bending_state* state = data;
+    (void)body;
+    (void)substep;
+    for (int i = 0; i < state->hinge_count; ++i) {
+        state->hinges[i].multiplier = 0.0f;
+    }
+}
+
+static void xpbd_bending_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const xpbd_bending_state* state = data;
+    for (int i = 0; i < state->hinge_count; ++i) {
+        xpbd_hinge* hinge = &state->hinges[i];
+        pli_vec3 x[4];
+        for (int k = 0; k < 4; ++k) {
+            x[k] = plii_xpbd_position(body, substep, hinge->nodes[k]);
+        }
+        const xpbd_hinge_shape shape = xpbd_hinge_measure(x);
+        if (!shape.is_valid) { continue; }
+        float weight = 0.0f, motion = 0.0f;
+        for (int k = 0; k < 4; ++k) {
+            weight += substep->displacements[hinge->nodes[k]].w * pli_vec3_length_squared(shape.gradients[k]);
+            motion += pli_vec3_dot(shape.gradients[k], plii_xpbd_motion(substep, hinge->nodes[k]));
+        }
+        const float rest_angle = state->def.is_flat ? 0.0f : hinge->rest_angle;
+        const float change =
+            plii_xpbd_multiplier(xpbd_hinge_difference(shape.angle, rest_angle), weight, state->def.compliance,
+                                 state->def.damping, hinge->multiplier, motion, substep);
+        hinge->multiplier += change;
+        for (int k = 0; k < 4; ++k) {
+            plii_xpbd_move(substep, hinge->nodes[k], shape.gradients[k], change);
+        }
+    }
+}
+
+// ----------------------------------------------------------------------------------------------- finding hinges
+
+typedef struct xpbd_face_edge {
+    int other; /* the larger node of the edge */
+    int tip;   /* -1 - tip when the face runs from the larger to the smaller node */
+} xpbd_face_edge;
+
+/* What finding them needs for a while. */
+typedef struct xpbd_bending_scratch {
+    int* begin;            /* [node_count + 1] */
+    xpbd_face_edge* edges; /* [3 * face_count] by their smaller node */
+    int (*nodes)[4];       /* [hinge_capacity] */
+    uint64_t* masks;       /* [node_count] */
+    uint8_t* colors;       /* [hinge_capacity] */
+    int* order;            /* [hinge_capacity] */
+} xpbd_bending_scratch;
+
+enum { XPBD_BENDING_BLOCKS = 7 };
+
+static int xpbd_bending_capacity(int face_count) {
+    return face_count / 2 * 3 + face_count % 2; /* of edges with two faces */
+}
+
+/* Sizes of the hinges and of the scratch, in the order of its members. */
+static void xpbd_bending_sizes(int node_count, int face_count, size_t* sizes) {
+    const size_t nodes = (size_t)node_count, faces = (size_t)face_count;
+    const size_t hinges = (size_t)xpbd_bending_capacity(face_count);
+    sizes[0] = hinges * sizeof(xpbd_hinge);
+    sizes[1] = (nodes + 1) * sizeof(int);
+    sizes[2] = 3 * faces * sizeof(xpbd_face_edge);
+    sizes[3] = hinges * 4 * sizeof(int);
+    sizes[4] = nodes * sizeof(uint64_t);
+    sizes[5] = hinges * sizeof(uint8_t);
+    sizes[6] = hinges * sizeof(int);
+}
+
+static void xpbd_bending_sort_edges(const pli_body* body, const xpbd_bending_scratch* scratch) {
+    const plii_topology* topology = body->topology;
+    int* begin = scratch->begin;
+    for (int i = 0; i < topology->face_count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+            const int a = topology->faces[i][k], b = topology->faces[i][(k + 1) % 3];
+            ++begin[a < b ? a : b];
+        }
+    }
+    int sum = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += begin[i];
+        begin[i] = sum;
+    }
+    begin[body->node_count] = sum;
+    for (int i = topology->face_count - 1; i >= 0; --i) {
+        for (int k = 2; k >= 0; --k) {
+            const int a = topology->faces[i][k], b = topology->faces[i][(k + 1) % 3];
+            const int tip = topology->faces[i][(k + 2) % 3];
+            scratch->edges[--begin[a < b ? a : b]] = a < b ? (xpbd_face_edge){b, tip} : (xpbd_face_edge){a, -1 - tip};
+        }
+    }
+}
+
+/* A pair of faces that run along the edge in opposite directions; others have no common side to bend about. Of three
+   and more faces on an edge each is taken once. */
+static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_scratch* scratch) {
+    int count = 0;
+    for (int node = 0; node < body->node_count; ++node) {
+        const int end = scratch->begin[node + 1];
+        for (int i = scratch->begin[node]; i < end; ++i) {
+            xpbd_face_edge* first = &scratch->edges[i];
+            for (int k = i + 1; first->other != PLI_NULL_INDEX && k < end; ++k) {
+                xpbd_face_edge* second = &scratch->edges[k];
+                if (second->other != first->other || (second->tip < 0) == (first->tip < 0)) { continue; }
+                const int forward = first->tip >= 0 ? first->tip : second->tip;
+                const int backward = first->tip >= 0 ? -1 - second->tip : -1 - first->tip;
+                int* nodes = scratch->nodes[count];
+                nodes[0] = node;
+                nodes[1] = first->other;
+                nodes[2] = forward;
+                nodes[3] = backward;
+                count += forward != backward ? 1 : 0;
+                first->other = PLI_NULL_INDEX;
+                second->other = PLI_NULL_INDEX;
+            }
+        }
+    }
+    return count;
+}
+
+static void xpbd_bending_build(const pli_body* body, xpbd_bending_state* state, void** blocks) {
+    const xpbd_bending_scratch scratch = {blocks[1], blocks[2], blocks[3], blocks[4], blocks[5], blocks[6]};
+    state->hinges = blocks[0];
+    state->hinge_capacity = xpbd_bending_capacity(body->topology->face_count);
+    state->hinge_count = 0;
+    if (body->topology->face_count == 0) { return; }
+    xpbd_bending_sort_edges(body, &scratch);
+    state->hinge_count = xpbd_bending_pair(body, &scratch);
+    plii_constraint_order(state->hinge_count, 4, scratch.nodes[0], scratch.masks, scratch.colors, scratch.order);
+    for (int i = 0; i < state->hinge_count; ++i) {
+        const int* nodes = scratch.nodes[scratch.order[i]];
+        pli_vec3 x[4];
+        for (int k = 0; k < 4; ++k) {
+            x[k] = plii_xyz(body->positions[nodes[k]]);
+        }
+        const xpbd_hinge_shape shape = xpbd_hinge_measure(x);
+        state->hinges[i] =
+            (xpbd_hinge){{nodes[0], nodes[1], nodes[2], nodes[3]}, shape.is_valid ? shape.angle : 0.0f, 0.0f};
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static pli_status xpbd_bending_enable(pli_body* body, void* data) {
+    size_t sizes[XPBD_BENDING_BLOCKS];
+    void* blocks[XPBD_BENDING_BLOCKS];
+    xpbd_bending_sizes(body->node_count, body->topology->face_count, sizes);
+    bool is_complete = true;
+    for (int i = 0; i < XPBD_BENDING_BLOCKS; ++i) {
+        blocks[i] = plii_allocate(body->context, sizes[i]);
+        is_complete = is_complete && blocks[i] != NULL;
+    }
+    if (is_complete) { xpbd_bending_build(body, data, blocks); }
+    for (int i = is_complete ? 1 : 0; i < XPBD_BENDING_BLOCKS; ++i) {
+        plii_release(body->context, blocks[i], sizes[i]);
+    }
+    return is_complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static size_t xpbd_bending_bytes(const pli_body* body, const void* data) {
+    (void)body;
+    return (size_t)((const xpbd_bending_state*)data)->hinge_capacity * sizeof(xpbd_hinge);
+}
+
+static void xpbd_bending_disable(pli_body* body, void* data) {
+    plii_release(body->context, ((xpbd_bending_state*)data)->hinges, xpbd_bending_bytes(body, data));
+}
+
+static int xpbd_bending_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                        size_t* sizes) {
+    (void)body;
+    (void)data;
+    xpbd_bending_sizes(change->node_count, change->face_count, sizes);
+    return XPBD_BENDING_BLOCKS;
+}
+
+static void xpbd_bending_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                         void** blocks) {
+    size_t sizes[XPBD_BENDING_BLOCKS];
+    xpbd_bending_disable(body, data);
+    xpbd_bending_build(body, data, blocks);
+    xpbd_bending_sizes(change->node_count, change->face_count, sizes);
+    for (int i = 1; i < XPBD_BENDING_BLOCKS; ++i) {
+        plii_release(body->context, blocks[i], sizes[i]);
+    }
+}
+
+static const plii_feature_class xpbd_bending_class = {
+    .name = "XPBD bending",
+    .state_size = sizeof(xpbd_bending_state),
+    .enable = xpbd_bending_enable,
+    .disable = xpbd_bending_disable,
+    .bytes = xpbd_bending_bytes,
+    .topology_blocks = xpbd_bending_topology_blocks,
+    .topology_commit = xpbd_bending_topology_commit,
+};
+
+static const plii_xpbd_kind xpbd_bending_kind = {
+    .order = PLII_XPBD_ORDER_BENDING,
+    .klass = &xpbd_bending_class,
+    .restart = xpbd_bending_restart,
+    .sweep = xpbd_bending_sweep,
+};
+
+pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
+    return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_bending_def_default()");
+    }
+    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, used.damping, PLI_MAX_COEFFICIENT, "damping", __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "bending is between faces, the body has none");
+    }
+    void* state = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_bending_kind, __func__, &state));
+    ((xpbd_bending_state*)state)->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_xpbd_bending(pli_body* body) {
+    return plii_xpbd_disable_kind(body, &xpbd_bending_kind, __func__);
+}

@@ -1,0 +1,216 @@
+/* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
+
+#include "body/pipeline.h"
+#include "math/lanes.h"
+#include "math/range.h"
+#include "solver/xpbd/xpbd_links_kernel.h"
+
+enum {
+    XPBD_LINKS_SHARED = 16384, /* links */
+    XPBD_LINKS_GRAIN = 192,    /* groups of links */
+    XPBD_LINKS_QUADS_GRAIN = 48
+};
+
+typedef struct xpbd_links_state {
+    pli_xpbd_links_def def;
+    const plii_link_colors* colors;
+    const plii_xpbd_links_kernel* kernel;
+    plii_xpbd_links_runs_fn* in_planes;
+    plii_link_slots rest_lengths, multipliers;
+    plii_xpbd_link_softness* softness; /* [2 * material_count] */
+    uint32_t link_revision;
+    bool is_stale; /* the rest lengths are to be taken anew */
+} xpbd_links_state;
+
+static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
+    switch (simd) {
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX2:
+        return &plii_xpbd_links_kernel_avx2;
+    case PLI_SIMD_SSE2:
+        return &plii_xpbd_links_kernel_sse2;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return &plii_xpbd_links_kernel_neon;
+#endif
+    default:
+        return &plii_xpbd_links_kernel_portable;
+    }
+}
+
+// --------------------------------------------------------------------------------------------------------- solving
+
+/* Rest lengths may change between steps. */
+static void xpbd_links_begin(pli_body* body, void* data) {
+    xpbd_links_state* state = data;
+    if (body->link_count == 0 || (!state->is_stale && state->link_revision == body->link_revision)) { return; }
+    plii_link_slots* rest = &state->rest_lengths;
+    plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
+                            (int)(sizeof *body->links / sizeof(float)), PLII_XPBD_NO_LINK, rest->values);
+    const int slot_count = plii_link_colors_slot_count(state->colors);
+    for (int i = 0; i < slot_count; ++i) {
+        if (rest->values[i] >= 0.0f) { rest->values[i] = sqrtf(rest->values[i]); }
+    }
+    state->link_revision = body->link_revision;
+    state->is_stale = false;
+}
+
+/* So may materials. */
+static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    xpbd_links_state* state = data;
+    for (int i = 0; i < 2 * body->material_count; ++i) {
+        const float stiffness = body->materials[i / 2].linear_stiffness;
+        const float compliance = (i % 2 != 0 ? state->def.bending_compliance : state->def.compliance) / stiffness;
+        const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
+        const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
+        state->softness[i] = (plii_xpbd_link_softness){alpha, gamma};
+    }
+}
+
+typedef struct xpbd_links_part {
+    const plii_xpbd_links_kernel* kernel;
+    plii_xpbd_links_runs_fn* solve_runs;
+    plii_xpbd_links_task task;
+    int color;       /* of runs */
+    int first_group; /* of a colour of quads */
+} xpbd_links_part;
+
+static void xpbd_links_runs_range(int begin, int end, void* data) {
+    const xpbd_links_part* part = data;
+    part->solve_runs(&part->task, part->color, begin, end);
+}
+static void xpbd_links_quads_range(int begin, int end, void* data) {
+    const xpbd_links_part* part = data;
+    part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
+}
+
+static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state,
+                                          const plii_xpbd_substep* substep) {
+    return (xpbd_links_part){
+        state->kernel,
+        substep->planes != NULL ? state->in_planes : state->kernel->runs,
+        {body, state->colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
+        0,
+        0};
+}
+
+static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    const xpbd_links_state* state = data;
+    const plii_link_colors* colors = state->colors;
+    xpbd_links_part part = xpbd_links_part_of(body, state, substep);
+    /* What runs leave comes before them: a stiff sheet keeps a stretch of 0.0099 then, otherwise 0.0102. */
+    for (int i = 0; i < colors->color_count; ++i) {
+        const int count = colors->colors[i].group_count;
+        part.first_group = colors->colors[i].first_group;
+        plii_parallel_for(body->context, xpbd_links_quads_range, &part, count,
+                          plii_link_colors_grain(body, count, XPBD_LINKS_QUADS_GRAIN, XPBD_LINKS_SHARED));
+    }
+    for (int i = 0; i < colors->runs.color_count; ++i) {
+        const plii_link_run_color* color = &colors->runs.colors[i];
+        const int count = color[1].first_group - color[0].first_group;
+        part.color = i;
+        plii_parallel_for(body->context, xpbd_links_runs_range, &part, count,
+                          plii_link_colors_grain(body, count, XPBD_LINKS_GRAIN, XPBD_LINKS_SHARED));
+    }
+    if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static size_t xpbd_links_softness_size(const pli_body* body) {
+    return 2 * (size_t)body->material_count * sizeof(plii_xpbd_link_softness);
+}
+
+static void xpbd_links_disable(pli_body* body, void* data) {
+    xpbd_links_state* state = data;
+    plii_link_slots_release(body, &state->rest_lengths);
+    plii_link_slots_release(body, &state->multipliers);
+    plii_release(body->context, state->softness, xpbd_links_softness_size(body));
+}
+
+static pli_status xpbd_links_enable(pli_body* body, void* data) {
+    xpbd_links_state* state = data;
+    state->colors = plii_feature_state(body, &plii_link_colors_class);
+    state->kernel = xpbd_links_kernel_of(body->context->simd);
+    state->in_planes = state->kernel->in_planes;
+    state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
+    state->is_stale = true;
+    if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||
+        !plii_link_slots_make(body, state->colors, &state->multipliers)) {
+        xpbd_links_disable(body, state);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    return PLI_OK;
+}
+
+static size_t xpbd_links_bytes(const pli_body* body, const void* data) {
+    const xpbd_links_state* state = data;
+    return state->rest_lengths.size + state->multipliers.size + xpbd_links_softness_size(body);
+}
+
+static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                      size_t* sizes) {
+    (void)data;
+    sizes[0] = sizes[1] = plii_link_slots_max_size(body, change->link_count);
+    return 2;
+}
+
+static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    xpbd_links_state* state = data;
+    plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_lengths);
+    plii_link_slots_replace(body, state->colors, change->link_count, blocks[1], &state->multipliers);
+    state->is_stale = true;
+}
+
+static const plii_feature_class* const xpbd_links_needs[] = {&plii_link_colors_class, NULL};
+
+static const plii_feature_class xpbd_links_class = {
+    .name = "XPBD links",
+    .state_size = sizeof(xpbd_links_state),
+    .needs = xpbd_links_needs,
+    .enable = xpbd_links_enable,
+    .disable = xpbd_links_disable,
+    .bytes = xpbd_links_bytes,
+    .topology_blocks = xpbd_links_topology_blocks,
+    .topology_commit = xpbd_links_topology_commit,
+};
+
+static const plii_xpbd_plane_moves* xpbd_links_planes(const pli_body* body, const void* data) {
+    const xpbd_links_state* state = data;
+    (void)body;
+    return plii_link_colors_have_only_runs(state->colors) ? &plii_xpbd_moves_in_planes : NULL;
+}
+
+static const plii_xpbd_kind xpbd_links_kind = {
+    .order = PLII_XPBD_ORDER_LINKS,
+    .klass = &xpbd_links_class,
+    .begin = xpbd_links_begin,
+    .restart = xpbd_links_restart,
+    .sweep = xpbd_links_sweep,
+    .planes = xpbd_links_planes,
+};
+
+pli_xpbd_links_def pli_xpbd_links_def_default(void) {
+    return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
+    if (def == NULL) { def = &defaults; }
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_links_def_default()");
+    }
+    PLII_TRY(plii_xpbd_check_value(body, def->compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->bending_compliance, PLI_MAX_COEFFICIENT, "bending_compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, def->damping, PLI_MAX_COEFFICIENT, "damping", __func__));
+    void* state = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_links_kind, __func__, &state));
+    ((xpbd_links_state*)state)->def = *def;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_xpbd_links(pli_body* body) {
+    return plii_xpbd_disable_kind(body, &xpbd_links_kind, __func__);
+}

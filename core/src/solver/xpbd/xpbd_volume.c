@@ -1,0 +1,172 @@
+/* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
+   surface. */
+
+#include "math/lanes.h"
+
+#include "math/range.h"
+#include "solver/xpbd/xpbd_impl.h"
+
+#include <string.h>
+
+typedef struct xpbd_volume_state {
+    pli_xpbd_volume_def def;
+    double rest_volume; /* m^3 */
+    float multiplier;
+    pli_vec4* gradients; /* [node_count] m^2, times six */
+} xpbd_volume_state;
+
+static void xpbd_volume_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    (void)body;
+    (void)substep;
+    ((xpbd_volume_state*)data)->multiplier = 0.0f;
+}
+
+/* Nodes are taken relative to the place of node 0 at the start of the substep, which keeps rounding small far from the
+   origin; on a closed surface that changes nothing. There the sum of (b - a) x (c - a) over the faces around a node is
+   six times its gradient too, so the cross product of a face serves all its nodes. */
+
+enum { XPBD_VOLUME_FACES = 16 }; /* whose volume is added up in single precision */
+
+typedef struct xpbd_volume_nodes {
+    const pli_vec4 *positions, *displacements;
+    plii_float4 origin;
+} xpbd_volume_nodes;
+
+PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
+    return plii_float4_add(plii_float4_sub(plii_float4_from(&nodes->positions[node]), nodes->origin),
+                           plii_float4_from(&nodes->displacements[node]));
+}
+
+PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
+    plii_float4_to(sum, plii_float4_add(plii_float4_from(sum), cross));
+}
+
+/* Returns the volume, m^3, and makes `gradients` six times what they are. */
+static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients, const plii_xpbd_substep* substep) {
+    const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
+    const int count = body->topology->face_count;
+    const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
+    memset(gradients, 0, (size_t)body->node_count * sizeof *gradients);
+    double sum = 0.0;
+    for (int begin = 0; begin < count; begin += XPBD_VOLUME_FACES) {
+        const int end = count - begin < XPBD_VOLUME_FACES ? count : begin + XPBD_VOLUME_FACES;
+        plii_float4 part = plii_float4_all(0.0f);
+        for (int i = begin; i < end; ++i) {
+            const int* n = faces[i];
+            const plii_float4 a = xpbd_volume_corner(&nodes, n[0]);
+            const plii_float4 ab = plii_float4_sub(xpbd_volume_corner(&nodes, n[1]), a);
+            const plii_float4 ac = plii_float4_sub(xpbd_volume_corner(&nodes, n[2]), a);
+            const plii_float4 cross = plii_lanes_xyz(plii_lanes_cross(ab, ac));
+            xpbd_volume_add(&gradients[n[0]], cross);
+            xpbd_volume_add(&gradients[n[1]], cross);
+            xpbd_volume_add(&gradients[n[2]], cross);
+            part = plii_float4_add(part, plii_float4_mul(a, cross));
+        }
+        sum += (double)plii_lanes_sum(part);
+    }
+    return sum / 6.0;
+}
+
+/* Sum of w |gradient|^2. */
+static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* gradients, int count) {
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < count; ++i) {
+        const plii_float4 gradient = plii_float4_from(&gradients[i]);
+        const plii_float4 inverse_mass = plii_lanes_all_w(plii_float4_from(&displacements[i]));
+        sum = plii_float4_add(sum, plii_float4_mul(plii_float4_mul(gradient, gradient), inverse_mass));
+    }
+    return plii_lanes_sum(sum) / 36.0f;
+}
+
+static void xpbd_volume_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+    xpbd_volume_state* state = data;
+    pli_vec4* displacements = substep->displacements;
+    const double volume = xpbd_volume_gather(body, state->gradients, substep);
+    const float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
+    const double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
+    const float change =
+        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, state->multiplier, 0.0f, substep);
+    state->multiplier += change;
+    const plii_float4 scale = plii_float4_all(change / 6.0f);
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 displacement = plii_float4_from(&displacements[i]);
+        const plii_float4 share = plii_float4_mul(plii_lanes_all_w(displacement), scale);
+        const plii_float4 moved = plii_float4_mul(plii_float4_from(&state->gradients[i]), share);
+        plii_float4_to(&displacements[i], plii_float4_add(displacement, moved));
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static size_t xpbd_volume_bytes(const pli_body* body, const void* data) {
+    (void)data;
+    return (size_t)body->node_count * sizeof(pli_vec4);
+}
+
+static pli_status xpbd_volume_enable(pli_body* body, void* data) {
+    xpbd_volume_state* state = data;
+    state->gradients = plii_allocate(body->context, xpbd_volume_bytes(body, data));
+    if (state->gradients == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    state->rest_volume = (double)plii_body_volume(body);
+    return PLI_OK;
+}
+
+static void xpbd_volume_disable(pli_body* body, void* data) {
+    plii_release(body->context, ((xpbd_volume_state*)data)->gradients, xpbd_volume_bytes(body, data));
+}
+
+static int xpbd_volume_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                       size_t* sizes) {
+    (void)body;
+    (void)data;
+    sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
+    return 1;
+}
+
+static void xpbd_volume_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    xpbd_volume_state* state = data;
+    plii_release(body->context, state->gradients, (size_t)change->old_node_count * sizeof *state->gradients);
+    state->gradients = blocks[0];
+}
+
+static const plii_feature_class xpbd_volume_class = {
+    .name = "XPBD volume",
+    .state_size = sizeof(xpbd_volume_state),
+    .enable = xpbd_volume_enable,
+    .disable = xpbd_volume_disable,
+    .bytes = xpbd_volume_bytes,
+    .topology_blocks = xpbd_volume_topology_blocks,
+    .topology_commit = xpbd_volume_topology_commit,
+};
+
+static const plii_xpbd_kind xpbd_volume_kind = {
+    .order = PLII_XPBD_ORDER_VOLUME,
+    .klass = &xpbd_volume_class,
+    .restart = xpbd_volume_restart,
+    .sweep = xpbd_volume_sweep,
+};
+
+pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
+    return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_volume_def_default()");
+    }
+    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
+    PLII_TRY(plii_xpbd_check_value(body, used.pressure_ratio, PLI_MAX_FACTOR, "pressure_ratio", __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
+    }
+    void* data = NULL;
+    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_volume_kind, __func__, &data));
+    ((xpbd_volume_state*)data)->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_xpbd_volume(pli_body* body) {
+    return plii_xpbd_disable_kind(body, &xpbd_volume_kind, __func__);
+}

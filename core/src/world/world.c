@@ -1,0 +1,522 @@
+/* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
+
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "math/bounds.h"
+
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+#include <string.h>
+
+pli_status plii_check_world_idle(const pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world_change(world, function));
+    if (!world->is_stepping) { return PLI_OK; }
+    return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
+}
+
+// ----------------------------------------------------------------------------------------------------- life
+
+pli_world_def pli_world_def_default(void) {
+    return (pli_world_def){
+        .gravity = {0, -10, 0},
+        .air_density = 1.2f,
+        .max_force_displacement = 1000.0f,
+        .makes_room = true,
+        .cookie = PLII_DEF_COOKIE,
+    };
+}
+
+pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
+    PLII_TRY(plii_check_context_change(context, __func__));
+    if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
+    const pli_world_def used = def != NULL ? *def : pli_world_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_world_def_default()");
+    }
+    if (!plii_vec3_is_finite(used.gravity)) {
+        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
+    }
+    if (!(used.air_density >= 0.0f) || !plii_is_finite(used.air_density)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "air_density %g is negative or not finite",
+                         (double)used.air_density);
+    }
+    if (!(used.max_force_displacement > 0.0f)) {
+        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "max_force_displacement %g is not positive",
+                         (double)used.max_force_displacement);
+    }
+    PLII_TRY(plii_check_vec3_within(context, used.gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    PLII_TRY(plii_check_within(context, used.air_density, PLI_MAX_COEFFICIENT, "air_density", __func__));
+    PLII_TRY(plii_check_within(context, used.max_force_displacement, PLI_MAX_COORDINATE, "max_force_displacement",
+                               __func__));
+    pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
+    if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the world"); }
+    made->context = context;
+    made->def = used;
+    *world = made;
+    return PLI_OK;
+}
+
+void pli_world_destroy(pli_world* world) {
+    if (world == NULL || plii_check_world_change(world, __func__) != PLI_OK) { return; }
+    pli_context* context = world->context;
+    world->is_stepping = false;
+    while (world->body_count > 0) {
+        pli_body_destroy(world->bodies[world->body_count - 1]);
+    }
+    while (world->rigid_count > 0) {
+        pli_rigid_destroy(world->rigids[world->rigid_count - 1]);
+    }
+    plii_release(context, world->bodies, (size_t)world->body_capacity * sizeof *world->bodies);
+    plii_release(context, world->sweep, (size_t)world->sweep_capacity * sizeof *world->sweep);
+    plii_release(context, world->rigids, (size_t)world->rigid_capacity * sizeof *world->rigids);
+    plii_release(context, world->events, (size_t)world->event_capacity * sizeof *world->events);
+    plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
+}
+
+pli_context* pli_world_get_context(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->context : NULL;
+}
+void* pli_world_get_user_data(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->def.user_data : NULL;
+}
+
+pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    if (!plii_vec3_is_finite(gravity)) {
+        return PLII_FAIL(world->context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
+    }
+    PLII_TRY(plii_check_vec3_within(world->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    world->def.gravity = gravity;
+    return PLI_OK;
+}
+
+pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void* user) {
+    PLII_TRY(plii_check_world_idle(world, __func__));
+    world->profile = profile;
+    world->profile_user = user;
+    return PLI_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------- lists
+
+/* The most from one prediction to the next: a body freezes once and is told once of anchors that it lost, a rigid body
+   gets its velocities back once. */
+static bool world_reserve_events(pli_world* world, int body_count, int rigid_count) {
+    return PLII_RESERVE(world->context, &world->events, &world->event_capacity, 2 * body_count + rigid_count);
+}
+
+pli_status plii_world_add_body(pli_world* world, pli_body* body) {
+    const int count = world->body_count + 1;
+    if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
+        !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
+        !world_reserve_events(world, count, world->rigid_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    world->wants_room = true;
+    body->world_index = world->body_count;
+    world->sweep[world->body_count] = body;
+    world->bodies[world->body_count++] = body;
+    return PLI_OK;
+}
+
+/* Tells every feature of every body through one of its hooks that something goes away. */
+static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->forget_rigid != NULL) { feature->klass->forget_rigid(body, feature->state, rigid); }
+        }
+        for (int k = 0; k < body->ignored_rigid_count; ++k) {
+            if (body->ignored_rigids[k] == rigid) {
+                body->ignored_rigids[k] = body->ignored_rigids[--body->ignored_rigid_count];
+                break;
+            }
+        }
+    }
+}
+
+static void world_forget_body(pli_world* world, const pli_body* gone) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->forget_body != NULL) { feature->klass->forget_body(body, feature->state, gone); }
+        }
+    }
+}
+
+/* Those that name a body or a rigid body that is going. */
+static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
+    int kept = 0;
+    for (int i = 0; i < world->event_count; ++i) {
+        const pli_event* event = &world->events[i];
+        const bool is_named = (body != NULL && event->body == body) || (rigid != NULL && event->rigid == rigid);
+        if (!is_named) { world->events[kept++] = *event; }
+    }
+    world->event_count = kept;
+}
+
+void plii_world_remove_body(pli_world* world, pli_body* body) {
+    world_forget_body(world, body);
+    for (int i = body->world_index; i + 1 < world->body_count; ++i) {
+        world->bodies[i] = world->bodies[i + 1];
+        world->bodies[i]->world_index = i;
+    }
+    int kept = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        if (world->sweep[i] != body) { world->sweep[kept++] = world->sweep[i]; }
+    }
+    world->body_count -= 1;
+    world_drop_events(world, body, NULL);
+}
+
+pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
+    if (!PLII_RESERVE(world->context, &world->rigids, &world->rigid_capacity, world->rigid_count + 1) ||
+        !world_reserve_events(world, world->body_count, world->rigid_count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    world->wants_room = true;
+    rigid->world_index = world->rigid_count;
+    world->rigids[world->rigid_count++] = rigid;
+    return PLI_OK;
+}
+
+void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
+    world_forget_rigid(world, rigid);
+    for (int i = rigid->world_index; i + 1 < world->rigid_count; ++i) {
+        world->rigids[i] = world->rigids[i + 1];
+        world->rigids[i]->world_index = i;
+    }
+    world->rigid_count -= 1;
+    world_drop_events(world, NULL, rigid);
+}
+
+void plii_world_add_event(pli_world* world, pli_event event) {
+    /* Room for the most that there can be was made when bodies were added. */
+    if (world->event_count < world->event_capacity) { world->events[world->event_count++] = event; }
+}
+
+void plii_world_add_anchors_lost(pli_body* body) {
+    pli_world* world = body->world;
+    for (int i = 0; i < world->event_count; ++i) {
+        if (world->events[i].kind == PLI_EVENT_ANCHORS_LOST && world->events[i].body == body) { return; }
+    }
+    plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_ANCHORS_LOST, .body = body, .node = PLI_NULL_INDEX});
+}
+
+int pli_world_body_count(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->body_count : 0;
+}
+pli_body* pli_world_get_body(const pli_world* world, int index) {
+    if (plii_check_world(world, __func__) != PLI_OK || index < 0 || index >= world->body_count) { return NULL; }
+    return world->bodies[index];
+}
+const pli_event* pli_world_get_events(const pli_world* world, int* count) {
+    const bool is_world = plii_check_world(world, __func__) == PLI_OK;
+    if (count != NULL) { *count = is_world ? world->event_count : 0; }
+    return is_world ? world->events : NULL;
+}
+bool pli_world_is_stepping(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK && world->is_stepping;
+}
+
+// ------------------------------------------------------------------------------------------------- out of memory
+
+/* A step in which memory runs out goes on, without what there is none for. What a call could not get is told by that
+   call, and once more at the end of the step. */
+
+static uint64_t world_begin_call(pli_world* world) {
+    plii_walk_begin(world->context);
+    world->context->pass = (plii_pass){PLI_NULL_INDEX, NULL};
+    return world->context->shortage.count;
+}
+
+static void world_begin_body(const pli_world* world, const pli_body* body) {
+    world->context->pass = (plii_pass){body->world_index, NULL};
+}
+
+static pli_status world_fail_shortage(const pli_world* world, const plii_shortage* shortage, const char* function) {
+    const plii_feature_class* feature = shortage->pass.feature;
+    return plii_fail(world->context, PLI_ERROR_OUT_OF_MEMORY, function,
+                     "no memory, %zu bytes, for %s of body %d; the step goes on without", shortage->size,
+                     feature != NULL ? feature->name : "the solver", shortage->pass.body);
+}
+
+void plii_world_note_shortage(pli_world* world) {
+    if (world->shortage.count == 0) { world->shortage = world->context->shortage; }
+}
+
+/* Notes what memory there was none for since `before`. */
+static pli_status world_end_call(pli_world* world, uint64_t before, const char* function) {
+    const plii_shortage* last = &world->context->shortage;
+    plii_walk_end(world->context);
+    if (last->count == before) { return PLI_OK; }
+    plii_world_note_shortage(world);
+    return function != NULL ? world_fail_shortage(world, last, function) : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+// ----------------------------------------------------------------------------------------------------- step
+
+/* Growth belongs here, where something was added, and not into the steps that meet it. */
+static void world_make_room(pli_world* world) {
+    const uint64_t before = world->context->shortage.count;
+    world->most_nodes = world->most_faces = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (body->node_count > world->most_nodes) { world->most_nodes = body->node_count; }
+        if (body->topology->face_count > world->most_faces) { world->most_faces = body->topology->face_count; }
+    }
+    world->has_convex_shapes = world->has_other_shapes = false;
+    for (int i = 0; i < world->rigid_count; ++i) {
+        const pli_rigid* rigid = world->rigids[i];
+        for (int k = 0; k < rigid->shape_count; ++k) {
+            const bool is_convex = rigid->shapes[k]->def.support != NULL;
+            *(is_convex ? &world->has_convex_shapes : &world->has_other_shapes) = true;
+        }
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            if (feature->klass->make_room == NULL) { continue; }
+            world->context->pass = (plii_pass){i, feature->klass};
+            feature->klass->make_room(body, feature->state);
+        }
+    }
+    world->wants_room = world->context->shortage.count != before;
+}
+
+static pli_status world_predict(pli_world* world, float dt, const char* function) {
+    if (world->is_stepping) {
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "the step before has not been solved");
+    }
+    if (!(dt > 0.0f) || !plii_is_finite(dt)) {
+        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "dt = %g is not positive and finite",
+                         (double)dt);
+    }
+    PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
+    world->shortage.count = 0;
+    if (world->wants_room && world->def.makes_room) { world_make_room(world); }
+    const uint64_t before = world_begin_call(world);
+    world->is_stepping = true;
+    world->event_count = 0;
+    for (int i = 0; i < world->rigid_count; ++i) {
+        world->rigids[i]->was_touched = false;
+        world->rigids[i]->needs_reintegration = false;
+    }
+    plii_world_profile(world, "predict", NULL, true);
+    /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
+    for (int i = world->body_count - 1; i >= 0; --i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        body->solver_class->predict(body, dt);
+    }
+    plii_world_profile(world, "predict", NULL, false);
+    (void)world_end_call(world, before, NULL); /* the solve tells */
+    return PLI_OK;
+}
+
+pli_status pli_world_predict(pli_world* world, float dt) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    return world_predict(world, dt, __func__);
+}
+
+static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
+                                   const char* function) {
+    if (!world->is_stepping) {
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
+    }
+    if (world_a != world || world_b != world) {
+        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a member of the pair is of another world");
+    }
+    return PLI_OK;
+}
+
+/* What a feature has no memory for is noted where it is asked for. */
+static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    if (body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return; }
+    world_begin_body(world, body);
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->collide_rigid == NULL) { continue; }
+        world->context->pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_rigid(body, feature->state, rigid);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
+pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
+    PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
+    const uint64_t before = world_begin_call(world);
+    world_collide_rigid(world, body, rigid);
+    return world_end_call(world, before, __func__);
+}
+
+bool pli_body_collides_with_bodies(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
+}
+
+static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
+    world_begin_body(world, body_a);
+    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body_a->pipeline.features[i];
+        if (feature->klass->collide_body == NULL) { continue; }
+        void* other_state = plii_feature_state(body_b, feature->klass);
+        if (other_state == NULL) { continue; }
+        world->context->pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
+pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(plii_check_handle(body_a, PLII_HANDLE_BODY, world->context, "the first body", __func__));
+    PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
+    PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
+    if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
+    const uint64_t before = world_begin_call(world);
+    world_collide_bodies(world, body_a, body_b);
+    return world_end_call(world, before, __func__);
+}
+
+static void world_run_joint_stage(pli_world* world, plii_stage stage) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        plii_run_stage(body, &body->pipeline, stage, &body->step);
+    }
+}
+
+/* Joints and cluster contacts couple bodies, so all bodies take part in each iteration (btSoftBody::solveClusters). */
+static void world_solve_joints(pli_world* world) {
+    int iterations = 0;
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (!body->is_frozen && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
+    }
+    if (iterations == 0) { return; }
+    world->joint_iterations = iterations;
+    world_run_joint_stage(world, PLII_STAGE_JOINT_PREPARE);
+    for (int i = 0; i < iterations; ++i) {
+        world_run_joint_stage(world, PLII_STAGE_JOINT_SOLVE);
+    }
+    world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
+}
+
+/* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
+   put back while it was solved, since its impulses are among theirs. */
+static void world_end_trouble(pli_world* world, int events_before) {
+    bool has_frozen = false;
+    for (int i = events_before; i < world->event_count; ++i) {
+        if (world->events[i].kind != PLI_EVENT_BODY_FROZEN) { continue; }
+        has_frozen = true;
+        plii_solver_take_start(world->events[i].body); /* bodies solved later may have moved it */
+    }
+    for (int i = 0; i < world->rigid_count; ++i) {
+        pli_rigid* rigid = world->rigids[i];
+        pli_rigid_state* state = &rigid->state;
+        if (!rigid->was_touched || (plii_rigid_is_slow(rigid) && !has_frozen)) { continue; }
+        const bool has_changed =
+            memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
+            memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
+        if (!has_changed) { continue; }
+        state->linear_velocity = rigid->start_linear_velocity;
+        state->angular_velocity = rigid->start_angular_velocity;
+        plii_world_add_event(world,
+                             (pli_event){.kind = PLI_EVENT_RIGID_RESTORED, .rigid = rigid, .node = PLI_NULL_INDEX});
+    }
+}
+
+static pli_status world_solve(pli_world* world, const char* function) {
+    const uint64_t before = world_begin_call(world);
+    const int events_before = world->event_count;
+    plii_world_profile(world, "joints", NULL, true);
+    world_solve_joints(world);
+    plii_world_profile(world, "joints", NULL, false);
+    plii_world_profile(world, "solve", NULL, true);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        body->solver_class->solve(body);
+    }
+    plii_world_profile(world, "solve", NULL, false);
+    /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
+    plii_world_profile(world, "refresh", NULL, true);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        plii_body_refresh(body);
+    }
+    plii_world_profile(world, "refresh", NULL, false);
+    world_end_trouble(world, events_before);
+    world->is_stepping = false;
+    (void)world_end_call(world, before, NULL);
+    return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;
+}
+
+pli_status pli_world_solve(pli_world* world) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
+    return world_solve(world, __func__);
+}
+
+// ------------------------------------------------------------------------------------------- pairs that overlap
+
+static void world_collide_rigids(pli_world* world) {
+    for (int r = 0; r < world->rigid_count; ++r) {
+        pli_rigid* rigid = world->rigids[r];
+        const pli_bounds bounds = plii_rigid_bounds(rigid);
+        for (int b = 0; b < world->body_count; ++b) {
+            pli_body* body = world->bodies[b];
+            const bool is_swept = body->sweeping_features > 0;
+            if (plii_bounds_overlap(body->bounds, is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : bounds)) {
+                world_collide_rigid(world, body, rigid);
+            }
+        }
+    }
+}
+
+/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
+static void world_collide_soft_pairs(pli_world* world) {
+    pli_body** sweep = world->sweep;
+    for (int i = 1; i < world->body_count; ++i) {
+        pli_body* moved = sweep[i];
+        int k = i;
+        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
+            sweep[k] = sweep[k - 1];
+            --k;
+        }
+        sweep[k] = moved;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        if (!sweep[i]->collides_with_bodies) { continue; }
+        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
+            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
+            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
+            world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]);
+        }
+    }
+}
+
+pli_status pli_world_step(pli_world* world, float dt) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(world_predict(world, dt, __func__));
+    const uint64_t before = world_begin_call(world);
+    world_collide_rigids(world);
+    world_collide_soft_pairs(world);
+    (void)world_end_call(world, before, NULL);
+    return world_solve(world, __func__);
+}
