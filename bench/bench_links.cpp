@@ -190,12 +190,8 @@ void pliant_links(benchmark::State& state, Kind kind, bool is_colored, pli_simd 
     pli_body* body = sample.body;
     sample.stretch();
     for (auto _ : state) {
-        if (body->iterate_links != NULL) {
-            body->iterate_links(body, body->sweep_links_state);
-        } else {
-            for (int i = 0; i < sweeps; ++i) {
-                body->sweep_links(body, body->sweep_links_state);
-            }
+        for (int i = 0; i < sweeps; ++i) {
+            body->sweep_links(body, body->sweep_links_state);
         }
         benchmark::ClobberMemory();
     }

@@ -1,6 +1,5 @@
 /* Coloured links: every link has its place and lanes of a colour share no node; results are those of the ordered links
-   in the order of colours, the same for all instruction sets and partitions, with nodes in records and in planes;
-   bodies that are cut; memory. */
+   in the order of colours, the same for all instruction sets and partitions; bodies that are cut; memory. */
 
 #include "check.h"
 #include "failing_allocator.h"
@@ -224,7 +223,6 @@ static void use_link(const pli_body* body, int link, int color, int lane, node_u
 /* Every link has one slot, and nodes of a colour are in one lane only. */
 static void check_colors(const pli_body* body) {
     const plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
-    const plii_link_runs* runs = &colors->runs;
     int* slots = NULL;
     const int count = list_slots(body, colors, &slots);
     assert_true((size_t)count * sizeof(float) <= plii_link_slots_max_size(body, body->link_count));
@@ -232,13 +230,6 @@ static void check_colors(const pli_body* body) {
     node_use* uses = calloc((size_t)body->node_count, sizeof *uses);
     assert_true(seen != NULL && uses != NULL);
     int color = 0;
-    for (int c = 0; c < runs->color_count; ++c) {
-        ++color;
-        assert_true(runs->colors[c].first_group < runs->colors[c + 1].first_group);
-        for (int i = 8 * runs->colors[c].first_group; i < 8 * runs->colors[c + 1].first_group; ++i) {
-            if (slots[i] >= 0) { use_link(body, slots[i], color, i, uses, seen); }
-        }
-    }
     for (int c = 0; c < colors->color_count; ++c) {
         ++color;
         const int first = colors->colors[c].first_group, end = first + colors->colors[c].group_count;
@@ -249,7 +240,7 @@ static void check_colors(const pli_body* body) {
             assert_true(body->link_tags == NULL || g == first || group->pairs <= group[-1].pairs);
             const int end_row = g + 1 < colors->group_count ? group[1].first_row : colors->row_count;
             for (int i = 8 * group->first_row; i < 8 * end_row; ++i) {
-                const int link = slots[8 * runs->group_count + i];
+                const int link = slots[i];
                 if (link < 0) { continue; }
                 assert_int_equal(plii_link_tag_of(body, link), group->tag);
                 use_link(body, link, color, 8 * g + i % 8, uses, seen);
@@ -277,20 +268,8 @@ static void test_no_two_lanes_of_a_color_share_a_node(void** state) {
     }
 }
 
-static void test_large_grids_become_runs_and_many_links_of_a_node_wait(void** state) {
+static void test_many_links_of_a_node_wait(void** state) {
     (void)state;
-    make_mesh_fn* const large[] = {make_large_sheet, make_large_shuffled_sheet};
-    for (int is_shuffled = 0; is_shuffled < 2; ++is_shuffled) {
-        sample s;
-        assert_true(sample_create(&s, large[is_shuffled], true, PLI_SIMD_BEST, NULL));
-        const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
-        assert_int_equal(colors->runs.color_count, 8); /* rows, columns, two directions of diagonals; two each */
-        /* Lists are there for the ends of rows, where strides end, or for all. */
-        const int listed = colors->runs.run_link_count;
-        assert_true(is_shuffled ? listed == s.body->link_count : listed <= s.body->link_count / 8);
-        assert_true(plii_link_colors_have_only_runs(colors));
-        sample_destroy(&s);
-    }
     sample s;
     assert_true(sample_create(&s, make_star, true, PLI_SIMD_BEST, NULL));
     const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
@@ -305,7 +284,6 @@ static void test_meshes_become_quads_and_small_bodies_single_links(void** state)
         sample s;
         assert_true(sample_create(&s, quads[m], true, PLI_SIMD_BEST, NULL));
         const plii_link_colors* colors = plii_feature_state(s.body, &plii_link_colors_class);
-        assert_int_equal(colors->runs.group_count, 0);
         assert_int_equal(colors->serial_count, 0);
         assert_true(s.body->link_count > 8 * colors->row_count * 85 / 100); /* few lanes without a link */
         assert_true(s.body->link_count > 25 * colors->group_count);         /* more than three links per quad */
@@ -441,7 +419,7 @@ static void test_results_are_equal_for_all_instruction_sets_and_partitions(void*
     }
 }
 
-static void test_parts_of_quads_and_of_runs_have_equal_results(void** state) {
+static void test_parts_of_colors_have_equal_results(void** state) {
     (void)state;
     make_mesh_fn* const large[] = {make_large_sphere, make_shared_sheet};
     for (int m = 0; m < 2; ++m) {
@@ -451,44 +429,6 @@ static void test_parts_of_quads_and_of_runs_have_equal_results(void** state) {
             group_ranges = 0;
             assert_true(hash_after_steps(large[m], (link_solver)solver, PLI_SIMD_BEST, &part, false) == expected);
             assert_true(group_ranges > 0);
-        }
-    }
-}
-
-/* Something to do between sweeps, for which nodes have to be in records. */
-static void do_nothing(pli_body* body, void* state, const plii_xpbd_substep* substep) {
-    (void)state;
-    assert_null(substep->planes);
-    assert_true(body->node_count > 0);
-}
-static const plii_feature_class busy_class = {.name = "busy"};
-static const plii_xpbd_kind busy_kind = {.order = 1, .klass = &busy_class, .sweep = do_nothing};
-
-static uint64_t hash_with_records(make_mesh_fn* make_mesh, link_solver solver, bool has_records) {
-    sample s;
-    assert_true(sample_create(&s, make_mesh, solver == LINKS_ON_POSITIONS, PLI_SIMD_BEST, NULL));
-    if (solver != LINKS_ON_POSITIONS) { use_xpbd(s.body, solver == XPBD_SOFT); }
-    if (solver == LINKS_ON_POSITIONS) { assert_non_null(s.body->iterate_links); }
-    if (has_records && solver == LINKS_ON_POSITIONS) { s.body->iterate_links = NULL; }
-    if (has_records && solver != LINKS_ON_POSITIONS) {
-        void* state = NULL;
-        assert_int_equal(plii_xpbd_enable_kind(s.body, &busy_kind, "test", &state), PLI_OK);
-    }
-    for (int i = 0; i < 3; ++i) {
-        assert_int_equal(pli_world_step(s.world, dt), PLI_OK);
-    }
-    const uint64_t hash = pli_body_state_hash(s.body);
-    sample_destroy(&s);
-    return hash;
-}
-
-static void test_results_are_equal_in_records_and_in_planes(void** state) {
-    (void)state;
-    make_mesh_fn* const grids[] = {make_large_sheet, make_large_shuffled_sheet, make_large_bending_sheet};
-    for (int m = 0; m < 3; ++m) {
-        for (int solver = 0; solver < LINK_SOLVER_COUNT; ++solver) {
-            const uint64_t hash = hash_with_records(grids[m], (link_solver)solver, false);
-            assert_true(hash == hash_with_records(grids[m], (link_solver)solver, true));
         }
     }
 }
@@ -696,12 +636,11 @@ static void test_coloring_survives_a_lack_of_memory(void** state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_two_lanes_of_a_color_share_a_node),
-        cmocka_unit_test(test_large_grids_become_runs_and_many_links_of_a_node_wait),
+        cmocka_unit_test(test_many_links_of_a_node_wait),
         cmocka_unit_test(test_meshes_become_quads_and_small_bodies_single_links),
         cmocka_unit_test(test_colored_links_are_ordered_links_in_the_order_of_colors),
         cmocka_unit_test(test_results_are_equal_for_all_instruction_sets_and_partitions),
-        cmocka_unit_test(test_parts_of_quads_and_of_runs_have_equal_results),
-        cmocka_unit_test(test_results_are_equal_in_records_and_in_planes),
+        cmocka_unit_test(test_parts_of_colors_have_equal_results),
         cmocka_unit_test(test_rest_lengths_and_stiffness_follow_their_changes),
         cmocka_unit_test(test_unknown_instruction_sets_are_refused),
         cmocka_unit_test(test_few_links_that_all_meet_keep_their_order),

@@ -5,7 +5,6 @@
 #include "body/world_impl.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
-#include "solver/coloring/node_planes.h"
 
 #include <string.h>
 
@@ -89,17 +88,12 @@ static bool body_needs_link_tags(const pli_mesh* mesh) {
     return false;
 }
 
-/* With room for planes in their place. */
-static size_t body_velocity_bytes(const pli_body* body) {
-    return (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4);
-}
-
 static void body_release_arrays(pli_body* body) {
     pli_context* context = body->context;
     const size_t record_bytes = (size_t)body->node_count * sizeof(pli_vec4);
     plii_release(context, body->positions, record_bytes);
     plii_release(context, body->previous, record_bytes);
-    plii_release(context, body->velocities, body_velocity_bytes(body));
+    plii_release(context, body->velocities, record_bytes);
     plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
     plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
     plii_release(context, body->materials, (size_t)body->material_count * sizeof *body->materials);
@@ -117,7 +111,7 @@ static pli_status body_allocate_arrays(pli_body* body, pli_mesh* mesh) {
     const size_t tag_bytes = body_needs_link_tags(mesh) ? (size_t)body->link_count * sizeof *body->link_tags : 0;
     body->positions = plii_allocate(context, record_bytes);
     body->previous = plii_allocate(context, record_bytes);
-    body->velocities = plii_allocate(context, body_velocity_bytes(body));
+    body->velocities = plii_allocate(context, record_bytes);
     body->links = plii_allocate(context, (size_t)body->link_count * sizeof *body->links);
     body->link_tags = plii_allocate(context, tag_bytes);
     body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
@@ -551,10 +545,10 @@ float pli_body_volume(const pli_body* body) {
 
 size_t pli_body_bytes(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const size_t node_bytes = 2 * sizeof(pli_vec4);
+    const size_t node_bytes = 3 * sizeof(pli_vec4);
     const size_t link_bytes = sizeof(plii_link) + (body->link_tags != NULL ? sizeof(plii_link_tag) : 0);
-    return sizeof *body + (size_t)body->node_count * node_bytes + body_velocity_bytes(body) +
-           (size_t)body->link_count * link_bytes + (size_t)body->material_count * sizeof *body->materials +
+    return sizeof *body + (size_t)body->node_count * node_bytes + (size_t)body->link_count * link_bytes +
+           (size_t)body->material_count * sizeof *body->materials +
            (size_t)body->topology->face_count * sizeof *body->topology->faces +
            (body->topology->face_materials != NULL
                 ? (size_t)body->topology->face_count * sizeof *body->topology->face_materials

@@ -47,10 +47,7 @@ struct pli_body {
     uint32_t link_revision;   /* counts changes of rest lengths and masses */
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
-    /* All position iterations at once, with the same results; may overwrite the velocities. False, and nothing is done,
-       where that is not possible. NULL: it never is. */
-    bool (*iterate_links)(pli_body* body, void* state);
-    void* sweep_links_state; /* of both */
+    void* sweep_links_state;
     pli_material* materials; /* [material_count] */
     plii_topology* topology;
 
@@ -95,9 +92,6 @@ void plii_forces_add_along_normals(pli_body* body, float scale);
 extern const plii_feature_class plii_links_class;
 /* One Gauss-Seidel sweep over all links in their order (btSoftBody::PSolve_Links); no state. */
 void plii_links_sweep(pli_body* body, void* state);
-
-/* POSITION has nothing but links to do in this step. */
-bool plii_solver_has_only_links(const pli_body* body);
 
 /* True when all nodes are where nodes may be. */
 bool plii_body_update_bounds(pli_body* body);

@@ -97,7 +97,7 @@ typedef struct plii_topology_change {
 
 #define PLII_MAX_TOPOLOGY_BLOCKS 16
 
-struct plii_xpbd_kind;
+struct plii_substep_class;
 
 typedef struct plii_feature_class {
     const char* name;
@@ -108,9 +108,9 @@ typedef struct plii_feature_class {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
     } stages[PLII_STAGE_COUNT];
-    /* How it takes part in the substeps of a solver that has them, where POSITION is not run (xpbd_impl.h). NULL: not.
+    /* How it takes part in the substeps of a solver that has them, where POSITION is not run (substep.h). NULL: not.
      */
-    const struct plii_xpbd_kind* substepped;
+    const struct plii_substep_class* substepped;
 
     /* All optional. */
     pli_status (*enable)(pli_body* body, void* state); /* after the needs; must leave nothing behind on failure */
@@ -127,8 +127,6 @@ typedef struct plii_feature_class {
     void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
     void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
     size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
-    /* POSITION has nothing to do in this step; without it that is never so. */
-    bool (*is_idle)(const pli_body* body, const void* state);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*make_room)(pli_body* body, void* state);

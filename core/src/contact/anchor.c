@@ -197,11 +197,6 @@ static void anchor_topology_commit(pli_body* body, void* state, const plii_topol
     body->anchored = blocks[0];
 }
 
-static bool anchor_is_idle(const pli_body* body, const void* state) {
-    (void)body;
-    return ((const anchor_state*)state)->item_count == 0;
-}
-
 static const plii_feature_class anchor_class = {
     .name = "anchors",
     .state_size = sizeof(anchor_state),
@@ -211,7 +206,6 @@ static const plii_feature_class anchor_class = {
     .disable = anchor_disable,
     .list_holds = anchor_list_holds,
     .forget_rigid = anchor_forget_rigid,
-    .is_idle = anchor_is_idle,
     .bytes = anchor_bytes,
     .topology_blocks = anchor_topology_blocks,
     .topology_commit = anchor_topology_commit,

@@ -639,11 +639,6 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
     body->soft_node_boxes = NULL;
 }
 
-static bool soft_contacts_is_idle(const pli_body* body, const void* data) {
-    (void)body;
-    return ((const soft_contacts_state*)data)->count == 0;
-}
-
 static const plii_feature_class soft_contacts_class = {
     .name = "soft_contacts",
     .state_size = sizeof(soft_contacts_state),
@@ -654,7 +649,6 @@ static const plii_feature_class soft_contacts_class = {
     .collide_body = soft_contacts_collide,
     .forget_body = soft_contacts_forget_body,
     .forget_topology = soft_contacts_forget_body,
-    .is_idle = soft_contacts_is_idle,
     .bytes = soft_contacts_bytes,
     .make_room = soft_contacts_make_room,
     .topology_blocks = soft_contacts_topology_blocks,

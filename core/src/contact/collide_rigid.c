@@ -378,11 +378,6 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
     ((rigid_contacts_state*)data)->count = 0;
 }
 
-static bool rigid_contacts_is_idle(const pli_body* body, const void* data) {
-    (void)body;
-    return ((const rigid_contacts_state*)data)->count == 0;
-}
-
 static const plii_feature_class rigid_contacts_class = {
     .name = "rigid_contacts",
     .state_size = sizeof(rigid_contacts_state),
@@ -392,7 +387,6 @@ static const plii_feature_class rigid_contacts_class = {
     .collide_rigid = rigid_contacts_collide,
     .list_holds = rigid_contacts_list_holds,
     .forget_rigid = rigid_contacts_forget_rigid,
-    .is_idle = rigid_contacts_is_idle,
     .bytes = rigid_contacts_bytes,
     .make_room = rigid_contacts_make_room,
     .topology_commit = rigid_contacts_topology_commit,
@@ -406,16 +400,10 @@ static void rigid_contacts_solve_last(pli_body* body, void* data, const plii_ste
 static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_contacts_class, NULL};
 
 /* Their solve at another place of the iteration. */
-static bool rigid_contacts_last_is_idle(const pli_body* body, const void* data) {
-    (void)data;
-    return rigid_contacts_is_idle(body, plii_feature_state(body, &rigid_contacts_class));
-}
-
 static const plii_feature_class rigid_contacts_last_class = {
     .name = "rigid_contacts_last",
     .needs = rigid_contacts_last_needs,
     .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, PLII_ORDER_RIGID_CONTACTS_LAST}},
-    .is_idle = rigid_contacts_last_is_idle,
 };
 
 static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,

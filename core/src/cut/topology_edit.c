@@ -7,7 +7,6 @@
 #include "body/world_impl.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
-#include "solver/coloring/node_planes.h"
 
 #include <limits.h>
 #include <string.h>
@@ -282,14 +281,14 @@ typedef struct edit_product {
         void* blocks[PLII_MAX_TOPOLOGY_BLOCKS];
         size_t sizes[PLII_MAX_TOPOLOGY_BLOCKS];
     } * features; /* [feature_count] */
-    size_t record_size, velocity_size, link_size, tag_size, node_origin_size, face_origin_size, feature_size;
+    size_t record_size, link_size, tag_size, node_origin_size, face_origin_size, feature_size;
 } edit_product;
 
 static void edit_release_product(const plii_edit* edit, edit_product* product) {
     pli_context* context = edit->context;
     plii_release(context, product->positions, product->record_size);
     plii_release(context, product->previous, product->record_size);
-    plii_release(context, product->velocities, product->velocity_size);
+    plii_release(context, product->velocities, product->record_size);
     plii_release(context, product->links, product->link_size);
     plii_release(context, product->link_tags, product->tag_size);
     plii_release(context, product->node_origins, product->node_origin_size);
@@ -345,7 +344,6 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     pli_context* context = edit->context;
     const size_t new_nodes = (size_t)(edit->node_count - edit->old_node_count);
     product->record_size = (size_t)edit->node_count * sizeof(pli_vec4);
-    product->velocity_size = (size_t)plii_planes_record_count(edit->node_count) * sizeof(pli_vec4);
     product->link_size = (size_t)edit->link_count * sizeof(plii_link);
     product->tag_size = edit_needs_tags(edit) ? (size_t)edit->link_count * sizeof(plii_link_tag) : 0;
     product->node_origin_size = new_nodes * sizeof(plii_node_origin);
@@ -353,7 +351,7 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
     product->feature_size = (size_t)edit->body->pipeline.feature_count * sizeof *product->features;
     if (!EDIT_ALLOCATE(context, &product->positions, product->record_size) ||
         !EDIT_ALLOCATE(context, &product->previous, product->record_size) ||
-        !EDIT_ALLOCATE(context, &product->velocities, product->velocity_size) ||
+        !EDIT_ALLOCATE(context, &product->velocities, product->record_size) ||
         !EDIT_ALLOCATE(context, &product->links, product->link_size) ||
         !EDIT_ALLOCATE(context, &product->link_tags, product->tag_size) ||
         !EDIT_ALLOCATE(context, &product->node_origins, product->node_origin_size) ||
@@ -411,7 +409,7 @@ static void edit_replace(const plii_edit* edit, const edit_product* product) {
     const size_t record_size = (size_t)body->node_count * sizeof(pli_vec4);
     plii_release(context, body->positions, record_size);
     plii_release(context, body->previous, record_size);
-    plii_release(context, body->velocities, (size_t)plii_planes_record_count(body->node_count) * sizeof(pli_vec4));
+    plii_release(context, body->velocities, record_size);
     plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
     plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
     plii_topology_release(context, body->topology);

@@ -2,13 +2,13 @@
    Chentanez, Mueller, "Long Range Attachments", with one tether per node, and with rigid bodies at the anchors of
    nodes: a light node cannot hold back a heavy body. */
 
+#include "pliant/tether.h"
 #include "body/body_impl.h"
 #include "body/hold.h"
 #include "body/pipeline.h"
+#include "body/substep_rigid.h"
 #include "body/world_impl.h"
-#include "body/xpbd_rigid.h"
 #include "math/range.h"
-#include "pliant/tether.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -17,7 +17,7 @@
 typedef struct tether_load {
     int node;
     pli_vec3 goal; /* at the start of the step */
-    plii_xpbd_rigid_point point;
+    plii_substep_rigid_point point;
     float limit; /* m, in this substep */
 } tether_load;
 
@@ -136,7 +136,7 @@ static void tether_hold_load(const pli_body* body, const tether_state* state, co
                                            plii_xyz(body->velocities[tether->pinned_node]));
     const float allowed = (tether_limit(state, tether, distance, step->dt) - distance) * step->inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
-    const float weight = plii_xpbd_rigid_point_weight(&load->point, unit);
+    const float weight = plii_substep_rigid_point_weight(&load->point, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
     plii_rigid_apply_impulse(load->point.rigid, pli_vec3_scale(unit, -excess / weight), load->point.offset);
 }
@@ -170,33 +170,33 @@ static pli_vec3 tether_load_place(const tether_load* load) {
     return pli_vec3_add(load->goal, load->point.moved);
 }
 
-static void tether_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
     for (int i = 0; i < state->load_count; ++i) {
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
-        plii_xpbd_rigid_point_restart(&load->point, substep);
+        plii_substep_rigid_point_restart(&load->point, substep);
         const pli_vec3 apart = pli_vec3_sub(tether_load_place(load), plii_xyz(body->positions[tether->pinned_node]));
         load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
     }
 }
 
 static void tether_sweep_node(pli_body* body, const tether_state* state, const pli_tether* tether, int node,
-                              const plii_xpbd_substep* substep) {
+                              const plii_substep* substep) {
     const int pinned = tether->pinned_node;
     const pli_vec3 apart =
-        pli_vec3_sub(plii_xpbd_position(body, substep, node), plii_xpbd_position(body, substep, pinned));
+        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, pinned));
     const float distance = pli_vec3_length(apart);
     if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { return; }
     const pli_vec3 before =
-        pli_vec3_sub(apart, pli_vec3_sub(plii_xpbd_motion(substep, node), plii_xpbd_motion(substep, pinned)));
+        pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node), plii_substep_motion(substep, pinned)));
     const float limit = tether_limit(state, tether, pli_vec3_length(before), substep->dt);
     if (!(distance > limit)) { return; }
     const float way = (limit - distance) / (distance * substep->displacements[node].w);
-    plii_xpbd_move(substep, node, apart, way);
+    plii_substep_move(substep, node, apart, way);
 }
 
-static void tether_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void tether_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
@@ -205,15 +205,15 @@ static void tether_sweep(pli_body* body, void* data, const plii_xpbd_substep* su
     for (int i = 0; i < state->load_count; ++i) {
         const tether_load* load = &state->loads[i];
         const pli_vec3 place =
-            pli_vec3_add(tether_load_place(load), plii_xpbd_rigid_point_motion(&load->point, substep));
+            pli_vec3_add(tether_load_place(load), plii_substep_rigid_point_motion(&load->point, substep));
         const int pinned = state->tethers[load->node].pinned_node;
-        const pli_vec3 apart = pli_vec3_sub(place, plii_xpbd_position(body, substep, pinned));
+        const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, pinned));
         const float distance = pli_vec3_length(apart), excess = distance - load->limit;
         if (!(excess > 0.0f)) { continue; }
         const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
-        const float push = -excess / plii_xpbd_rigid_point_weight(&load->point, unit);
+        const float push = -excess / plii_substep_rigid_point_weight(&load->point, unit);
         if (!plii_is_finite(push)) { continue; }
-        plii_xpbd_rigid_point_push(&load->point, pli_vec3_scale(unit, push), substep);
+        plii_substep_rigid_point_push(&load->point, pli_vec3_scale(unit, push), substep);
     }
 }
 
@@ -260,8 +260,8 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
 
 static const plii_feature_class tether_class;
 
-static const plii_xpbd_kind tether_kind = {
-    .order = PLII_XPBD_ORDER_TETHERS,
+static const plii_substep_class tether_kind = {
+    .order = PLII_SUBSTEP_ORDER_TETHERS,
     .klass = &tether_class,
     .begin = tether_begin,
     .restart = tether_restart,

@@ -493,7 +493,7 @@ static void self_faces_begin_substeps(pli_body* body, void* data) {
     self_faces_begin(body, data);
 }
 
-static void self_faces_restart_substep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
     self_faces_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     float squared = 0.0f;
@@ -504,7 +504,7 @@ static void self_faces_restart_substep(pli_body* body, void* data, const plii_xp
     self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
 }
 
-static void self_faces_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void self_faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     self_faces_solve(data, &nodes);
     self_faces_finish(body, data, &nodes);
@@ -606,8 +606,8 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 }
 
 static const plii_feature_class self_faces_class;
-static const plii_xpbd_kind self_faces_kind = {
-    .order = PLII_XPBD_ORDER_SELF_FACES,
+static const plii_substep_class self_faces_kind = {
+    .order = PLII_SUBSTEP_ORDER_SELF_FACES,
     .klass = &self_faces_class,
     .begin = self_faces_begin_substeps,
     .restart = self_faces_restart_substep,

@@ -209,13 +209,13 @@ static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii
     self_nodes_part_all(state, nodes, state->def.friction);
 }
 
-static void self_nodes_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     self_nodes_limit(body, data, &nodes);
 }
 
 /* Friction is left to the velocities: moved sideways, nodes would get into others. */
-static void self_nodes_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* substep) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     const float done = (float)(substep->index + 1) * substep->dt;
@@ -232,7 +232,7 @@ static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
 }
 
 /* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
-static void self_nodes_finish(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
     const self_nodes_state* state = data;
     pli_vec4* v = body->velocities;
     (void)substep;
@@ -334,8 +334,8 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
 }
 
 static const plii_feature_class self_nodes_class;
-static const plii_xpbd_kind self_nodes_kind = {
-    .order = PLII_XPBD_ORDER_SELF_COLLISION,
+static const plii_substep_class self_nodes_kind = {
+    .order = PLII_SUBSTEP_ORDER_SELF_COLLISION,
     .klass = &self_nodes_class,
     .begin = self_nodes_begin_substeps,
     .restart = self_nodes_restart,

@@ -3,8 +3,8 @@
 
 /* Self-collision as solvers see it: solvers differ in where they keep nodes, and in how often a step solves. */
 
+#include "body/substep.h"
 #include "pliant/self_collision.h"
-#include "solver/xpbd/xpbd_impl.h"
 
 /* A node is at base + offset. */
 typedef struct plii_self_nodes {
@@ -41,7 +41,7 @@ static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
 }
 
 /* And as XPBD does in a substep. */
-static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_xpbd_substep* substep) {
+static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_substep* substep) {
     return (plii_self_nodes){body->positions, substep->displacements, substep->carried};
 }
 

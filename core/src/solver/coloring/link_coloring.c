@@ -1,5 +1,5 @@
-/* Colours of links: runs in large grids, then quads in the order in which they were found, then links that are in none,
-   each with the lowest colour that is free at its nodes. Linear time but for runs. */
+/* Colours of links: quads in the order in which they were found, then links that are in none, each with the lowest
+   colour that is free at its nodes. Linear time. */
 
 #include "math/simd.h"
 #include "solver/coloring/link_colors.h"
@@ -8,16 +8,13 @@
 
 enum {
     LINK_COLORS_MAX = 64,
-    LINK_COLORS_QUADS_NODES = 80, /* a smaller body has too few quads for their colours */
-    LINK_COLORS_RUNS_NODES =
-        PLII_PLANES_LEAST_NODES /* a smaller grid is solved faster in quads, a larger one costs less memory in runs */
+    LINK_COLORS_QUADS_NODES = 80 /* a smaller body has too few quads for their colours */
 };
 
 /* Quads and single links in one order: index of a quad, or quad count + index of a single link. */
 typedef struct link_colors_work {
     const pli_body* body;
     int node_count, link_count, tag_count; /* tags as key: material, then bending */
-    plii_link_runs_work runs;
     plii_link_quads quads;
     uint64_t* masks;     /* [node_count] colours of the links around */
     int* counts;         /* [max(node_count, tag_count) + 1] */
@@ -54,11 +51,6 @@ static void* link_colors_carve(link_colors_carver* carver, size_t size) {
 }
 
 static void link_colors_carve_result(link_colors_carver* carver, plii_link_colors* colors) {
-    plii_link_runs* runs = &colors->runs;
-    runs->colors = link_colors_carve(carver, ((size_t)runs->color_count + 1) * sizeof *runs->colors);
-    runs->runs = link_colors_carve(carver, (size_t)runs->run_count * sizeof *runs->runs);
-    runs->sources = link_colors_carve(carver, (size_t)runs->source_count * sizeof *runs->sources);
-    runs->run_links = link_colors_carve(carver, (size_t)runs->run_link_count * sizeof *runs->run_links);
     colors->colors = link_colors_carve(carver, (size_t)colors->color_count * sizeof *colors->colors);
     colors->groups = link_colors_carve(carver, (size_t)colors->group_count * sizeof *colors->groups);
     colors->places = link_colors_carve(carver, (size_t)colors->place_count * sizeof *colors->places);
@@ -69,8 +61,6 @@ static void link_colors_carve_result(link_colors_carver* carver, plii_link_color
 static void link_colors_carve_work(link_colors_carver* carver, link_colors_work* work) {
     const size_t nodes = (size_t)work->node_count, links = (size_t)work->link_count, tags = (size_t)work->tag_count;
     plii_link_quads* quads = &work->quads;
-    plii_link_runs_work* runs = &work->runs;
-    plii_link_runs* made = &runs->made;
     work->serial_links = link_colors_carve(carver, links * sizeof *work->serial_links);
     work->kinds = link_colors_carve(carver, links * sizeof *work->kinds);
     quads->quads = link_colors_carve(carver, links / 3 * sizeof *quads->quads);
@@ -85,15 +75,6 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     work->order = link_colors_carve(carver, links * sizeof *work->order);
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
     work->colors = link_colors_carve(carver, links * sizeof *work->colors);
-    if (work->node_count < LINK_COLORS_RUNS_NODES) { return; }
-    made->colors = link_colors_carve(carver, (4 * PLII_LINK_RUNS_MAX_CLASSES + 1) * sizeof *made->colors);
-    made->runs = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->runs);
-    made->sources = link_colors_carve(carver, 2 * (links / PLII_LINK_LANES) * sizeof *made->sources);
-    made->run_links = link_colors_carve(carver, links * sizeof *made->run_links);
-    runs->sides = link_colors_carve(carver, nodes * sizeof *runs->sides);
-    runs->places = work->counts;
-    runs->list = work->order;
-    runs->is_used = quads->is_used;
 }
 
 static link_colors_work link_colors_work_of(const pli_body* body, int node_count, int link_count) {
@@ -356,14 +337,6 @@ static void link_colors_count_alike(plii_link_colors* colors) {
 
 // ------------------------------------------------------------------------------------------------------- the service
 
-static void link_colors_copy_runs(const plii_link_runs* made, plii_link_runs* runs) {
-    if (made->color_count == 0) { return; }
-    memcpy(runs->colors, made->colors, ((size_t)made->color_count + 1) * sizeof *runs->colors);
-    memcpy(runs->runs, made->runs, (size_t)made->run_count * sizeof *runs->runs);
-    memcpy(runs->sources, made->sources, (size_t)made->source_count * sizeof *runs->sources);
-    memcpy(runs->run_links, made->run_links, (size_t)made->run_link_count * sizeof *runs->run_links);
-}
-
 /* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most. */
 static size_t link_colors_most_groups(const pli_body* body, int link_count) {
     const size_t links = (size_t)link_count;
@@ -373,19 +346,13 @@ static size_t link_colors_most_groups(const pli_body* body, int link_count) {
 }
 
 /* Bytes that the result can have at most. */
-static size_t link_colors_most_bytes(const pli_body* body, int node_count, int link_count) {
-    const int groups = (int)link_colors_most_groups(body, link_count), eighths = link_count / PLII_LINK_LANES;
+static size_t link_colors_most_bytes(const pli_body* body, int link_count) {
+    const int groups = (int)link_colors_most_groups(body, link_count);
     plii_link_colors most = {.color_count = LINK_COLORS_MAX,
                              .group_count = groups,
                              .row_count = PLII_LINK_PAIRS * groups,
                              .place_count = 4 * groups,
                              .serial_count = link_count};
-    if (node_count >= LINK_COLORS_RUNS_NODES) {
-        most.runs = (plii_link_runs){.color_count = 4 * PLII_LINK_RUNS_MAX_CLASSES,
-                                     .run_count = 2 * eighths,
-                                     .source_count = 2 * eighths,
-                                     .run_link_count = link_count};
-    }
     link_colors_carver carver = {0};
     link_colors_carve_result(&carver, &most);
     return carver.used;
@@ -402,14 +369,7 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     link_colors_work work = link_colors_work_of(body, body->node_count, body->link_count);
     link_colors_carver carver = {.base = storage};
     link_colors_carve_work(&carver, &work);
-    if (body->node_count >= LINK_COLORS_RUNS_NODES) {
-        work.runs.body = body;
-        plii_link_runs_find(&work.runs);
-        memset(work.counts, 0, (size_t)body->node_count * sizeof *work.counts);
-    }
-    /* What runs leave of a grid are the ends of its rows, far from each other. */
-    const bool is_grid = PLII_LINK_LANES * work.runs.made.group_count > body->link_count / 2;
-    plii_link_quads_find(body, !is_grid && body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
+    plii_link_quads_find(body, body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
     const int serial_count = link_colors_take_colors(&work);
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
@@ -417,24 +377,23 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
     if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 
-    link_colors_maker maker = {.work = &work, .made = {.runs = work.runs.made}};
+    link_colors_maker maker = {.work = &work, .made = {0}};
     link_colors_make_groups(&maker);
     maker.made.serial_count = serial_count;
     carver = (link_colors_carver){0};
     link_colors_carve_result(&carver, &maker.made);
     link_colors_block block = {plii_allocate(body->context, carver.used), carver.used};
-    if (block.memory == NULL) {
+    if (block.memory == NULL && carver.used > 0) {
         block = *spare;
         *spare = (link_colors_block){NULL, 0};
     }
-    if (block.memory == NULL) { return false; }
+    if (block.memory == NULL && carver.used > 0) { return false; }
     carver = (link_colors_carver){.base = block.memory};
     link_colors_carve_result(&carver, &maker.made);
     *colors = maker.made;
     maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.place_count = 0;
     link_colors_make_groups(&maker);
     link_colors_count_alike(colors);
-    link_colors_copy_runs(&work.runs.made, &colors->runs);
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     colors->storage = block.memory;
     colors->storage_size = block.size;
@@ -443,19 +402,6 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
 
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots) {
-    const plii_link_runs* runs = &colors->runs;
-    const plii_link_run* run = runs->runs;
-    for (int s = 0; s < runs->source_count; ++s) {
-        const int first_group = runs->sources[s].first_group;
-        const int end = s + 1 < runs->source_count ? runs->sources[s + 1].first_group : runs->group_count;
-        run += first_group == run->first_group + run->group_count;
-        const int skipped_count = end == run->first_group + run->group_count ? run->skipped_count : 0;
-        for (int i = 0; i < PLII_LINK_LANES * (end - first_group); ++i) {
-            const int place = i / PLII_LINK_LANES * PLII_LINK_LANES + plii_simd_record(i % PLII_LINK_LANES);
-            const int link = plii_link_runs_link(runs, run, &runs->sources[s], place - skipped_count);
-            *slots++ = link != PLI_NULL_INDEX ? values[(ptrdiff_t)stride * link] : filler;
-        }
-    }
     for (int r = 0; r < colors->row_count; ++r) {
         for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
             const int link = colors->row_links[r][plii_simd_record(lane)];
@@ -518,7 +464,7 @@ static int link_colors_topology_blocks(const pli_body* body, const void* state, 
                                        size_t* sizes) {
     (void)state;
     sizes[0] = link_colors_work_size(body, change->node_count, change->link_count);
-    sizes[1] = link_colors_most_bytes(body, change->node_count, change->link_count);
+    sizes[1] = link_colors_most_bytes(body, change->link_count);
     return 2;
 }
 
@@ -526,7 +472,7 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
                                         void** blocks) {
     plii_link_colors* colors = state;
     plii_release(body->context, colors->storage, colors->storage_size);
-    const size_t most_bytes = link_colors_most_bytes(body, change->node_count, change->link_count);
+    const size_t most_bytes = link_colors_most_bytes(body, change->link_count);
     link_colors_block spare = {blocks[1], most_bytes};
     (void)link_colors_make(body, blocks[0], &spare, colors);
     plii_release(body->context, blocks[0], link_colors_work_size(body, change->node_count, change->link_count));

@@ -2,22 +2,16 @@
 #define PLII_LINK_COLORS_H
 
 /* Service: the links of a body in an order fit for SIMD and threads. Links of one colour share no node, but for those
-   of one quad, so they may be solved in any order or at once. A colour holds groups of eight of the same:
+   of one quad (link_quads.h), so quads of one colour may be solved in any order or at once, eight in a group; the links
+   of a quad are solved in the order of its pairs of nodes. Single links are quads of two nodes. What the last colours
+   cannot take (nodes of very many links) stays in a serial list.
 
-   - runs (link_runs.h): links in large grids, by stride;
-   - quads (link_quads.h): up to six links between four nodes, by index. Links of quads are solved in the order of the
-     pairs of nodes. Single links are quads of two nodes.
-
-   What the last colours cannot take (nodes of very many links) stays in a serial list.
-
-   Each link has a place for numbers of its own, its slot: those of runs first, then of quads, in rows of eight for one
-   pair of nodes of a group, then of the serial list. Within a row slots follow the lanes of simd.h. Lanes without a
-   quad come first and have the nodes of quads of the group, so kernels may store nodes as they were, in the order of
-   the lanes; nodes without a link are like the first one, so kernels store the first nodes last. */
+   Each link has a place for numbers of its own, its slot: rows of eight for one pair of nodes of a group, then the
+   serial list. Within a row slots follow the lanes of simd.h. Lanes without a quad come first and have the nodes of
+   quads of the group, so kernels may store nodes as they were, in the order of the lanes; nodes without a link are like
+   the first one, so kernels store the first nodes last. */
 
 #include "solver/coloring/link_quads.h"
-#include "solver/coloring/link_runs.h"
-#include "solver/coloring/node_planes.h"
 
 typedef struct plii_link_group {
     int first_row;     /* one row for each of `pairs` */
@@ -32,7 +26,6 @@ typedef struct plii_link_color {
 } plii_link_color;
 
 typedef struct plii_link_colors {
-    plii_link_runs runs;
     int color_count, group_count, row_count, place_count, serial_count;
     plii_link_color* colors;             /* [color_count] */
     plii_link_group* groups;             /* [group_count] */
@@ -47,15 +40,10 @@ typedef struct plii_link_colors {
 extern const plii_feature_class plii_link_colors_class;
 
 static inline int plii_link_colors_first_serial_slot(const plii_link_colors* colors) {
-    return PLII_LINK_LANES * (colors->runs.group_count + colors->row_count);
+    return PLII_LINK_LANES * colors->row_count;
 }
 static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
     return plii_link_colors_first_serial_slot(colors) + colors->serial_count;
-}
-
-/* Only runs work with nodes in planes (node_planes.h). */
-static inline bool plii_link_colors_have_only_runs(const plii_link_colors* colors) {
-    return colors->runs.group_count > 0 && colors->group_count == 0 && colors->serial_count == 0;
 }
 
 /* Of each slot the value of its link: values[stride * link], or `filler` for lanes without a link. */

@@ -202,7 +202,6 @@ static void link_quads_pass(link_quads_search* search, int least) {
 static void link_quads_list_halves(const pli_body* body, plii_link_quads* quads) {
     int* begin = quads->begin;
     for (int i = 0; i < body->link_count; ++i) {
-        if (quads->is_used[i] != 0) { continue; }
         ++begin[body->links[i].nodes[0]];
         ++begin[body->links[i].nodes[1]];
     }
@@ -213,7 +212,7 @@ static void link_quads_list_halves(const pli_body* body, plii_link_quads* quads)
     }
     for (int i = body->link_count - 1; i >= 0; --i) {
         const int* nodes = body->links[i].nodes;
-        for (int k = 0; k < 2 && quads->is_used[i] == 0; ++k) {
+        for (int k = 0; k < 2; ++k) {
             quads->halves[--begin[nodes[k]]] = (plii_link_half){nodes[1 - k], i};
         }
     }

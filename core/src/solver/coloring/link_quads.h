@@ -6,7 +6,7 @@
 
 #include "body/body_impl.h"
 
-enum { PLII_LINK_PAIRS = 6 };
+enum { PLII_LINK_LANES = 8, PLII_LINK_PAIRS = 6 };
 
 /* Pairs of the four nodes. The first two, the next two and the last two have no node in common. */
 static const uint8_t plii_link_pair_nodes[PLII_LINK_PAIRS][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}, {1, 2}};
@@ -33,7 +33,7 @@ typedef struct plii_link_quads {
     int* begin;             /* [node_count + 1] of the links of a node */
     int* open;              /* [node_count] those before are used */
     uint8_t* marks;         /* [node_count] zero */
-    uint8_t* is_used;       /* [link_count] 1 for links that are left out */
+    uint8_t* is_used;       /* [link_count] zero */
 } plii_link_quads;
 
 /* Fills in what `quads` has room for. Without `is_wanted` all links are single. */

@@ -22,8 +22,8 @@ PLII_SIMD_INLINE void plii_quad_scatter(pli_vec4* records, const uint32_t* place
 }
 
 /* Slot of the first link of a group. */
-PLII_SIMD_INLINE ptrdiff_t plii_quad_first_slot(const plii_link_colors* colors, const plii_link_group* group) {
-    return (ptrdiff_t)PLII_LINK_LANES * (colors->runs.group_count + group->first_row);
+PLII_SIMD_INLINE ptrdiff_t plii_quad_first_slot(const plii_link_group* group) {
+    return (ptrdiff_t)PLII_LINK_LANES * group->first_row;
 }
 
 /* One link in all lanes; only in the last one, which is stored last, there is a link. */

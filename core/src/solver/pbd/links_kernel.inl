@@ -6,9 +6,7 @@
    for nothing. */
 
 #include "solver/coloring/link_quads_kernel.h"
-#include "solver/coloring/link_runs_kernel.h"
 #include "solver/pbd/links_kernel.h"
-#include "solver/pbd/links_planes.inl"
 
 enum { LINKS_BATCH = 8, LINKS_QUADS_BATCH = 6 }; /* groups */
 
@@ -16,17 +14,37 @@ PLII_SIMD_INLINE plii_float8 links_inverse_stiffness(const plii_links_task* task
     return plii_float8_all(task->inverse_stiffnesses[tag & (PLII_LINK_TAG_BENDING - 1)]);
 }
 
-// ------------------------------------------------------------------------------------------------------------- links
+/* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
+PLII_SIMD_INLINE plii_float8 links_factor(plii_float8 length_squared, plii_float8 mass_a, plii_float8 mass_b,
+                                          plii_float8 rest_squared, plii_float8 inverse_stiffness) {
+    const plii_float8 mass_term = plii_float8_mul(plii_float8_add(mass_a, mass_b), inverse_stiffness);
+    const plii_float8 sum = plii_float8_add(rest_squared, length_squared);
+    const plii_float8 divisor = plii_float8_mul(mass_term, sum);
+    /* The quotient, which takes longest, waits for no comparison. */
+    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest_squared, length_squared), divisor);
+    const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
+    return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
+}
+PLII_SIMD_INLINE plii_float8 links_length_squared(plii_float8 x, plii_float8 y, plii_float8 z) {
+    return plii_float8_add(plii_float8_add(plii_float8_mul(x, x), plii_float8_mul(y, y)), plii_float8_mul(z, z));
+}
+
+// -------------------------------------------------------------------------------------------------------- single links
+
+/* First nodes of eight links, and the others. */
+typedef struct links_nodes {
+    plii_packed8 a, b;
+} links_nodes;
 
 /* Positions are kept from one to the other as they lie in memory, since what limits single links is how many places of
    memory are read and written. */
 typedef struct links_group {
-    plii_run_records nodes;     /* kept where a register holds two of them, */
+    links_nodes nodes;          /* kept where a register holds two of them, */
     plii_packed8 delta;         /* or else this, from the first ones to the others */
     plii_float8 move_a, move_b; /* along the difference, towards each other */
 } links_group;
 
-PLII_SIMD_INLINE void links_measure(links_group* group, plii_run_records nodes, const float* rest_squared,
+PLII_SIMD_INLINE void links_measure(links_group* group, links_nodes nodes, const float* rest_squared,
                                     plii_float8 inverse_stiffness) {
     const plii_packed8 delta = plii_packed8_sub(nodes.b, nodes.a);
     const plii_records8 d = plii_packed8_turn(delta);
@@ -46,55 +64,9 @@ PLII_SIMD_INLINE plii_packed8 links_delta(const links_group* group) {
     return PLII_SIMD_RECORDS > 1 ? plii_packed8_sub(group->nodes.b, group->nodes.a) : group->delta;
 }
 
-PLII_SIMD_INLINE void links_move(const links_group* g, pli_vec4* first, plii_run_form form) {
-    const plii_run_records nodes = PLII_SIMD_RECORDS > 1 ? g->nodes : plii_run_load(first, form);
-    const plii_packed8 delta = links_delta(g);
-    plii_run_store(first, form,
-                   (plii_run_records){plii_packed8_sub_scaled(nodes.a, delta, g->move_a),
-                                      plii_packed8_add_scaled(nodes.b, delta, g->move_b)});
-}
-
-PLII_SIMD_INLINE void links_run(const plii_links_task* task, const plii_link_run* run, int begin, int end,
-                                plii_run_form form) {
-    const plii_float8 inverse_stiffness = links_inverse_stiffness(task, run->tag);
-    const float* rest = task->rest_squared + (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    const ptrdiff_t way = plii_run_way(form);
-    pli_vec4* first = task->body->positions + plii_link_run_node(run, begin);
-    links_group groups[LINKS_BATCH];
-    for (int left = end - begin; left > 0; left -= LINKS_BATCH) {
-        const int count = left < LINKS_BATCH ? left : LINKS_BATCH;
-        for (int i = 0; i < count; ++i) {
-            links_measure(&groups[i], plii_run_load(first + i * way, form), rest + (ptrdiff_t)PLII_LINK_LANES * i,
-                          inverse_stiffness);
-        }
-        for (int i = 0; i < count; ++i) {
-            links_move(&groups[i], first + i * way, form);
-        }
-        first += count * way;
-        rest += PLII_LINK_LANES * count;
-    }
-}
-
-/* Each form gets code of its own. */
-static void links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
-    const plii_links_task* task = data;
-    if (run->offset == 1) {
-        links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
-    } else if (run->offset == 2) {
-        links_run(task, run, begin, end, (plii_run_form){2, 1, 2});
-    } else if (run->step == 2) {
-        links_run(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
-    } else {
-        links_run(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
-    }
-}
-
-// -------------------------------------------------------------------------------------------------------- single links
-
 PLII_SIMD_INLINE void links_measure_single(links_group* group, const pli_vec4* positions, plii_quad_places places,
                                            const float* rest, plii_float8 inverse_stiffness) {
-    const plii_run_records nodes = {plii_packed8_gather(positions, places[0]),
-                                    plii_packed8_gather(positions, places[1])};
+    const links_nodes nodes = {plii_packed8_gather(positions, places[0]), plii_packed8_gather(positions, places[1])};
     links_measure(group, nodes, rest, inverse_stiffness);
 }
 PLII_SIMD_INLINE void links_move_single(const links_group* g, pli_vec4* positions, plii_quad_places places) {
@@ -128,7 +100,7 @@ PLII_SIMD_INLINE void links_two_groups(const plii_links_task* task, const plii_l
 static void links_singles(const plii_links_task* task, const plii_link_group* groups, int count) {
     pli_vec4* restrict positions = task->body->positions;
     const plii_quad_places places = plii_quad_places_of(task->colors, groups);
-    const float* rest = task->rest_squared + plii_quad_first_slot(task->colors, groups);
+    const float* rest = task->rest_squared + plii_quad_first_slot(groups);
     if (count == 1) {
         links_one_group(task, groups, places, rest);
         return;
@@ -229,7 +201,7 @@ PLII_SIMD_LARGE void links_scatter(const links_quads* quads, pli_vec4* positions
 PLII_SIMD_INLINE void links_one_quads(const plii_links_task* task, const plii_link_group* group, int pairs) {
     const plii_float8 inverse_stiffness = links_inverse_stiffness(task, group->tag);
     const plii_quad_places places = plii_quad_places_of(task->colors, group);
-    const float* rest = task->rest_squared + plii_quad_first_slot(task->colors, group);
+    const float* rest = task->rest_squared + plii_quad_first_slot(group);
     links_quads own;
     links_gather(&own, task->body->positions, places);
     rest = links_round(&own, 0, pairs, rest, inverse_stiffness);
@@ -250,7 +222,7 @@ PLII_SIMD_INLINE void links_quads_of(const plii_links_task* task, const plii_lin
     const float* rest[LINKS_QUADS_BATCH];
     for (int i = 0; i < count; ++i) {
         links_quads own;
-        rest[i] = task->rest_squared + plii_quad_first_slot(task->colors, &groups[i]);
+        rest[i] = task->rest_squared + plii_quad_first_slot(&groups[i]);
         links_gather(&own, positions, places + 4 * i);
         rest[i] = links_round(&own, 0, pairs, rest[i], links_inverse_stiffness(task, groups[i].tag));
         quads[i] = own;
@@ -287,10 +259,6 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
 
 // ------------------------------------------------------------------------------------------------------------- sweeps
 
-static void links_runs(const plii_links_task* task, int color, int begin, int end) {
-    plii_runs_solve(&task->colors->runs, color, begin, end, links_run_of_any_form, task);
-}
-
 /* One link after the other. */
 static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
@@ -313,10 +281,6 @@ static void links_serial(const plii_links_task* task) {
 
 static void links_sweep(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
-    const plii_link_runs* runs = &colors->runs;
-    for (int c = 0; c < runs->color_count; ++c) {
-        links_runs(task, c, 0, runs->colors[c + 1].first_group - runs->colors[c].first_group);
-    }
     for (const plii_link_color* color = colors->colors; color < colors->colors + colors->color_count; ++color) {
         links_groups(task, color->first_group, color->first_group + color->group_count);
     }

@@ -3,5 +3,4 @@
 #define PLII_SIMD_PORTABLE
 #include "solver/pbd/links_kernel.inl"
 
-const plii_links_kernel plii_links_kernel_portable = {links_runs, links_in_planes, links_groups, links_serial,
-                                                      links_sweep};
+const plii_links_kernel plii_links_kernel_portable = {links_groups, links_serial, links_sweep};

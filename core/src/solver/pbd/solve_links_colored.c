@@ -6,18 +6,15 @@
 #include "solver/pbd/links_kernel.h"
 
 enum {
-    COLORED_LINKS_SHARED = 32768,   /* links */
-    COLORED_LINKS_GRAIN = 256,      /* groups of links, some 2 us: what a range costs where processors are far apart */
-    COLORED_LINKS_QUADS_GRAIN = 64, /* groups of quads */
+    COLORED_LINKS_SHARED = 32768, /* links */
+    COLORED_LINKS_GRAIN = 64,     /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
-    COLORED_LINKS_LEAST = 3, /* links per row on the average; a row of fewer costs more than they do one by one */
-    COLORED_LINKS_TURN_GRAIN = 4096 /* nodes */
+    COLORED_LINKS_LEAST = 3 /* links per row on the average; a row of fewer costs more than they do one by one */
 };
 
 typedef struct colored_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
-    plii_links_runs_fn* in_planes;
     plii_link_slots rest_squared; /* m^2 */
     uint32_t link_revision;
     bool is_stale;
@@ -57,38 +54,22 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
 
 typedef struct colored_links_part {
     const colored_links_state* state;
-    plii_links_runs_fn* solve_runs;
     plii_links_task task;
-    int color;       /* of runs */
-    int first_group; /* of a colour of quads */
+    int first_group;
 } colored_links_part;
 
-static void colored_links_runs_range(int begin, int end, void* data) {
-    const colored_links_part* part = data;
-    part->solve_runs(&part->task, part->color, begin, end);
-}
 static void colored_links_quads_range(int begin, int end, void* data) {
     const colored_links_part* part = data;
     part->state->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
-static void colored_links_sweep_runs(colored_links_part* part) {
-    const plii_link_runs* runs = &part->state->colors->runs;
-    for (int c = 0; c < runs->color_count; ++c) {
-        const int count = runs->colors[c + 1].first_group - runs->colors[c].first_group;
-        part->color = c;
-        plii_parallel_for(part->task.body->context, colored_links_runs_range, part, count,
-                          plii_link_colors_grain(part->task.body, count, COLORED_LINKS_GRAIN, COLORED_LINKS_SHARED));
-    }
-}
 static void colored_links_sweep_quads(colored_links_part* part) {
     const plii_link_colors* colors = part->state->colors;
     for (int c = 0; c < colors->color_count; ++c) {
         const int count = colors->colors[c].group_count;
         part->first_group = colors->colors[c].first_group;
-        plii_parallel_for(
-            part->task.body->context, colored_links_quads_range, part, count,
-            plii_link_colors_grain(part->task.body, count, COLORED_LINKS_QUADS_GRAIN, COLORED_LINKS_SHARED));
+        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, count,
+                          plii_link_colors_grain(part->task.body, count, COLORED_LINKS_GRAIN, COLORED_LINKS_SHARED));
     }
 }
 
@@ -96,7 +77,6 @@ static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_link_colors* colors = state->colors;
     colored_links_part part = {.state = state,
-                               .solve_runs = state->kernel->runs,
                                .task = {.body = body,
                                         .colors = colors,
                                         .rest_squared = state->rest_squared.values,
@@ -105,44 +85,8 @@ static void colored_links_sweep(pli_body* body, void* data) {
         state->kernel->sweep(&part.task);
         return;
     }
-    colored_links_sweep_runs(&part);
     colored_links_sweep_quads(&part);
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
-}
-
-/* In planes, where nodes of runs follow each other without being turned. Their place is that of the velocities, which
-   follow from the positions afterwards. */
-
-typedef struct colored_links_turn {
-    pli_body* body;
-    const plii_planes* planes;
-} colored_links_turn;
-
-static void colored_links_take(int begin, int end, void* data) {
-    const colored_links_turn* turn = data;
-    plii_planes_take(turn->planes, turn->body->positions, begin, end);
-}
-static void colored_links_give(int begin, int end, void* data) {
-    const colored_links_turn* turn = data;
-    plii_planes_give(turn->planes, turn->body->positions, begin, end);
-}
-
-static bool colored_links_iterate_runs(pli_body* body, void* data) {
-    const colored_links_state* state = data;
-    const int count = body->solver.position_iterations;
-    if (!plii_solver_has_only_links(body)) { return false; }
-    const plii_planes planes = plii_planes_at(body->velocities, body->node_count);
-    colored_links_turn turn = {body, &planes};
-    colored_links_part part = {
-        .state = state,
-        .solve_runs = state->in_planes,
-        .task = {body, state->colors, state->rest_squared.values, state->inverse_stiffnesses, planes}};
-    plii_parallel_for(body->context, colored_links_take, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
-    for (int i = 0; i < count; ++i) {
-        colored_links_sweep_runs(&part);
-    }
-    plii_parallel_for(body->context, colored_links_give, &turn, body->node_count, COLORED_LINKS_TURN_GRAIN);
-    return true;
 }
 
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -159,12 +103,10 @@ static size_t colored_links_stiffness_size(const pli_body* body) {
    along a chain that comes further per sweep than colours do. */
 static void colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
     const plii_link_colors* colors = state->colors;
-    const int64_t row_count = (int64_t)colors->runs.group_count + colors->row_count + colors->serial_count;
+    const int64_t row_count = (int64_t)colors->row_count + colors->serial_count;
     const bool is_worthwhile =
         body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
     body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
-    body->iterate_links = NULL;
-    if (is_worthwhile && plii_link_colors_have_only_runs(colors)) { body->iterate_links = colored_links_iterate_runs; }
     body->sweep_links_state = state;
     state->is_stale = true;
 }
@@ -178,7 +120,6 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = colored_links_kernel(body->context->simd);
-    state->in_planes = state->kernel->in_planes;
     state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
     if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
         colored_links_release(body, state);
@@ -191,7 +132,6 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
 static void colored_links_disable(pli_body* body, void* data) {
     colored_links_release(body, data);
     body->sweep_links = plii_links_sweep;
-    body->iterate_links = NULL;
     body->sweep_links_state = NULL;
 }
 

@@ -202,31 +202,6 @@ PLII_SIMD_INLINE void solver_add_velocities(int begin, int end, void* data) {
     }
 }
 
-bool plii_solver_has_only_links(const pli_body* body) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    for (int i = pipeline->begin[PLII_STAGE_POSITION]; i < pipeline->begin[PLII_STAGE_POSITION + 1]; ++i) {
-        const plii_feature_class* klass = pipeline->entries[i].klass;
-        const bool is_idle = klass->is_idle != NULL && klass->is_idle(body, pipeline->entries[i].state);
-        if (klass != &plii_links_class && !is_idle) { return false; }
-    }
-    return true;
-}
-
-static bool solver_iterate_links(pli_body* body) {
-    if (body->iterate_links == NULL || !plii_feature_is_enabled(body, &plii_links_class)) { return false; }
-    plii_world_profile(body->world, "position", plii_links_class.name, true);
-    const bool are_solved = body->iterate_links(body, body->sweep_links_state);
-    plii_world_profile(body->world, "position", plii_links_class.name, false);
-    return are_solved;
-}
-
-static void solver_iterate_positions(pli_body* body) {
-    if (solver_iterate_links(body)) { return; }
-    for (int i = 0; i < body->solver.position_iterations; ++i) {
-        plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
-    }
-}
-
 static void solver_solve(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
@@ -241,7 +216,9 @@ static void solver_solve(pli_body* body) {
     }
     solver_nodes nodes = solver_nodes_of(body);
     if (settings->position_iterations > 0) {
-        solver_iterate_positions(body);
+        for (int i = 0; i < settings->position_iterations; ++i) {
+            plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
+        }
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
         SOLVER_PASS(body, solver_set_velocities, &nodes);
     }

@@ -14,20 +14,20 @@ enum { XPBD_MAX_KINDS = 16, XPBD_NODES_GRAIN = 2048 };
 /* By order; equals as they came. */
 typedef struct xpbd_kinds {
     int count;
-    const plii_xpbd_kind* at[XPBD_MAX_KINDS];
+    const plii_substep_class* at[XPBD_MAX_KINDS];
     void* states[XPBD_MAX_KINDS];
 } xpbd_kinds;
 
 typedef struct xpbd_state {
     pli_xpbd_def def;
-    bool had_links;   /* on positions, before this solver came */
-    xpbd_kinds kinds; /* that only this solver has */
-    plii_xpbd_records records;
+    bool had_links;                                    /* on positions, before this solver came */
+    xpbd_kinds kinds;                                  /* that only this solver has */
+    pli_vec4 *displacements, *carried, *accelerations; /* [node_count] */
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
 
-static void xpbd_insert_kind(xpbd_kinds* kinds, const plii_xpbd_kind* kind, void* kind_state) {
+static void xpbd_insert_kind(xpbd_kinds* kinds, const plii_substep_class* kind, void* kind_state) {
     int place = kinds->count++;
     for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
         kinds->at[place] = kinds->at[place - 1];
@@ -93,7 +93,7 @@ static void xpbd_predict(pli_body* body, float dt) {
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
-    xpbd_prediction prediction = {body, state->records.accelerations, step->dt,
+    xpbd_prediction prediction = {body, state->accelerations, step->dt,
                                   body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
     plii_parallel_for(body->context, xpbd_fly, &prediction, body->node_count, XPBD_NODES_GRAIN);
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
@@ -155,21 +155,7 @@ static void xpbd_finish_and_move_range(int begin, int end, void* task) {
     }
 }
 
-static const plii_xpbd_plane_moves xpbd_record_moves = {
-    .move = xpbd_move_range, .finish = xpbd_finish_range, .finish_and_move = xpbd_finish_and_move_range};
-
-/* How nodes are moved, in records or in planes. */
-typedef struct xpbd_moves {
-    const plii_xpbd_plane_moves* ranges;
-    void* task;
-    int count, grain;
-} xpbd_moves;
-
-static void xpbd_run_pass(pli_body* body, const xpbd_moves* moves, pli_range_fn* range) {
-    plii_parallel_for(body->context, range, moves->task, moves->count, moves->grain);
-}
-
-static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_xpbd_substep* substep) {
+static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
     }
@@ -182,9 +168,17 @@ static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds
     }
 }
 
-static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, const xpbd_moves* moves,
-                          plii_xpbd_substep* substep) {
-    const plii_xpbd_plane_moves* ranges = moves->ranges;
+static void xpbd_run_pass(pli_body* body, xpbd_pass* pass, pli_range_fn* range) {
+    plii_parallel_for(body->context, range, pass, body->node_count, XPBD_NODES_GRAIN);
+}
+
+static void xpbd_substeps(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
+        state->displacements[i] = state->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
+    }
+    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->carried,
+                      state->accelerations, substep->dt,      substep->inverse_dt};
     bool has_finish = false;
     for (int k = 0; k < kinds->count; ++k) {
         has_finish = has_finish || kinds->at[k]->finish != NULL;
@@ -192,43 +186,13 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_ki
     const int count = state->def.substeps;
     for (substep->index = 0; substep->index < count; ++substep->index) {
         const bool is_moved = substep->index > 0 && !has_finish;
-        if (!is_moved) { xpbd_run_pass(body, moves, ranges->move); }
+        if (!is_moved) { xpbd_run_pass(body, &pass, xpbd_move_range); }
         xpbd_sweep(body, state, kinds, substep);
         const bool moves_on = substep->index + 1 < count && !has_finish;
-        xpbd_run_pass(body, moves, moves_on ? ranges->finish_and_move : ranges->finish);
+        xpbd_run_pass(body, &pass, moves_on ? xpbd_finish_and_move_range : xpbd_finish_range);
         for (int k = 0; k < kinds->count; ++k) {
             if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
         }
-    }
-}
-
-static void xpbd_substeps_in_records(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds,
-                                     plii_xpbd_substep* substep) {
-    const plii_xpbd_records* records = &state->records;
-    for (int i = 0; i < body->node_count; ++i) {
-        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
-        records->displacements[i] = records->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
-    }
-    xpbd_pass pass = {body->positions,        body->velocities, records->displacements, records->carried,
-                      records->accelerations, substep->dt,      substep->inverse_dt};
-    const xpbd_moves moves = {&xpbd_record_moves, &pass, body->node_count, XPBD_NODES_GRAIN};
-    xpbd_substeps(body, state, kinds, &moves, substep);
-}
-
-static void xpbd_substeps_in_planes(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds,
-                                    const plii_xpbd_plane_moves* ranges, plii_xpbd_substep* substep) {
-    plii_xpbd_plane_nodes nodes = {
-        .dt = substep->dt, .inverse_dt = substep->inverse_dt, .body = body, .records = &state->records};
-    substep->planes = &nodes.moving;
-    ranges->lay_out(&nodes);
-    for (int i = 0; i < PLII_XPBD_TAKES; ++i) {
-        plii_parallel_for(body->context, ranges->takes[i], &nodes, body->node_count, XPBD_NODES_GRAIN);
-    }
-    ranges->fill(&nodes);
-    const xpbd_moves moves = {ranges, &nodes, nodes.block_count, XPBD_NODES_GRAIN / (2 * PLII_LANES)};
-    xpbd_substeps(body, state, kinds, &moves, substep);
-    for (int i = 0; i < PLII_XPBD_GIVES; ++i) {
-        plii_parallel_for(body->context, ranges->gives[i], &nodes, body->node_count, XPBD_NODES_GRAIN);
     }
 }
 
@@ -237,7 +201,7 @@ static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
     xpbd_kinds kinds = xpbd_all_kinds(body, state);
     int busy = 0;
     for (int k = 0; k < kinds.count; ++k) {
-        const plii_xpbd_kind* kind = kinds.at[k];
+        const plii_substep_class* kind = kinds.at[k];
         body->context->pass.feature = kind->klass;
         if (kind->begin != NULL) { kind->begin(body, kinds.states[k]); }
         if (kind->is_idle != NULL && kind->is_idle(body, kinds.states[k])) { continue; }
@@ -248,26 +212,16 @@ static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
     return kinds;
 }
 
-static const plii_xpbd_plane_moves* xpbd_planes_of(const pli_body* body, const xpbd_kinds* kinds) {
-    const bool is_alone = kinds->count == 1 && kinds->at[0]->planes != NULL;
-    return is_alone ? kinds->at[0]->planes(body, kinds->states[0]) : NULL;
-}
-
 static void xpbd_solve(pli_body* body) {
     xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
-    plii_xpbd_substep substep = {.dt = step->dt / parts,
-                                 .inverse_dt = step->inverse_dt * parts,
-                                 .displacements = state->records.displacements,
-                                 .carried = state->records.carried};
+    plii_substep substep = {.dt = step->dt / parts,
+                            .inverse_dt = step->inverse_dt * parts,
+                            .displacements = state->displacements,
+                            .carried = state->carried};
     const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
-    const plii_xpbd_plane_moves* planes = xpbd_planes_of(body, &kinds);
-    if (planes != NULL) {
-        xpbd_substeps_in_planes(body, state, &kinds, planes, &substep);
-    } else {
-        xpbd_substeps_in_records(body, state, &kinds, &substep);
-    }
+    xpbd_substeps(body, state, &kinds, &substep);
     const float kept = 1.0f - body->solver.velocity_damping;
     for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
         if (body->positions[i].w > 0.0f) {
@@ -290,24 +244,23 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static size_t xpbd_records_size(int node_count) {
-    return (size_t)plii_planes_record_count(node_count) * sizeof(pli_vec4);
+    return (size_t)node_count * sizeof(pli_vec4);
 }
 
 static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
     const size_t size = xpbd_records_size(node_count);
-    plii_release(body->context, state->records.displacements, size);
-    plii_release(body->context, state->records.carried, size);
-    plii_release(body->context, state->records.accelerations, size);
+    plii_release(body->context, state->displacements, size);
+    plii_release(body->context, state->carried, size);
+    plii_release(body->context, state->accelerations, size);
 }
 
 static pli_status xpbd_enable(pli_body* body, void* data) {
     xpbd_state* state = data;
-    plii_xpbd_records* records = &state->records;
     const size_t size = xpbd_records_size(body->node_count);
-    records->displacements = plii_allocate(body->context, size);
-    records->carried = plii_allocate(body->context, size);
-    records->accelerations = plii_allocate(body->context, size);
-    if (records->displacements == NULL || records->carried == NULL || records->accelerations == NULL) {
+    state->displacements = plii_allocate(body->context, size);
+    state->carried = plii_allocate(body->context, size);
+    state->accelerations = plii_allocate(body->context, size);
+    if (state->displacements == NULL || state->carried == NULL || state->accelerations == NULL) {
         xpbd_release(body, state, body->node_count);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -337,7 +290,9 @@ static int xpbd_topology_blocks(const pli_body* body, const void* data, const pl
 static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     xpbd_state* state = data;
     xpbd_release(body, state, change->old_node_count);
-    state->records = (plii_xpbd_records){blocks[0], blocks[1], blocks[2]};
+    state->displacements = blocks[0];
+    state->carried = blocks[1];
+    state->accelerations = blocks[2];
 }
 
 static const plii_feature_class xpbd_class = {
@@ -352,7 +307,7 @@ static const plii_feature_class xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_xpbd_kind* kind) {
+static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_substep_class* kind) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k] == kind) { return k; }
     }
@@ -360,7 +315,7 @@ static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_xpbd_kind* kind) {
 }
 
 static void xpbd_remove_kind(pli_body* body, xpbd_kinds* kinds, int place) {
-    const plii_xpbd_kind* kind = kinds->at[place];
+    const plii_substep_class* kind = kinds->at[place];
     kinds->count -= 1;
     for (int k = place; k < kinds->count; ++k) {
         kinds->at[k] = kinds->at[k + 1];
@@ -369,7 +324,7 @@ static void xpbd_remove_kind(pli_body* body, xpbd_kinds* kinds, int place) {
     plii_feature_disable(body, kind->klass);
 }
 
-pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function, void** state) {
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
     xpbd_state* solver = plii_feature_state(body, &xpbd_class);
     if (solver == NULL) {
@@ -381,7 +336,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_xpbd_kind* kind, con
     return PLI_OK;
 }
 
-pli_status plii_xpbd_disable_kind(pli_body* body, const plii_xpbd_kind* kind, const char* function) {
+pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
     PLII_TRY(plii_check_body_idle(body, function));
     xpbd_state* solver = plii_feature_state(body, &xpbd_class);
     const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;

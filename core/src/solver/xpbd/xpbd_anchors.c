@@ -1,13 +1,14 @@
 /* XPBD: anchors, C = node - point of the rigid body as one constraint of three rows. */
 
-#include "body/xpbd_rigid.h"
+#include "body/substep_rigid.h"
+#include "solver/xpbd/xpbd_impl.h"
 #include "contact/anchor_impl.h"
 #include "math/range.h"
 
 typedef struct xpbd_anchor {
     int node;
     pli_vec3 goal; /* at the start of the step */
-    plii_xpbd_rigid_point point;
+    plii_substep_rigid_point point;
     pli_mat3 inverse; /* of the sum of both inverse masses and the compliance */
     pli_vec3 multiplier;
 } xpbd_anchor;
@@ -38,14 +39,14 @@ static void xpbd_anchors_begin(pli_body* body, void* data) {
     }
 }
 
-static void xpbd_anchors_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_anchors_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_anchors_state* state = data;
     const float alpha = state->compliance * substep->inverse_dt * substep->inverse_dt;
     (void)body;
     for (int i = 0; i < state->count; ++i) {
         xpbd_anchor* anchor = &state->anchors[i];
         const pli_rigid* rigid = anchor->point.rigid;
-        plii_xpbd_rigid_point_restart(&anchor->point, substep);
+        plii_substep_rigid_point_restart(&anchor->point, substep);
         anchor->multiplier = pli_vec3_make(0, 0, 0);
         anchor->inverse =
             plii_impulse_matrix(1.0f, substep->displacements[anchor->node].w + alpha, rigid->state.inverse_mass,
@@ -53,20 +54,20 @@ static void xpbd_anchors_restart(pli_body* body, void* data, const plii_xpbd_sub
     }
 }
 
-static void xpbd_anchors_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_anchors_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_anchors_state* state = data;
     const float alpha = state->compliance * substep->inverse_dt * substep->inverse_dt;
     for (int i = 0; i < state->count; ++i) {
         xpbd_anchor* anchor = &state->anchors[i];
         const pli_vec3 goal = pli_vec3_add(pli_vec3_add(anchor->goal, anchor->point.moved),
-                                           plii_xpbd_rigid_point_motion(&anchor->point, substep));
-        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(plii_xpbd_position(body, substep, anchor->node), goal),
+                                           plii_substep_rigid_point_motion(&anchor->point, substep));
+        const pli_vec3 error = pli_vec3_add(pli_vec3_sub(plii_substep_position(body, substep, anchor->node), goal),
                                             pli_vec3_scale(anchor->multiplier, alpha));
         const pli_vec3 change = pli_vec3_neg(pli_mat3_mul_vec3(anchor->inverse, error));
         if (!plii_vec3_is_finite(change)) { continue; } /* neither side can move */
         anchor->multiplier = pli_vec3_add(anchor->multiplier, change);
-        plii_xpbd_move(substep, anchor->node, change, 1.0f);
-        plii_xpbd_rigid_point_push(&anchor->point, pli_vec3_neg(change), substep);
+        plii_substep_move(substep, anchor->node, change, 1.0f);
+        plii_substep_rigid_point_push(&anchor->point, pli_vec3_neg(change), substep);
     }
 }
 
@@ -105,8 +106,8 @@ static bool xpbd_anchors_is_idle(const pli_body* body, const void* data) {
     return ((const xpbd_anchors_state*)data)->count == 0;
 }
 
-static const plii_xpbd_kind xpbd_anchors_kind = {
-    .order = PLII_XPBD_ORDER_ANCHORS,
+static const plii_substep_class xpbd_anchors_kind = {
+    .order = PLII_SUBSTEP_ORDER_ANCHORS,
     .klass = &xpbd_anchors_class,
     .begin = xpbd_anchors_begin,
     .restart = xpbd_anchors_restart,

@@ -62,7 +62,7 @@ static float xpbd_hinge_difference(float angle, float rest) {
 
 // ----------------------------------------------------------------------------------------------- solving
 
-static void xpbd_bending_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_bending_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
     (void)body;
     (void)substep;
@@ -71,20 +71,20 @@ static void xpbd_bending_restart(pli_body* body, void* data, const plii_xpbd_sub
     }
 }
 
-static void xpbd_bending_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_bending_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_bending_state* state = data;
     for (int i = 0; i < state->hinge_count; ++i) {
         xpbd_hinge* hinge = &state->hinges[i];
         pli_vec3 x[4];
         for (int k = 0; k < 4; ++k) {
-            x[k] = plii_xpbd_position(body, substep, hinge->nodes[k]);
+            x[k] = plii_substep_position(body, substep, hinge->nodes[k]);
         }
         const xpbd_hinge_shape shape = xpbd_hinge_measure(x);
         if (!shape.is_valid) { continue; }
         float weight = 0.0f, motion = 0.0f;
         for (int k = 0; k < 4; ++k) {
             weight += substep->displacements[hinge->nodes[k]].w * pli_vec3_length_squared(shape.gradients[k]);
-            motion += pli_vec3_dot(shape.gradients[k], plii_xpbd_motion(substep, hinge->nodes[k]));
+            motion += pli_vec3_dot(shape.gradients[k], plii_substep_motion(substep, hinge->nodes[k]));
         }
         const float rest_angle = state->def.is_flat ? 0.0f : hinge->rest_angle;
         const float change =
@@ -92,7 +92,7 @@ static void xpbd_bending_sweep(pli_body* body, void* data, const plii_xpbd_subst
                                  state->def.damping, hinge->multiplier, motion, substep);
         hinge->multiplier += change;
         for (int k = 0; k < 4; ++k) {
-            plii_xpbd_move(substep, hinge->nodes[k], shape.gradients[k], change);
+            plii_substep_move(substep, hinge->nodes[k], shape.gradients[k], change);
         }
     }
 }
@@ -261,8 +261,8 @@ static const plii_feature_class xpbd_bending_class = {
     .topology_commit = xpbd_bending_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_bending_kind = {
-    .order = PLII_XPBD_ORDER_BENDING,
+static const plii_substep_class xpbd_bending_kind = {
+    .order = PLII_SUBSTEP_ORDER_BENDING,
     .klass = &xpbd_bending_class,
     .restart = xpbd_bending_restart,
     .sweep = xpbd_bending_sweep,

@@ -11,11 +11,11 @@ pli_status plii_xpbd_check_contacts_def(const pli_body* body, const pli_xpbd_con
 /* Before the sweeps of a substep: a penetration that is there already goes at `recovery_speed`, by a shift of the
    node's `share`, lest it turns into speed, which would keep cloth on a body in motion for good. Returns the lowest gap
    that the sweeps allow. */
-static inline float plii_xpbd_contact_recover(const plii_xpbd_substep* substep, int node, pli_vec3 normal, float gap,
+static inline float plii_xpbd_contact_recover(const plii_substep* substep, int node, pli_vec3 normal, float gap,
                                               float share, float recovery_speed) {
     if (!(gap < 0.0f) || !(substep->displacements[node].w > 0.0f)) { return plii_min(gap, 0.0f); }
     const float shift = share * plii_min(-gap, recovery_speed * substep->dt);
-    plii_xpbd_shift(substep, node, pli_vec3_scale(normal, shift));
+    plii_substep_shift(substep, node, pli_vec3_scale(normal, shift));
     return gap + shift;
 }
 

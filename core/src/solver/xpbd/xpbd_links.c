@@ -7,15 +7,13 @@
 
 enum {
     XPBD_LINKS_SHARED = 16384, /* links */
-    XPBD_LINKS_GRAIN = 192,    /* groups of links */
-    XPBD_LINKS_QUADS_GRAIN = 48
+    XPBD_LINKS_GRAIN = 48      /* groups of quads */
 };
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
     const plii_link_colors* colors;
     const plii_xpbd_links_kernel* kernel;
-    plii_xpbd_links_runs_fn* in_planes;
     plii_link_slots rest_lengths, multipliers;
     plii_xpbd_link_softness* softness; /* [2 * material_count] */
     uint32_t link_revision;
@@ -57,7 +55,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
 }
 
 /* So may materials. */
-static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_links_state* state = data;
     for (int i = 0; i < 2 * body->material_count; ++i) {
         const float stiffness = body->materials[i / 2].linear_stiffness;
@@ -70,47 +68,30 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_xpbd_subst
 
 typedef struct xpbd_links_part {
     const plii_xpbd_links_kernel* kernel;
-    plii_xpbd_links_runs_fn* solve_runs;
     plii_xpbd_links_task task;
-    int color;       /* of runs */
-    int first_group; /* of a colour of quads */
+    int first_group;
 } xpbd_links_part;
 
-static void xpbd_links_runs_range(int begin, int end, void* data) {
-    const xpbd_links_part* part = data;
-    part->solve_runs(&part->task, part->color, begin, end);
-}
 static void xpbd_links_quads_range(int begin, int end, void* data) {
     const xpbd_links_part* part = data;
     part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
 }
 
-static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state,
-                                          const plii_xpbd_substep* substep) {
+static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state, const plii_substep* substep) {
     return (xpbd_links_part){
         state->kernel,
-        substep->planes != NULL ? state->in_planes : state->kernel->runs,
         {body, state->colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
-        0,
         0};
 }
 
-static void xpbd_links_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_links_state* state = data;
     const plii_link_colors* colors = state->colors;
     xpbd_links_part part = xpbd_links_part_of(body, state, substep);
-    /* What runs leave comes before them: a stiff sheet keeps a stretch of 0.0099 then, otherwise 0.0102. */
     for (int i = 0; i < colors->color_count; ++i) {
         const int count = colors->colors[i].group_count;
         part.first_group = colors->colors[i].first_group;
         plii_parallel_for(body->context, xpbd_links_quads_range, &part, count,
-                          plii_link_colors_grain(body, count, XPBD_LINKS_QUADS_GRAIN, XPBD_LINKS_SHARED));
-    }
-    for (int i = 0; i < colors->runs.color_count; ++i) {
-        const plii_link_run_color* color = &colors->runs.colors[i];
-        const int count = color[1].first_group - color[0].first_group;
-        part.color = i;
-        plii_parallel_for(body->context, xpbd_links_runs_range, &part, count,
                           plii_link_colors_grain(body, count, XPBD_LINKS_GRAIN, XPBD_LINKS_SHARED));
     }
     if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
@@ -133,7 +114,6 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = xpbd_links_kernel_of(body->context->simd);
-    state->in_planes = state->kernel->in_planes;
     state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
     if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||
@@ -176,19 +156,12 @@ static const plii_feature_class xpbd_links_class = {
     .topology_commit = xpbd_links_topology_commit,
 };
 
-static const plii_xpbd_plane_moves* xpbd_links_planes(const pli_body* body, const void* data) {
-    const xpbd_links_state* state = data;
-    (void)body;
-    return plii_link_colors_have_only_runs(state->colors) ? &plii_xpbd_moves_in_planes : NULL;
-}
-
-static const plii_xpbd_kind xpbd_links_kind = {
-    .order = PLII_XPBD_ORDER_LINKS,
+static const plii_substep_class xpbd_links_kind = {
+    .order = PLII_SUBSTEP_ORDER_LINKS,
     .klass = &xpbd_links_class,
     .begin = xpbd_links_begin,
     .restart = xpbd_links_restart,
     .sweep = xpbd_links_sweep,
-    .planes = xpbd_links_planes,
 };
 
 pli_xpbd_links_def pli_xpbd_links_def_default(void) {

@@ -18,21 +18,18 @@ typedef struct plii_xpbd_link_softness {
 typedef struct plii_xpbd_links_task {
     pli_body* body;
     const plii_link_colors* colors;
-    const plii_xpbd_substep* substep;
+    const plii_substep* substep;
     const plii_xpbd_link_softness* softness; /* [2 * material_count] of a material, then of its bending links */
     const float* rest_lengths;               /* by slot, m */
     float* multipliers;                      /* by slot */
 } plii_xpbd_links_task;
 
-/* Groups [begin, end) of a colour of runs. */
-typedef void plii_xpbd_links_runs_fn(const plii_xpbd_links_task* task, int color, int begin, int end);
 /* Groups [begin, end) of quads, all of one colour. */
 typedef void plii_xpbd_links_groups_fn(const plii_xpbd_links_task* task, int begin, int end);
 /* The serial list. */
 typedef void plii_xpbd_links_serial_fn(const plii_xpbd_links_task* task);
 
 typedef struct plii_xpbd_links_kernel {
-    plii_xpbd_links_runs_fn *runs, *in_planes;
     plii_xpbd_links_groups_fn* groups;
     plii_xpbd_links_serial_fn* serial;
 } plii_xpbd_links_kernel;

@@ -2,16 +2,81 @@
    links_kernel.inl. The including file chooses the instruction set and the name of the kernel. */
 
 #include "solver/coloring/link_quads_kernel.h"
-#include "solver/coloring/link_runs_kernel.h"
-#include "solver/xpbd/xpbd_links_planes.inl"
+#include "solver/xpbd/xpbd_links_kernel.h"
 
 #include <string.h>
 
 enum { XPBD_LINKS_BATCH = 8, XPBD_LINKS_QUADS_BATCH = 4 }; /* groups */
 
-/* How multipliers of a group in records lie. */
-static const plii_run_block xpbd_links_group_block = {PLII_RUN_ALL, PLII_LINK_LANES};
-static const plii_run_slots xpbd_links_group_slots = {0, {0, 0}};
+PLII_SIMD_INLINE bool xpbd_links_is_damped(const plii_xpbd_link_softness* softness) {
+    return softness->gamma > 0.0f;
+}
+PLII_SIMD_INLINE bool xpbd_links_is_soft(const plii_xpbd_link_softness* softness) {
+    return softness->alpha > 0.0f;
+}
+PLII_SIMD_INLINE const plii_xpbd_link_softness* xpbd_links_softness(const plii_xpbd_links_task* task,
+                                                                    plii_link_tag tag) {
+    return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
+}
+
+typedef struct xpbd_links_vector {
+    plii_float8 x, y, z;
+} xpbd_links_vector;
+
+/* b - a */
+PLII_SIMD_INLINE xpbd_links_vector xpbd_links_difference(xpbd_links_vector a, xpbd_links_vector b) {
+    return (xpbd_links_vector){plii_float8_sub(b.x, a.x), plii_float8_sub(b.y, a.y), plii_float8_sub(b.z, a.z)};
+}
+PLII_SIMD_INLINE plii_float8 xpbd_links_dot(xpbd_links_vector a, xpbd_links_vector b) {
+    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
+                           plii_float8_mul(a.z, b.z));
+}
+
+PLII_SIMD_INLINE plii_float8 xpbd_links_where_finite(plii_float8 a) {
+    a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
+    return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
+}
+
+/* Between the sweeps of a substep. */
+typedef struct xpbd_links_multipliers {
+    float* values;
+    bool are_read, are_written;
+} xpbd_links_multipliers;
+
+PLII_SIMD_INLINE xpbd_links_multipliers xpbd_links_multipliers_of(const plii_xpbd_links_task* task, ptrdiff_t slot) {
+    return (xpbd_links_multipliers){task->multipliers + slot, !task->substep->is_first_sweep,
+                                    !task->substep->is_last_sweep};
+}
+
+/* plii_xpbd_multiplier over the length: how far to go along the difference, per inverse mass. `motion`: along the
+   difference in this substep, only where it is damped. What is not finite does not move: rigid links without length or
+   mass to move, and lanes without a link, whose value is infinite. */
+PLII_SIMD_LARGE plii_float8 xpbd_links_factor(plii_float8 length_squared, plii_float8 motion, plii_float8 weight,
+                                              const plii_xpbd_link_softness* softness, plii_float8 rest_length,
+                                              xpbd_links_multipliers multipliers) {
+    const plii_float8 zero = plii_float8_all(0.0f);
+    const plii_float8 length = plii_float8_sqrt(length_squared);
+    plii_float8 force = plii_float8_sub(rest_length, length);
+    if (!xpbd_links_is_soft(softness)) {
+        return xpbd_links_where_finite(plii_float8_div(force, plii_float8_mul(weight, length)));
+    }
+    const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
+    const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
+    plii_float8 multiplier = plii_float8_all(0.0f);
+    if (multipliers.are_read) {
+        multiplier = plii_float8_load(multipliers.values);
+        force = plii_float8_sub(force, plii_float8_mul(alpha, multiplier));
+    }
+    if (xpbd_links_is_damped(softness)) {
+        force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
+    }
+    const plii_float8 divisor =
+        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), weight), alpha);
+    const plii_float8 change =
+        xpbd_links_where_finite(plii_float8_where_greater(weight, zero, plii_float8_div(force, divisor)));
+    if (multipliers.are_written) { plii_float8_store(multipliers.values, plii_float8_add(multiplier, change)); }
+    return plii_float8_mul(change, inverse);
+}
 
 // ---------------------------------------------------------------------------------------------------------- in stages
 
@@ -52,82 +117,13 @@ PLII_SIMD_INLINE void xpbd_links_measure_motion(xpbd_links_group* group, plii_pa
 PLII_SIMD_INLINE void xpbd_links_divide(xpbd_links_group* group, const plii_xpbd_link_softness* softness,
                                         const float* rest_lengths, xpbd_links_multipliers multipliers) {
     const plii_float8 weight = plii_float8_add(group->mass_a, group->mass_b);
-    const plii_float8 factor =
-        xpbd_links_factor(group->length_squared, group->motion, weight, softness, plii_float8_load(rest_lengths),
-                          multipliers, xpbd_links_group_block, xpbd_links_group_slots);
+    const plii_float8 factor = xpbd_links_factor(group->length_squared, group->motion, weight, softness,
+                                                 plii_float8_load(rest_lengths), multipliers);
     group->mass_a = plii_float8_mul(group->mass_a, factor);
     group->mass_b = plii_float8_mul(group->mass_b, factor);
 }
 
-// --------------------------------------------------------------------------------------------------------- in runs
-
-typedef struct xpbd_links_pair {
-    xpbd_links_nodes a, b;
-} xpbd_links_pair;
-
-PLII_SIMD_INLINE xpbd_links_pair xpbd_links_load(const plii_xpbd_links_task* task, ptrdiff_t first,
-                                                 plii_run_form form) {
-    const plii_run_records positions = plii_run_load(task->body->positions + first, form);
-    const plii_run_records displacements = plii_run_load(task->substep->displacements + first, form);
-    return (xpbd_links_pair){{positions.a, displacements.a}, {positions.b, displacements.b}};
-}
-PLII_SIMD_INLINE void xpbd_links_load_motion(xpbd_links_group* group, const plii_xpbd_substep* substep, ptrdiff_t first,
-                                             plii_run_form form) {
-    const plii_run_records displacements = plii_run_load(substep->displacements + first, form);
-    const plii_run_records carried = plii_run_load(substep->carried + first, form);
-    xpbd_links_measure_motion(group, displacements.a, displacements.b, carried.a, carried.b);
-}
-
-PLII_SIMD_INLINE void xpbd_links_run(const plii_xpbd_links_task* task, const plii_link_run* run, int begin, int end,
-                                     plii_run_form form) {
-    const plii_xpbd_link_softness* softness = xpbd_links_softness(task, run->tag);
-    const ptrdiff_t way = plii_run_way(form);
-    ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * (run->first_group + begin);
-    ptrdiff_t first = plii_link_run_node(run, begin);
-    xpbd_links_group groups[XPBD_LINKS_BATCH];
-    for (int left = end - begin; left > 0; left -= XPBD_LINKS_BATCH) {
-        const int count = left < XPBD_LINKS_BATCH ? left : XPBD_LINKS_BATCH;
-        for (int i = 0; i < count; ++i) {
-            const xpbd_links_pair nodes = xpbd_links_load(task, first + i * way, form);
-            xpbd_links_measure(&groups[i], nodes.a, nodes.b);
-            if (xpbd_links_is_damped(softness)) {
-                xpbd_links_load_motion(&groups[i], task->substep, first + i * way, form);
-            }
-        }
-        for (int i = 0; i < count; ++i) {
-            const float* rest = task->rest_lengths + slot + PLII_LINK_LANES * i;
-            xpbd_links_divide(&groups[i], softness, rest,
-                              xpbd_links_multipliers_of(task, slot + (ptrdiff_t)PLII_LINK_LANES * i));
-        }
-        for (int i = 0; i < count; ++i) {
-            const xpbd_links_group* g = &groups[i];
-            pli_vec4* at = task->substep->displacements + first + i * way;
-            const plii_run_records before = plii_run_load(at, form);
-            plii_run_store(at, form,
-                           (plii_run_records){plii_packed8_sub(before.a, plii_packed8_scale_xyz(g->delta, g->mass_a)),
-                                              plii_packed8_add(before.b, plii_packed8_scale_xyz(g->delta, g->mass_b))});
-        }
-        first += count * way;
-        slot += PLII_LINK_LANES * count;
-    }
-}
-
-/* Each form gets code of its own. */
-static void xpbd_links_run_of_any_form(const void* data, const plii_link_run* run, int begin, int end) {
-    const plii_xpbd_links_task* task = data;
-    if (run->offset == 1) {
-        xpbd_links_run(task, run, begin, end, (plii_run_form){1, 1, 1});
-    } else if (run->offset == 2) {
-        xpbd_links_run(task, run, begin, end, (plii_run_form){2, 1, 2});
-    } else if (run->step == 2) {
-        xpbd_links_run(task, run, begin, end, (plii_run_form){run->offset, 2, 0});
-    } else {
-        xpbd_links_run(task, run, begin, end, (plii_run_form){run->offset, 1, 0});
-    }
-}
-
-// ------------------------------------------------------------------------------------------------------- in single
-// links
+// ---------------------------------------------------------------------------------------------------- in single links
 
 PLII_SIMD_INLINE xpbd_links_nodes xpbd_links_gather_single(const plii_xpbd_links_task* task, const uint32_t* places) {
     return (xpbd_links_nodes){plii_packed8_gather(task->body->positions, places),
@@ -137,7 +133,7 @@ PLII_SIMD_INLINE void xpbd_links_measure_single(xpbd_links_group* group, const p
                                                 const uint32_t* a, const uint32_t* b, bool is_damped) {
     xpbd_links_measure(group, xpbd_links_gather_single(task, a), xpbd_links_gather_single(task, b));
     if (is_damped) {
-        const plii_xpbd_substep* substep = task->substep;
+        const plii_substep* substep = task->substep;
         xpbd_links_measure_motion(group, plii_packed8_gather(substep->displacements, a),
                                   plii_packed8_gather(substep->displacements, b),
                                   plii_packed8_gather(substep->carried, a), plii_packed8_gather(substep->carried, b));
@@ -153,7 +149,7 @@ PLII_SIMD_INLINE void xpbd_links_move_single(const xpbd_links_group* g, pli_vec4
 
 /* Groups of single links, whose slots and places follow each other. */
 static void xpbd_links_singles(const plii_xpbd_links_task* task, const plii_link_group* groups, int count) {
-    const ptrdiff_t slot = plii_quad_first_slot(task->colors, groups);
+    const ptrdiff_t slot = plii_quad_first_slot(groups);
     const plii_quad_places places = plii_quad_places_of(task->colors, groups);
     xpbd_links_group measured[XPBD_LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
@@ -221,8 +217,7 @@ PLII_SIMD_INLINE plii_float8 xpbd_links_row_factor(const xpbd_links_link* link, 
     xpbd_links_multipliers multipliers = rows->multipliers;
     multipliers.values += slot;
     return xpbd_links_factor(link->length_squared, link->motion, weight, &rows->softness,
-                             plii_float8_load(rows->rest_lengths + slot), multipliers, xpbd_links_group_block,
-                             xpbd_links_group_slots);
+                             plii_float8_load(rows->rest_lengths + slot), multipliers);
 }
 
 PLII_SIMD_INLINE void xpbd_links_move_pair(plii_records8* a, plii_records8* b, const xpbd_links_vector* delta,
@@ -306,7 +301,7 @@ PLII_SIMD_INLINE void xpbd_links_quads_of(const plii_xpbd_links_task* task, cons
     xpbd_links_starts starts[XPBD_LINKS_QUADS_BATCH];
     xpbd_links_rows rows[XPBD_LINKS_QUADS_BATCH];
     for (int i = 0; i < count; ++i) {
-        const ptrdiff_t slot = plii_quad_first_slot(task->colors, &groups[i]);
+        const ptrdiff_t slot = plii_quad_first_slot(&groups[i]);
         xpbd_links_quads own;
         rows[i] = (xpbd_links_rows){task->rest_lengths + slot, xpbd_links_multipliers_of(task, slot),
                                     *xpbd_links_softness(task, groups[i].tag)};
@@ -352,10 +347,6 @@ static void xpbd_links_groups(const plii_xpbd_links_task* task, int begin, int e
 }
 
 // ------------------------------------------------------------------------------------------------------------- sweeps
-
-static void xpbd_links_runs(const plii_xpbd_links_task* task, int color, int begin, int end) {
-    plii_runs_solve(&task->colors->runs, color, begin, end, xpbd_links_run_of_any_form, task);
-}
 
 /* One link after the other. */
 static void xpbd_links_serial(const plii_xpbd_links_task* task) {

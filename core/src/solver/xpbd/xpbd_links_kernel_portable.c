@@ -3,5 +3,4 @@
 #define PLII_SIMD_PORTABLE
 #include "solver/xpbd/xpbd_links_kernel.inl"
 
-const plii_xpbd_links_kernel plii_xpbd_links_kernel_portable = {xpbd_links_runs, xpbd_links_in_planes,
-                                                                xpbd_links_groups, xpbd_links_serial};
+const plii_xpbd_links_kernel plii_xpbd_links_kernel_portable = {xpbd_links_groups, xpbd_links_serial};

@@ -3,5 +3,4 @@
 #define PLII_SIMD_SSE2
 #include "solver/xpbd/xpbd_links_kernel.inl"
 
-const plii_xpbd_links_kernel plii_xpbd_links_kernel_sse2 = {xpbd_links_runs, xpbd_links_in_planes, xpbd_links_groups,
-                                                            xpbd_links_serial};
+const plii_xpbd_links_kernel plii_xpbd_links_kernel_sse2 = {xpbd_links_groups, xpbd_links_serial};

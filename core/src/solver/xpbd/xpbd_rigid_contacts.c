@@ -2,8 +2,9 @@
    friction on the motion of the substep. Contacts are those that pli_body_enable_rigid_contacts found at the predicted
    positions; their planes move with the rigid body. */
 
+#include "body/substep_rigid.h"
+#include "solver/xpbd/xpbd_impl.h"
 #include "body/world_impl.h"
-#include "body/xpbd_rigid.h"
 #include "pliant/contact.h"
 #include "solver/xpbd/xpbd_contact.h"
 
@@ -11,7 +12,7 @@ typedef struct xpbd_rigid_contact {
     int node;
     pli_vec3 normal;
     float offset; /* of the plane that is kept free, at the start of the step */
-    plii_xpbd_rigid_point point;
+    plii_substep_rigid_point point;
     float coefficient; /* of friction */
     bool is_fixed;     /* nothing changes the motion of the rigid body */
     /* For one substep. */
@@ -74,43 +75,42 @@ static void xpbd_rigid_contacts_begin(pli_body* body, void* data) {
 }
 
 /* Along a unit vector. */
-static float xpbd_rigid_contacts_weight(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact,
+static float xpbd_rigid_contacts_weight(const plii_substep* substep, const xpbd_rigid_contact* contact,
                                         pli_vec3 direction) {
     const float weight = substep->displacements[contact->node].w;
-    return contact->is_fixed ? weight : weight + plii_xpbd_rigid_point_weight(&contact->point, direction);
+    return contact->is_fixed ? weight : weight + plii_substep_rigid_point_weight(&contact->point, direction);
 }
 
-static pli_vec3 xpbd_rigid_contacts_motion(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact) {
-    return contact->is_fixed ? contact->motion : plii_xpbd_rigid_point_motion(&contact->point, substep);
+static pli_vec3 xpbd_rigid_contacts_motion(const plii_substep* substep, const xpbd_rigid_contact* contact) {
+    return contact->is_fixed ? contact->motion : plii_substep_rigid_point_motion(&contact->point, substep);
 }
 
-static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_rigid_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         xpbd_rigid_contact* contact = &state->contacts[i];
-        plii_xpbd_rigid_point_restart(&contact->point, substep);
+        plii_substep_rigid_point_restart(&contact->point, substep);
         const pli_vec3 before =
             pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->carried[contact->node]));
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(before, contact->point.moved)) + contact->offset;
         contact->floor =
             plii_xpbd_contact_recover(substep, contact->node, contact->normal, gap, 1.0f, state->def.recovery_speed);
-        contact->motion = plii_xpbd_rigid_point_motion(&contact->point, substep);
+        contact->motion = plii_substep_rigid_point_motion(&contact->point, substep);
         contact->weight = xpbd_rigid_contacts_weight(substep, contact, contact->normal);
         contact->multiplier = 0.0f;
         contact->friction = pli_vec3_make(0, 0, 0);
     }
 }
 
-static void xpbd_rigid_contacts_push(const plii_xpbd_substep* substep, const xpbd_rigid_contact* contact,
-                                     pli_vec3 push) {
-    plii_xpbd_move(substep, contact->node, push, 1.0f);
-    if (!contact->is_fixed) { plii_xpbd_rigid_point_push(&contact->point, pli_vec3_neg(push), substep); }
+static void xpbd_rigid_contacts_push(const plii_substep* substep, const xpbd_rigid_contact* contact, pli_vec3 push) {
+    plii_substep_move(substep, contact->node, push, 1.0f);
+    if (!contact->is_fixed) { plii_substep_rigid_point_push(&contact->point, pli_vec3_neg(push), substep); }
 }
 
-static void xpbd_rigid_contacts_press(pli_body* body, const plii_xpbd_substep* substep,
+static void xpbd_rigid_contacts_press(pli_body* body, const plii_substep* substep,
                                       const xpbd_rigid_contacts_state* state, xpbd_rigid_contact* contact) {
     const pli_vec3 surface = pli_vec3_add(contact->point.moved, xpbd_rigid_contacts_motion(substep, contact));
-    const pli_vec3 to_node = pli_vec3_sub(plii_xpbd_position(body, substep, contact->node), surface);
+    const pli_vec3 to_node = pli_vec3_sub(plii_substep_position(body, substep, contact->node), surface);
     const float gap = pli_vec3_dot(contact->normal, to_node) + contact->offset;
     if (contact->multiplier == 0.0f && !(gap < contact->floor)) { return; }
     const float change = plii_xpbd_multiplier(gap - contact->floor, contact->weight, state->def.compliance, 0.0f,
@@ -121,10 +121,10 @@ static void xpbd_rigid_contacts_press(pli_body* body, const plii_xpbd_substep* s
     contact->multiplier = multiplier;
 }
 
-static void xpbd_rigid_contacts_rub(const plii_xpbd_substep* substep, xpbd_rigid_contact* contact) {
+static void xpbd_rigid_contacts_rub(const plii_substep* substep, xpbd_rigid_contact* contact) {
     const pli_vec3 n = contact->normal;
     const pli_vec3 motion =
-        pli_vec3_sub(plii_xpbd_motion(substep, contact->node), xpbd_rigid_contacts_motion(substep, contact));
+        pli_vec3_sub(plii_substep_motion(substep, contact->node), xpbd_rigid_contacts_motion(substep, contact));
     const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
     const float length = pli_vec3_length(sliding);
     if (!(length > 0.0f) || !(contact->weight > 0.0f)) { return; }
@@ -136,7 +136,7 @@ static void xpbd_rigid_contacts_rub(const plii_xpbd_substep* substep, xpbd_rigid
     contact->friction = friction;
 }
 
-static void xpbd_rigid_contacts_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_rigid_contacts_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_rigid_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         xpbd_rigid_contact* contact = &state->contacts[i];
@@ -181,8 +181,8 @@ static bool xpbd_rigid_contacts_is_idle(const pli_body* body, const void* data) 
     return ((const xpbd_rigid_contacts_state*)data)->count == 0;
 }
 
-static const plii_xpbd_kind xpbd_rigid_contacts_kind = {
-    .order = PLII_XPBD_ORDER_RIGID_CONTACTS,
+static const plii_substep_class xpbd_rigid_contacts_kind = {
+    .order = PLII_SUBSTEP_ORDER_RIGID_CONTACTS,
     .klass = &xpbd_rigid_contacts_class,
     .begin = xpbd_rigid_contacts_begin,
     .restart = xpbd_rigid_contacts_restart,

@@ -55,13 +55,13 @@ static bool xpbd_soft_contact_is_done(const pli_body* body, const pli_body* othe
     return other->world_index < body->world_index;
 }
 
-static pli_vec3 xpbd_soft_contact_motion(const xpbd_soft_contact* contact, const plii_xpbd_substep* substep) {
+static pli_vec3 xpbd_soft_contact_motion(const xpbd_soft_contact* contact, const plii_substep* substep) {
     return pli_vec3_scale(xpbd_soft_contact_blend(contact, contact->body->velocities), substep->dt);
 }
 
 static void xpbd_soft_contact_push(const pli_body* body, const xpbd_soft_contact* contact, pli_vec3 push,
-                                   const plii_xpbd_substep* substep) {
-    plii_xpbd_move(substep, contact->node, push, 1.0f);
+                                   const plii_substep* substep) {
+    plii_substep_move(substep, contact->node, push, 1.0f);
     pli_body* other = contact->body;
     if (other->is_frozen) { return; }
     /* What a substep changes goes on for the rest of the step; what is to be solved yet starts with it. */
@@ -118,7 +118,7 @@ static void xpbd_soft_contacts_begin(pli_body* body, void* data) {
     }
 }
 
-static void xpbd_soft_contacts_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_soft_contacts_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_soft_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         xpbd_soft_contact* contact = &state->contacts[i];
@@ -138,7 +138,7 @@ static void xpbd_soft_contacts_restart(pli_body* body, void* data, const plii_xp
     }
 }
 
-static void xpbd_soft_contacts_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_soft_contacts_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_soft_contacts_state* state = data;
     for (int i = 0; i < state->count; ++i) {
         xpbd_soft_contact* contact = &state->contacts[i];
@@ -147,7 +147,7 @@ static void xpbd_soft_contacts_sweep(pli_body* body, void* data, const plii_xpbd
         const pli_vec3 point =
             pli_vec3_add(pli_vec3_add(contact->point, contact->moved), xpbd_soft_contact_motion(contact, substep));
         const float gap =
-            pli_vec3_dot(n, pli_vec3_sub(plii_xpbd_position(body, substep, contact->node), point)) - contact->margin;
+            pli_vec3_dot(n, pli_vec3_sub(plii_substep_position(body, substep, contact->node), point)) - contact->margin;
         const float change = plii_xpbd_multiplier(gap - contact->floor, weight, state->def.compliance, 0.0f,
                                                   contact->multiplier, 0.0f, substep);
         const float multiplier = plii_max(0.0f, contact->multiplier + change);
@@ -155,7 +155,7 @@ static void xpbd_soft_contacts_sweep(pli_body* body, void* data, const plii_xpbd
         contact->multiplier = multiplier;
 
         const pli_vec3 motion =
-            pli_vec3_sub(plii_xpbd_motion(substep, contact->node), xpbd_soft_contact_motion(contact, substep));
+            pli_vec3_sub(plii_substep_motion(substep, contact->node), xpbd_soft_contact_motion(contact, substep));
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
         if (!(weight > 0.0f)) { continue; }
         const pli_vec3 friction =
@@ -202,8 +202,8 @@ static bool xpbd_soft_contacts_is_idle(const pli_body* body, const void* data) {
     return ((const xpbd_soft_contacts_state*)data)->count == 0;
 }
 
-static const plii_xpbd_kind xpbd_soft_contacts_kind = {
-    .order = PLII_XPBD_ORDER_SOFT_CONTACTS,
+static const plii_substep_class xpbd_soft_contacts_kind = {
+    .order = PLII_SUBSTEP_ORDER_SOFT_CONTACTS,
     .klass = &xpbd_soft_contacts_class,
     .begin = xpbd_soft_contacts_begin,
     .restart = xpbd_soft_contacts_restart,

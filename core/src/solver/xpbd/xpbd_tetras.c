@@ -27,7 +27,7 @@ typedef struct xpbd_tetras_state {
     int color_begin[PLII_CONSTRAINT_COLORS]; /* groups; those from the last begin on are solved one after the other */
 } xpbd_tetras_state;
 
-static void xpbd_tetras_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_tetras_restart(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_tetras_state* state = data;
     (void)body;
     (void)substep;
@@ -119,7 +119,7 @@ static void xpbd_tetras_range(int begin, int end, void* data) {
     }
 }
 
-static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_tetras_state* state = data;
     const float alpha = state->compliance * substep->inverse_dt * substep->inverse_dt;
     xpbd_tetras_task task = {NULL, body->positions, substep->displacements, alpha};
@@ -218,8 +218,8 @@ static const plii_feature_class xpbd_tetras_class = {
     .bytes = xpbd_tetras_bytes,
 };
 
-static const plii_xpbd_kind xpbd_tetras_kind = {
-    .order = PLII_XPBD_ORDER_TETRAS,
+static const plii_substep_class xpbd_tetras_kind = {
+    .order = PLII_SUBSTEP_ORDER_TETRAS,
     .klass = &xpbd_tetras_class,
     .restart = xpbd_tetras_restart,
     .sweep = xpbd_tetras_sweep,

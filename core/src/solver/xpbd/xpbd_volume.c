@@ -15,7 +15,7 @@ typedef struct xpbd_volume_state {
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
-static void xpbd_volume_restart(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_volume_restart(pli_body* body, void* data, const plii_substep* substep) {
     (void)body;
     (void)substep;
     ((xpbd_volume_state*)data)->multiplier = 0.0f;
@@ -42,7 +42,7 @@ PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
 }
 
 /* Returns the volume, m^3, and makes `gradients` six times what they are. */
-static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients, const plii_xpbd_substep* substep) {
+static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradients, const plii_substep* substep) {
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
     const int count = body->topology->face_count;
     const xpbd_volume_nodes nodes = {body->positions, substep->displacements, plii_float4_from(&body->positions[0])};
@@ -78,7 +78,7 @@ static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* g
     return plii_lanes_sum(sum) / 36.0f;
 }
 
-static void xpbd_volume_sweep(pli_body* body, void* data, const plii_xpbd_substep* substep) {
+static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* substep) {
     xpbd_volume_state* state = data;
     pli_vec4* displacements = substep->displacements;
     const double volume = xpbd_volume_gather(body, state->gradients, substep);
@@ -139,8 +139,8 @@ static const plii_feature_class xpbd_volume_class = {
     .topology_commit = xpbd_volume_topology_commit,
 };
 
-static const plii_xpbd_kind xpbd_volume_kind = {
-    .order = PLII_XPBD_ORDER_VOLUME,
+static const plii_substep_class xpbd_volume_kind = {
+    .order = PLII_SUBSTEP_ORDER_VOLUME,
     .klass = &xpbd_volume_class,
     .restart = xpbd_volume_restart,
     .sweep = xpbd_volume_sweep,

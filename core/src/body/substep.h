@@ -1,0 +1,67 @@
+#ifndef PLII_SUBSTEP_H
+#define PLII_SUBSTEP_H
+
+/* The hook of solvers that part a step into substeps: where nodes are meanwhile, and how features take part. */
+
+#include "body/body_impl.h"
+
+/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of the substep;
+   what their rounding left out is carried on in `carried`, so that nothing is lost however short a substep is. */
+typedef struct plii_substep {
+    float dt, inverse_dt;               /* s, of the substep */
+    int index;                          /* of the substep in the step */
+    bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
+    pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
+    pli_vec4* carried; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
+} plii_substep;
+
+typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
+
+/* Kinds that only XPBD has are enabled by plii_xpbd_enable_kind; features of other solvers name theirs in their class
+   and take part whenever the body is stepped by XPBD. */
+typedef struct plii_substep_class {
+    int order;
+    const plii_feature_class* klass;
+    void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
+    plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
+    plii_substep_fn* sweep;
+    plii_substep_fn* finish; /* after a substep, velocities are those of its end; optional */
+    /* After `begin`: there is nothing to do in this step. Optional. */
+    bool (*is_idle)(const pli_body* body, const void* state);
+} plii_substep_class;
+
+/* Contacts come last, so that what is drawn does not penetrate. */
+enum {
+    PLII_SUBSTEP_ORDER_BENDING = 10,
+    PLII_SUBSTEP_ORDER_TETRAS = 20,
+    PLII_SUBSTEP_ORDER_VOLUME = 30,
+    PLII_SUBSTEP_ORDER_LINKS = 40,
+    PLII_SUBSTEP_ORDER_TETHERS = 45, /* anchors take their nodes along after them */
+    PLII_SUBSTEP_ORDER_ANCHORS = 50,
+    PLII_SUBSTEP_ORDER_SELF_COLLISION = 55, /* rigid bodies have the last word */
+    PLII_SUBSTEP_ORDER_RIGID_CONTACTS = 60,
+    PLII_SUBSTEP_ORDER_SOFT_CONTACTS = 70,
+    PLII_SUBSTEP_ORDER_SELF_FACES = 1000 /* nothing may move nodes after this */
+};
+
+static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_substep* substep, int node) {
+    return pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(substep->displacements[node]));
+}
+/* Since the start of the substep. */
+static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node) {
+    return pli_vec3_sub(plii_xyz(substep->displacements[node]), plii_xyz(substep->carried[node]));
+}
+static inline void plii_substep_move(const plii_substep* substep, int node, pli_vec3 gradient, float multiplier) {
+    pli_vec4* displacement = &substep->displacements[node];
+    plii_set_xyz(displacement,
+                 pli_vec3_add(plii_xyz(*displacement), pli_vec3_scale(gradient, displacement->w * multiplier)));
+}
+
+/* Before the sweeps of a substep: moves a node as if it had started there, so that no velocity comes of it. */
+static inline void plii_substep_shift(const plii_substep* substep, int node, pli_vec3 shift) {
+    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->carried[node];
+    plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
+    plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
+}
+
+#endif
