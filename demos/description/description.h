@@ -67,6 +67,9 @@ struct JointRecord {
     pli_vec3 side;
 };
 
+// What scripts count in.
+constexpr float frame_seconds = 1.0f / 60.0f;
+
 // What happens when `frame` frames have passed.
 struct DriveRecord {
     int frame;

@@ -3,7 +3,6 @@
 #include "bullet_engine.h"
 
 #include "components.h"
-#include "stopwatch.h"
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
@@ -195,8 +194,7 @@ private:
 };
 
 BulletEngine::BulletEngine(const Description& description, const EngineOptions& options)
-    : description_(description), options_(options), clock_(options.step_seconds), drive_(description.drives),
-      rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
+    : Engine(description, options), rigids_(std::make_unique<btSoftBodyRigidBodyCollisionConfiguration>()) {
     solver_ = std::make_unique<TimedSolver>(rigids_.clock());
     rigids_.adopt(std::make_unique<TimedWorld<btSoftRigidDynamicsWorld>>(rigids_.clock(), &rigids_.dispatcher(),
                                                                          &rigids_.broadphase(), &rigids_.solver(),
@@ -209,16 +207,7 @@ BulletEngine::BulletEngine(const Description& description, const EngineOptions& 
     info_.m_sparsesdf.Initialize();
     info_.m_sparsesdf.Reset();
 
-    size_t next_rigid = 0;
-    for (const SoftRecord& soft : description.softs) {
-        while (next_rigid < static_cast<size_t>(soft.order)) {
-            rigids_.add(description.rigids[next_rigid++]);
-        }
-        add_soft(soft);
-    }
-    while (next_rigid < description.rigids.size()) {
-        rigids_.add(description.rigids[next_rigid++]);
-    }
+    add_bodies();
     const SoftClock::Window window(rigids_.clock(), SoftPart::predict); // for memory
     for (size_t i = 0; i < softs_.size(); ++i) {
         for (const AnchorRecord& anchor : description.softs[i].anchors) {
@@ -305,20 +294,6 @@ void BulletEngine::cut_sphere(int soft, pli_vec3 center, float radius) {
 
 void BulletEngine::cut_swept(const pli_vec3[2], const pli_vec3[2]) {
     throw Error("btSoftBody cannot be cut along a swept ray");
-}
-
-void BulletEngine::step() {
-    const Stopwatch watch;
-    clock_.advance();
-    drive_.advance(clock_.frame());
-    prepare_step(clock_);
-    rigids_.move(description_, clock_.seconds());
-    for (const CutRecord& cut : description_.cuts) {
-        if (clock_.begins(cut.frame)) { cut_sphere(cut.soft, node_position(cut.soft, cut.node), cut.radius); }
-    }
-    rigids_.clock().start_step();
-    rigids_.world().stepSimulation(options_.step_seconds, 0);
-    milliseconds_ = watch.milliseconds();
 }
 
 void BulletEngine::set_wind(int soft, pli_vec3 wind) {

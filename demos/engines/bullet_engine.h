@@ -3,7 +3,7 @@
 
 // The reference: a scene on btSoftBody in a btSoftRigidDynamicsWorld.
 
-#include "drive.h"
+#include "engine.h"
 #include "rigid_world.h"
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -19,11 +19,6 @@ public:
 
     EngineKind kind() const override { return EngineKind::bullet; }
     std::string name() const override { return "bullet"; }
-    const Description& description() const override { return description_; }
-    void step() override;
-    void set_step_seconds(float seconds) override { options_.step_seconds = seconds; }
-    double step_milliseconds() const override { return milliseconds_; }
-    const StepTimes& step_times() const override { return rigids_.clock().times(); }
     size_t soft_bytes() const override;
     uint64_t soft_allocations() const override { return rigids_.clock().allocations(); }
     SoftState soft(int index) const override;
@@ -34,8 +29,6 @@ public:
     scene_self_collision self_collision() const override { return SCENE_SELF_NONE; }
     std::optional<int> crossings() const override { return std::nullopt; }
     void set_wind(int soft, pli_vec3 wind) override;
-    void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
-    void steer(float angle) override { drive_.take_angle(angle); }
 
     RigidWorld& rigids() override { return rigids_; }
     const RigidWorld& rigids() const override { return rigids_; }
@@ -46,6 +39,7 @@ public:
     void set_before_solve(std::function<void()> hook) { before_solve_ = std::move(hook); }
 
 protected:
+    void add_soft(const SoftRecord& record) override;
     RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
     pli_vec3 node_position(int soft, int node) const override;
     void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
@@ -54,21 +48,15 @@ private:
     struct JointControl;
     class TimedSolver;
 
-    void add_soft(const SoftRecord& record);
     void add_joint(const JointRecord& record);
     static void on_tick(btDynamicsWorld* world, btScalar seconds);
 
-    const Description& description_;
-    EngineOptions options_;
     btSoftBodyWorldInfo info_;
-    ScriptClock clock_;
-    Drive drive_;
     std::vector<std::unique_ptr<JointControl>> controls_;
     std::vector<std::unique_ptr<btSoftBody>> softs_; // the world goes before its bodies
     RigidWorld rigids_;
     std::unique_ptr<TimedSolver> solver_;
     std::function<void()> before_solve_;
-    double milliseconds_ = 0;
 };
 
 } // namespace demos

@@ -3,7 +3,7 @@
 
 // What a scene's script, or the user, drives and steers, the same for both engines.
 
-#include "engine.h"
+#include "description/description.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,6 +5,7 @@
 
 #include "description/description.h"
 #include "description/scene_run.h"
+#include "drive.h"
 
 #include <memory>
 #include <optional>
@@ -13,11 +14,7 @@
 
 namespace demos {
 
-class ScriptClock;
-
 enum class EngineKind { pliant, bullet };
-
-constexpr float frame_seconds = 1.0f / 60.0f;
 
 // What steps the soft bodies. btSoftBody has only the first one.
 enum class SolverKind { bullet, implicit, xpbd };
@@ -108,16 +105,16 @@ class Engine : public scene_run {
 public:
     virtual EngineKind kind() const = 0;
     virtual std::string name() const = 0; // "pliant" or "bullet"
-    virtual const Description& description() const = 0;
+    const Description& description() const { return description_; }
 
     // One step of EngineOptions::step_seconds.
-    virtual void step() = 0;
+    void step();
     // Of the steps from now on. For scenes without a script, which counts steps of the first length.
-    virtual void set_step_seconds(float seconds) = 0;
+    void set_step_seconds(float seconds) { options_.step_seconds = seconds; }
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.
-    virtual double step_milliseconds() const = 0;
+    double step_milliseconds() const { return milliseconds_; }
     // What the soft bodies took of it.
-    virtual const StepTimes& step_times() const = 0;
+    const StepTimes& step_times() const;
     // Of the soft bodies at present; for btSoftBody only when count_bullet_memory() was called first.
     virtual size_t soft_bytes() const = 0;
     // Allocations that the soft bodies have made so far; as above.
@@ -162,15 +159,31 @@ public:
     // Clamped to the range of the control. Throws Error when the engine cannot follow.
     void set_control(int index, float value);
     float control(int index) const;
+    void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
+    void steer(float angle) override { drive_.take_angle(angle); }
 
 protected:
+    Engine(const Description& description, const EngineOptions& options)
+        : description_(description), options_(options), drive_(description.drives), clock_(options.step_seconds) {}
+
+    // Rigid and soft bodies of the description, in its order.
+    void add_bodies();
+    virtual void add_soft(const SoftRecord& record) = 0;
+    // After a step. Throws Error.
+    virtual void check_step() const {}
     virtual RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const = 0;
     virtual void set_node_velocity(int soft, int node, pli_vec3 velocity) = 0;
 
-    // To be called before each step: what the user holds and what the script sets.
-    void prepare_step(const ScriptClock& clock);
+    const Description& description_;
+    EngineOptions options_;
+    Drive drive_;
 
 private:
+    // What the user holds and what the script sets.
+    void prepare_step();
+
+    ScriptClock clock_;
+    double milliseconds_ = 0;
     std::vector<float> changed_controls_; // values, when any control was set
     RayHit held_;
     pli_vec3 goal_{};

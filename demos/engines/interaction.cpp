@@ -1,21 +1,8 @@
 // What a user does to a scene that runs: rays, dragging, balls.
 
-#include "drive.h"
 #include "rigid_world.h"
 
 namespace demos {
-
-int Engine::rigid_count() const {
-    return rigids().object_count();
-}
-
-RigidState Engine::rigid(int index) const {
-    return rigids().state(index);
-}
-
-const RigidRecord& Engine::rigid_record(int index) const {
-    return rigids().record(index);
-}
 
 RayHit Engine::cast_ray(pli_vec3 from, pli_vec3 to, float radius) const {
     const RayHit soft = cast_soft_ray(from, to, radius);
@@ -56,14 +43,14 @@ static pli_vec3 velocity_towards(pli_vec3 goal, pli_vec3 position, float seconds
     return speed > fastest ? pli_vec3_scale(velocity, fastest / speed) : velocity;
 }
 
-void Engine::prepare_step(const ScriptClock& clock) {
+void Engine::prepare_step() {
     for (const ControlEvent& event : description().control_events) {
-        if (clock.begins(event.frame)) { set_control(event.control, event.value); }
+        if (clock_.begins(event.frame)) { set_control(event.control, event.value); }
     }
     if (held_.rigid >= 0) { rigids().drag(goal_); }
     if (held_.node >= 0) {
         const pli_vec3 position = node_position(held_.soft, held_.node);
-        set_node_velocity(held_.soft, held_.node, velocity_towards(goal_, position, clock.step_seconds()));
+        set_node_velocity(held_.soft, held_.node, velocity_towards(goal_, position, clock_.step_seconds()));
     }
 }
 

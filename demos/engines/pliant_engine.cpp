@@ -3,7 +3,6 @@
 #include "pliant_engine.h"
 
 #include "solvers.h"
-#include "stopwatch.h"
 
 #include <pliant/bullet_reference.h>
 #include <pliant_bullet/cluster_distance.h>
@@ -30,9 +29,9 @@ static pli_vec3 xyz(const pli_vec4& v) {
 }
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
-    : description_(description), options_(options), run_(choose_solver(description, EngineKind::pliant, options)),
-      clock_(options.step_seconds), drive_(description.drives), threads_(options.threads),
-      context_(create_context(options, threads_)), rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
+    : Engine(description, options), run_(choose_solver(description, EngineKind::pliant, options)),
+      threads_(options.threads), context_(create_context(options, threads_)),
+      rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     auto world = std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(
         rigids_.clock(), &rigids_.dispatcher(), &rigids_.broadphase(), &rigids_.solver(), &rigids_.configuration());
     world->set_soft_bounds_first(options_.reference);
@@ -46,16 +45,7 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     check(bridge_->status());
     rigids_.world().addAction(&end_);
 
-    size_t next_rigid = 0;
-    for (const SoftRecord& soft : description.softs) {
-        while (next_rigid < static_cast<size_t>(soft.order)) {
-            rigids_.add(description.rigids[next_rigid++]);
-        }
-        add_soft(soft);
-    }
-    while (next_rigid < description.rigids.size()) {
-        rigids_.add(description.rigids[next_rigid++]);
-    }
+    add_bodies();
     sample_solids();
     for (size_t i = 0; i < bodies_.size(); ++i) {
         const SoftRecord& soft = description.softs[i];
@@ -231,20 +221,7 @@ pli_rigid* PliantEngine::proxy(int rigid) {
     return made;
 }
 
-void PliantEngine::step() {
-    const Stopwatch watch;
-    clock_.advance();
-    drive_.advance(clock_.frame());
-    prepare_step(clock_);
-    rigids_.move(description_, clock_.seconds());
-    for (const CutRecord& record : description_.cuts) {
-        if (clock_.begins(record.frame)) {
-            cut_sphere(record.soft, node_position(record.soft, record.node), record.radius);
-        }
-    }
-    rigids_.clock().start_step();
-    rigids_.world().stepSimulation(options_.step_seconds, 0);
-    milliseconds_ = watch.milliseconds();
+void PliantEngine::check_step() const {
     check(bridge_->step_status());
 }
 

@@ -3,7 +3,7 @@
 
 // A scene on Pliant: a stock btDiscreteDynamicsWorld and the bridge.
 
-#include "drive.h"
+#include "engine.h"
 #include "rigid_world.h"
 #include "thread_pool.h"
 
@@ -20,11 +20,6 @@ public:
 
     EngineKind kind() const override { return EngineKind::pliant; }
     std::string name() const override { return "pliant"; }
-    const Description& description() const override { return description_; }
-    void step() override;
-    void set_step_seconds(float seconds) override { options_.step_seconds = seconds; }
-    double step_milliseconds() const override { return milliseconds_; }
-    const StepTimes& step_times() const override { return rigids_.clock().times(); }
     size_t soft_bytes() const override;
     uint64_t soft_allocations() const override;
     SoftState soft(int index) const override;
@@ -35,8 +30,6 @@ public:
     scene_self_collision self_collision() const override;
     std::optional<int> crossings() const override;
     void set_wind(int soft, pli_vec3 wind) override;
-    void drive(float speed, float largest_change) override { drive_.take_speed(speed, largest_change); }
-    void steer(float angle) override { drive_.take_angle(angle); }
 
     RigidWorld& rigids() override { return rigids_; }
     const RigidWorld& rigids() const override { return rigids_; }
@@ -47,12 +40,13 @@ public:
     pli_rigid* proxy(int rigid);
 
 protected:
+    void add_soft(const SoftRecord& record) override;
+    void check_step() const override;
     RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
     pli_vec3 node_position(int soft, int node) const override;
     void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
 
 private:
-    void add_soft(const SoftRecord& record);
     void enable_features(pli_body* body, const scene_soft_def& def);
     void sample_solids();
     void enable_clusters(pli_body* body, const scene_soft_def& def);
@@ -61,15 +55,11 @@ private:
     pli_joint_end second_end(const scene_joint& ends);
     void check(pli_status status) const;
 
-    const Description& description_;
-    EngineOptions options_;
     SolverRun run_;
     struct JointControl {
         const Drive& drive;
         const JointRecord& record;
     };
-    ScriptClock clock_;
-    Drive drive_;
     std::vector<std::unique_ptr<JointControl>> controls_;
     // Actions around that of the bridge, which holds all of its step that follows the rigid half.
     struct StartAction final : btActionInterface {
@@ -96,7 +86,6 @@ private:
     EndAction end_{start_};
     std::unique_ptr<pliant::Bridge> bridge_; // goes before the Bullet world
     std::vector<pli_body*> bodies_;
-    double milliseconds_ = 0;
 };
 
 } // namespace demos

@@ -40,8 +40,6 @@ public:
     // The last thing that went wrong, empty: nothing yet.
     const std::string& message() const { return message_; }
     void set_message(const std::string& message) { message_ = message; }
-    // A run has stopped for good.
-    bool is_over() const { return is_over_; }
 
     void restart();
     void step();
@@ -67,7 +65,7 @@ private:
     std::vector<bool> moved_by_keys_; // controls that spring back when the keys are let go
     std::string message_;
     int frame_ = 0;
-    bool is_over_ = false;
+    bool is_over_ = false; // a run has stopped for good
 };
 
 } // namespace viewer
