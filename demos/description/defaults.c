@@ -19,6 +19,15 @@ scene_rigid_def scene_rigid_def_default(void) {
     };
 }
 
+scene_rigid_def scene_rigid_box(const char* name, pli_vec3 half_extents, float mass, pli_vec3 center) {
+    scene_rigid_def def = scene_rigid_def_default();
+    def.name = name;
+    def.shape = scene_box(half_extents);
+    def.mass = mass;
+    def.pose.origin = center;
+    return def;
+}
+
 scene_soft_def scene_soft_def_default(void) {
     const pli_body_def body = pli_body_def_default();
     return (scene_soft_def){

@@ -70,6 +70,8 @@ typedef struct scene_rigid_def {
 } scene_rigid_def;
 
 scene_rigid_def scene_rigid_def_default(void);
+/* The same of a box, level and around `center`. */
+scene_rigid_def scene_rigid_box(const char* name, pli_vec3 half_extents, float mass, pli_vec3 center);
 /* Index of the rigid body in the order of adding. */
 int scene_add_rigid(scene_builder* builder, const scene_rigid_def* def);
 

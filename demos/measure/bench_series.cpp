@@ -18,10 +18,7 @@ scene_soft_def series_def() {
 }
 
 void add_ground(scene_builder* builder) {
-    scene_rigid_def def = scene_rigid_def_default();
-    def.name = "ground";
-    def.shape = scene_box(pli_vec3_make(500, 1, 500));
-    def.pose.origin = pli_vec3_make(0, -1, 0);
+    const scene_rigid_def def = scene_rigid_box("ground", pli_vec3_make(500, 1, 500), 0, pli_vec3_make(0, -1, 0));
     scene_add_rigid(builder, &def);
 }
 

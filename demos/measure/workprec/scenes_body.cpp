@@ -13,10 +13,7 @@ namespace demos {
 namespace {
 
 void add_floor(scene_builder* builder) {
-    scene_rigid_def floor = scene_rigid_def_default();
-    floor.name = "floor";
-    floor.shape = scene_box(pli_vec3_make(20, 1, 20));
-    floor.pose.origin = pli_vec3_make(0, -1, 0);
+    const scene_rigid_def floor = scene_rigid_box("floor", pli_vec3_make(20, 1, 20), 0, pli_vec3_make(0, -1, 0));
     scene_add_rigid(builder, &floor);
 }
 

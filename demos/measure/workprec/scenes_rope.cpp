@@ -55,11 +55,7 @@ void build_swinging_rope(scene_builder* builder, float step_seconds) {
     }
     const scene_soft_def def = precision_def("rope", stiff, 0, step_seconds);
     const int rope = scene_add_soft(builder, make_chain(builder, places, masses), &def);
-    scene_rigid_def box = scene_rigid_def_default();
-    box.name = "box";
-    box.shape = scene_box(pli_vec3_make(0.05f, 0.05f, 0.05f));
-    box.mass = box_mass;
-    box.pose.origin = places.back();
+    const scene_rigid_def box = scene_rigid_box("box", pli_vec3_make(0.05f, 0.05f, 0.05f), box_mass, places.back());
     scene_add_anchor(builder, rope, rope_links, scene_add_rigid(builder, &box), true, 1);
 }
 

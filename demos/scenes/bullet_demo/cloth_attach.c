@@ -9,11 +9,7 @@ static void cloth_attach_build(scene_builder* builder) {
     def.name = "cloth";
     pli_mesh* mesh = part_sheet(builder, pli_vec3_make(0, 6, 0), 4, 9, PLI_PATCH_PIN_01 | PLI_PATCH_PIN_11);
     const int cloth = scene_add_soft(builder, mesh, &def);
-    scene_rigid_def box = scene_rigid_def_default();
-    box.name = "box";
-    box.shape = scene_box(pli_vec3_make(4, 1, 3));
-    box.mass = 20;
-    box.pose.origin = pli_vec3_make(0, 6, -7.5f);
+    const scene_rigid_def box = scene_rigid_box("box", pli_vec3_make(4, 1, 3), 20, pli_vec3_make(0, 6, -7.5f));
     const int box_index = scene_add_rigid(builder, &box);
     scene_add_anchor(builder, cloth, 0, box_index, false, 1);
     scene_add_anchor(builder, cloth, 8, box_index, false, 1);

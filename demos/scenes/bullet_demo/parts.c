@@ -16,10 +16,7 @@ static int part_add(scene_builder* builder, const char* name, scene_shape shape,
 }
 
 void part_ground(scene_builder* builder) {
-    scene_rigid_def def = scene_rigid_def_default();
-    def.name = "ground";
-    def.shape = scene_box(pli_vec3_make(100, 1.5f, 100));
-    def.pose.origin = pli_vec3_make(0, -12, 0);
+    scene_rigid_def def = scene_rigid_box("ground", pli_vec3_make(100, 1.5f, 100), 0, pli_vec3_make(0, -12, 0));
     def.is_collision_only = true;
     scene_add_rigid(builder, &def);
 }

@@ -22,11 +22,7 @@ static void ropes_build(scene_builder* builder) {
 
 static void rope_attach_build(scene_builder* builder) {
     part_ground(builder);
-    scene_rigid_def box = scene_rigid_def_default();
-    box.name = "box";
-    box.shape = scene_box(pli_vec3_make(2, 6, 2));
-    box.mass = 50;
-    box.pose.origin = pli_vec3_make(12, 8, 0);
+    const scene_rigid_def box = scene_rigid_box("box", pli_vec3_make(2, 6, 2), 50, pli_vec3_make(12, 8, 0));
     const int box_index = scene_add_rigid(builder, &box);
     int ropes[2];
     for (int i = 0; i < 2; ++i) {
@@ -50,11 +46,7 @@ static void impact_build(scene_builder* builder) {
     def.rigid_contacts.dynamic_hardness = 0.5f;
     scene_add_soft(builder, part_rope(builder, pli_vec3_make(0, 0, 0), pli_vec3_make(0, -1, 0), 0, PLI_ROPE_PIN_FIRST),
                    &def);
-    scene_rigid_def box = scene_rigid_def_default();
-    box.name = "box";
-    box.shape = scene_box(pli_vec3_make(2, 2, 2));
-    box.mass = 10;
-    box.pose.origin = pli_vec3_make(0, 20, 0);
+    const scene_rigid_def box = scene_rigid_box("box", pli_vec3_make(2, 2, 2), 10, pli_vec3_make(0, 20, 0));
     scene_add_rigid(builder, &box);
     scene_set_camera(builder, (scene_camera){{0, 0.5f, 0}, 19, 27, -20});
 }

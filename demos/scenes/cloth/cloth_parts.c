@@ -3,10 +3,7 @@
 #include "cloth_parts.h"
 
 void cloth_part_floor(scene_builder* builder) {
-    scene_rigid_def def = scene_rigid_def_default();
-    def.name = "floor";
-    def.shape = scene_box(pli_vec3_make(40, 1, 40));
-    def.pose.origin = pli_vec3_make(0, -1, 0);
+    scene_rigid_def def = scene_rigid_box("floor", pli_vec3_make(40, 1, 40), 0, pli_vec3_make(0, -1, 0));
     def.is_collision_only = true;
     scene_add_rigid(builder, &def);
 }
