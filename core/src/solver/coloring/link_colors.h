@@ -50,14 +50,6 @@ static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);
 
-/* Groups of a colour that are worth a thread: an eighth, so that every colour is parted alike, at most `most`; all of
-   them in a body of fewer links than `shared`, which is done before threads have met after every colour. */
-static inline int plii_link_colors_grain(const pli_body* body, int group_count, int most, int shared) {
-    const int eighth = group_count / 8 + 1;
-    if (body->link_count < shared) { return group_count; }
-    return eighth < most ? eighth : most;
-}
-
 /* A number for each slot. */
 typedef struct plii_link_slots {
     float* values;

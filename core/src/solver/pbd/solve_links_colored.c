@@ -3,11 +3,9 @@
 
 #include "body/pipeline.h"
 #include "math/simd.h"
-#include "solver/pbd/links_kernel.h"
+#include "solver/coloring/links_kernel.h"
 
 enum {
-    COLORED_LINKS_SHARED = 32768, /* links */
-    COLORED_LINKS_GRAIN = 64,     /* groups of quads */
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
     COLORED_LINKS_LEAST = 3 /* links per row on the average; a row of fewer costs more than they do one by one */
 };
@@ -18,29 +16,12 @@ typedef struct colored_links_state {
     plii_link_slots rest_squared; /* m^2 */
     uint32_t link_revision;
     bool is_stale;
-    float* inverse_stiffnesses; /* [material_count] */
+    plii_link_softness* softness; /* [2 * material_count] */
 } colored_links_state;
 
-static const plii_links_kernel* colored_links_kernel(pli_simd simd) {
-    switch (simd) {
-#if PLIANT_SIMD_X86
-    case PLI_SIMD_AVX2:
-        return &plii_links_kernel_avx2;
-    case PLI_SIMD_SSE2:
-        return &plii_links_kernel_sse2;
-#endif
-#if PLIANT_SIMD_NEON
-    case PLI_SIMD_NEON:
-        return &plii_links_kernel_neon;
-#endif
-    default:
-        return &plii_links_kernel_portable;
-    }
-}
-
 static void colored_links_refresh(pli_body* body, colored_links_state* state) {
-    for (int i = 0; i < body->material_count; ++i) {
-        state->inverse_stiffnesses[i] = 1.0f / body->materials[i].linear_stiffness;
+    for (int i = 0; i < 2 * body->material_count; ++i) {
+        state->softness[i].inverse_stiffness = 1.0f / body->materials[i / 2].linear_stiffness;
     }
     if (!state->is_stale && state->link_revision == body->link_revision) { return; }
     if (body->link_count > 0) {
@@ -52,41 +33,14 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
     state->is_stale = false;
 }
 
-typedef struct colored_links_part {
-    const colored_links_state* state;
-    plii_links_task task;
-    int first_group;
-} colored_links_part;
-
-static void colored_links_quads_range(int begin, int end, void* data) {
-    const colored_links_part* part = data;
-    part->state->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
-}
-
-static void colored_links_sweep_quads(colored_links_part* part) {
-    const plii_link_colors* colors = part->state->colors;
-    for (int c = 0; c < colors->color_count; ++c) {
-        const int count = colors->colors[c].group_count;
-        part->first_group = colors->colors[c].first_group;
-        plii_parallel_for(part->task.body->context, colored_links_quads_range, part, count,
-                          plii_link_colors_grain(part->task.body, count, COLORED_LINKS_GRAIN, COLORED_LINKS_SHARED));
-    }
-}
-
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
-    const plii_link_colors* colors = state->colors;
-    colored_links_part part = {.state = state,
-                               .task = {.body = body,
-                                        .colors = colors,
-                                        .rest_squared = state->rest_squared.values,
-                                        .inverse_stiffnesses = state->inverse_stiffnesses}};
-    if (body->link_count < COLORED_LINKS_SHARED || !plii_has_threads(body->context)) {
-        state->kernel->sweep(&part.task);
-        return;
-    }
-    colored_links_sweep_quads(&part);
-    if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+    const plii_links_task task = {.body = body,
+                                  .colors = state->colors,
+                                  .softness = state->softness,
+                                  .rest = state->rest_squared.values,
+                                  .moved = body->positions};
+    plii_links_sweep_colors(body->context, state->kernel, &task);
 }
 
 static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -96,8 +50,8 @@ static void colored_links_prepare(pli_body* body, void* state, const plii_step* 
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t colored_links_stiffness_size(const pli_body* body) {
-    return (size_t)body->material_count * sizeof(float);
+static size_t colored_links_softness_size(const pli_body* body) {
+    return 2 * (size_t)body->material_count * sizeof(plii_link_softness);
 }
 /* A body of few links, whose colours would not fill the lanes, or of some that all meet stays with the ordered sweep:
    along a chain that comes further per sweep than colours do. */
@@ -113,15 +67,15 @@ static void colored_links_choose_sweep(pli_body* body, colored_links_state* stat
 
 static void colored_links_release(const pli_body* body, colored_links_state* state) {
     plii_link_slots_release(body, &state->rest_squared);
-    plii_release(body->context, state->inverse_stiffnesses, colored_links_stiffness_size(body));
+    plii_release(body->context, state->softness, colored_links_softness_size(body));
 }
 
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
-    state->kernel = colored_links_kernel(body->context->simd);
-    state->inverse_stiffnesses = plii_allocate(body->context, colored_links_stiffness_size(body));
-    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->inverse_stiffnesses == NULL) {
+    state->kernel = plii_links_kernel_of(body->context->simd);
+    state->softness = plii_allocate(body->context, colored_links_softness_size(body));
+    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->softness == NULL) {
         colored_links_release(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -137,7 +91,7 @@ static void colored_links_disable(pli_body* body, void* data) {
 
 static size_t colored_links_bytes(const pli_body* body, const void* data) {
     const colored_links_state* state = data;
-    return state->rest_squared.size + colored_links_stiffness_size(body);
+    return state->rest_squared.size + colored_links_softness_size(body);
 }
 
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,

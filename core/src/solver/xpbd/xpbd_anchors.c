@@ -1,9 +1,9 @@
 /* XPBD: anchors, C = node - point of the rigid body as one constraint of three rows. */
 
 #include "body/substep_rigid.h"
-#include "solver/xpbd/xpbd_impl.h"
 #include "contact/anchor_impl.h"
 #include "math/range.h"
+#include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_anchor {
     int node;

@@ -1,41 +1,19 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "body/pipeline.h"
-#include "math/lanes.h"
 #include "math/range.h"
-#include "solver/xpbd/xpbd_links_kernel.h"
-
-enum {
-    XPBD_LINKS_SHARED = 16384, /* links */
-    XPBD_LINKS_GRAIN = 48      /* groups of quads */
-};
+#include "solver/coloring/links_kernel.h"
+#include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
     const plii_link_colors* colors;
-    const plii_xpbd_links_kernel* kernel;
+    const plii_links_kernel* kernel;
     plii_link_slots rest_lengths, multipliers;
-    plii_xpbd_link_softness* softness; /* [2 * material_count] */
+    plii_link_softness* softness; /* [2 * material_count] */
     uint32_t link_revision;
     bool is_stale; /* the rest lengths are to be taken anew */
 } xpbd_links_state;
-
-static const plii_xpbd_links_kernel* xpbd_links_kernel_of(pli_simd simd) {
-    switch (simd) {
-#if PLIANT_SIMD_X86
-    case PLI_SIMD_AVX2:
-        return &plii_xpbd_links_kernel_avx2;
-    case PLI_SIMD_SSE2:
-        return &plii_xpbd_links_kernel_sse2;
-#endif
-#if PLIANT_SIMD_NEON
-    case PLI_SIMD_NEON:
-        return &plii_xpbd_links_kernel_neon;
-#endif
-    default:
-        return &plii_xpbd_links_kernel_portable;
-    }
-}
 
 // --------------------------------------------------------------------------------------------------------- solving
 
@@ -45,7 +23,7 @@ static void xpbd_links_begin(pli_body* body, void* data) {
     if (body->link_count == 0 || (!state->is_stale && state->link_revision == body->link_revision)) { return; }
     plii_link_slots* rest = &state->rest_lengths;
     plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
-                            (int)(sizeof *body->links / sizeof(float)), PLII_XPBD_NO_LINK, rest->values);
+                            (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK, rest->values);
     const int slot_count = plii_link_colors_slot_count(state->colors);
     for (int i = 0; i < slot_count; ++i) {
         if (rest->values[i] >= 0.0f) { rest->values[i] = sqrtf(rest->values[i]); }
@@ -62,45 +40,29 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* s
         const float compliance = (i % 2 != 0 ? state->def.bending_compliance : state->def.compliance) / stiffness;
         const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
         const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
-        state->softness[i] = (plii_xpbd_link_softness){alpha, gamma};
+        state->softness[i] = (plii_link_softness){.alpha = alpha, .gamma = gamma};
     }
-}
-
-typedef struct xpbd_links_part {
-    const plii_xpbd_links_kernel* kernel;
-    plii_xpbd_links_task task;
-    int first_group;
-} xpbd_links_part;
-
-static void xpbd_links_quads_range(int begin, int end, void* data) {
-    const xpbd_links_part* part = data;
-    part->kernel->groups(&part->task, part->first_group + begin, part->first_group + end);
-}
-
-static xpbd_links_part xpbd_links_part_of(pli_body* body, const xpbd_links_state* state, const plii_substep* substep) {
-    return (xpbd_links_part){
-        state->kernel,
-        {body, state->colors, substep, state->softness, state->rest_lengths.values, state->multipliers.values},
-        0};
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_links_state* state = data;
-    const plii_link_colors* colors = state->colors;
-    xpbd_links_part part = xpbd_links_part_of(body, state, substep);
-    for (int i = 0; i < colors->color_count; ++i) {
-        const int count = colors->colors[i].group_count;
-        part.first_group = colors->colors[i].first_group;
-        plii_parallel_for(body->context, xpbd_links_quads_range, &part, count,
-                          plii_link_colors_grain(body, count, XPBD_LINKS_GRAIN, XPBD_LINKS_SHARED));
-    }
-    if (colors->serial_count > 0) { state->kernel->serial(&part.task); }
+    const plii_links_task task = {.body = body,
+                                  .colors = state->colors,
+                                  .softness = state->softness,
+                                  .rest = state->rest_lengths.values,
+                                  .moved = substep->displacements,
+                                  .start = body->positions,
+                                  .carried = substep->carried,
+                                  .multipliers = state->multipliers.values,
+                                  .reads_multipliers = !substep->is_first_sweep,
+                                  .writes_multipliers = !substep->is_last_sweep};
+    plii_links_sweep_colors(body->context, state->kernel, &task);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static size_t xpbd_links_softness_size(const pli_body* body) {
-    return 2 * (size_t)body->material_count * sizeof(plii_xpbd_link_softness);
+    return 2 * (size_t)body->material_count * sizeof(plii_link_softness);
 }
 
 static void xpbd_links_disable(pli_body* body, void* data) {
@@ -113,7 +75,7 @@ static void xpbd_links_disable(pli_body* body, void* data) {
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
-    state->kernel = xpbd_links_kernel_of(body->context->simd);
+    state->kernel = plii_links_kernel_of(body->context->simd);
     state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
     if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||

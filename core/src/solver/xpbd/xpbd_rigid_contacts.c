@@ -3,10 +3,10 @@
    positions; their planes move with the rigid body. */
 
 #include "body/substep_rigid.h"
-#include "solver/xpbd/xpbd_impl.h"
 #include "body/world_impl.h"
 #include "pliant/contact.h"
 #include "solver/xpbd/xpbd_contact.h"
+#include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_rigid_contact {
     int node;

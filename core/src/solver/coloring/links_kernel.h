@@ -1,0 +1,43 @@
+#ifndef PLII_LINKS_KERNEL_H
+#define PLII_LINKS_KERNEL_H
+
+/* Lengths of links by colours, eight at a time, as the position-based solver and XPBD want them; one kernel per
+   instruction set, from links_kernel.inl. */
+
+#include "solver/coloring/link_colors.h"
+
+/* In place of a rest length: nothing moves. */
+#define PLII_LINKS_NO_LINK (-INFINITY)
+
+/* Of links of one tag. */
+typedef struct plii_link_softness {
+    float inverse_stiffness; /* on positions */
+    float alpha, gamma;      /* under XPBD: see plii_xpbd_multiplier; both are 0 for rigid links */
+} plii_link_softness;
+
+typedef struct plii_links_task {
+    const pli_body* body;
+    const plii_link_colors* colors;
+    const plii_link_softness* softness; /* [2 * material_count] of a material, then of its bending links */
+    const float* rest;                  /* by slot; squared on positions, m^2, else m */
+    pli_vec4* moved;                    /* positions, or under XPBD the displacements from `start`; w = inverse mass */
+    /* XPBD only. */
+    const pli_vec4* start;   /* NULL: links on positions */
+    const pli_vec4* carried; /* the displacements at the start of the substep */
+    float* multipliers;      /* by slot */
+    bool reads_multipliers, writes_multipliers;
+} plii_links_task;
+
+typedef struct plii_links_kernel {
+    void (*groups)(const plii_links_task* task, int begin, int end); /* all of one colour */
+    void (*serial)(const plii_links_task* task);                     /* the serial list */
+} plii_links_kernel;
+
+extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
+    plii_links_kernel_neon;
+
+const plii_links_kernel* plii_links_kernel_of(pli_simd simd);
+/* All colours, with the threads of the context, then the serial list. */
+void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task);
+
+#endif

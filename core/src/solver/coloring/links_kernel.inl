@@ -1,0 +1,279 @@
+/* The length constraint on eight links at once: that of btSoftBody::PSolve_Links, but for the mass term, which is
+   multiplied by the inverse of the stiffness, and that of XPBD. The including file chooses the instruction set and the
+   name of the kernel.
+
+   A link is a long chain of operations, so a few groups are solved round by round: there is always enough to do that
+   waits for nothing. Which constraint it is and which pairs of nodes have links are constants where it counts. */
+
+#include "math/simd.h"
+#include "solver/coloring/links_kernel.h"
+
+enum { LINKS_BATCH = 4 }; /* groups */
+
+/* Constraints. Of links of XPBD those are rigid that have no compliance, and those damped that have a damping. */
+enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
+
+typedef struct links_vector {
+    plii_float8 x, y, z;
+} links_vector;
+
+/* a - b */
+PLII_SIMD_INLINE links_vector links_difference(links_vector a, links_vector b) {
+    return (links_vector){plii_float8_sub(a.x, b.x), plii_float8_sub(a.y, b.y), plii_float8_sub(a.z, b.z)};
+}
+PLII_SIMD_INLINE links_vector links_sum(links_vector a, links_vector b) {
+    return (links_vector){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
+}
+PLII_SIMD_INLINE links_vector links_scaled(links_vector a, plii_float8 factor) {
+    return (links_vector){plii_float8_mul(a.x, factor), plii_float8_mul(a.y, factor), plii_float8_mul(a.z, factor)};
+}
+PLII_SIMD_INLINE plii_float8 links_dot(links_vector a, links_vector b) {
+    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
+                           plii_float8_mul(a.z, b.z));
+}
+
+// -------------------------------------------------------------------------------------------------------- constraints
+
+/* The factor of a constraint: nodes a and b of a link go apart by it, times the difference between them and their
+   inverse masses. */
+
+/* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
+PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_squared, plii_float8 mass,
+                                                       plii_float8 rest_squared, float inverse_stiffness) {
+    const plii_float8 mass_term = plii_float8_mul(mass, plii_float8_all(inverse_stiffness));
+    const plii_float8 sum = plii_float8_add(rest_squared, length_squared);
+    const plii_float8 divisor = plii_float8_mul(mass_term, sum);
+    /* The quotient, which takes longest, waits for no comparison. */
+    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest_squared, length_squared), divisor);
+    const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
+    return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
+}
+
+/* 0 where it is not finite. */
+PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
+    a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
+    return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
+}
+
+/* The numbers of a row of links. */
+typedef struct links_row {
+    const plii_links_task* task;
+    const plii_link_softness* softness;
+    ptrdiff_t slot;
+} links_row;
+
+/* plii_xpbd_multiplier over the length. `motion`: along the difference in this substep, where it is damped. What is not
+   finite does not move: rigid links without length or mass to move, and lanes without a link, whose value is infinite.
+   Multipliers are kept between the sweeps of a substep. */
+PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, plii_float8 motion, plii_float8 mass,
+                                                 plii_float8 rest_length, const links_row* row, int kind) {
+    const plii_float8 zero = plii_float8_all(0.0f);
+    const plii_float8 length = plii_float8_sqrt(length_squared);
+    plii_float8 force = plii_float8_sub(rest_length, length);
+    if (kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
+    const plii_link_softness* softness = row->softness;
+    const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
+    const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
+    float* multipliers = row->task->multipliers + row->slot;
+    plii_float8 multiplier = zero;
+    if (row->task->reads_multipliers) {
+        multiplier = plii_float8_load(multipliers);
+        force = plii_float8_sub(force, plii_float8_mul(alpha, multiplier));
+    }
+    if (kind == LINKS_DAMPED) {
+        force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
+    }
+    const plii_float8 divisor = plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), mass), alpha);
+    const plii_float8 change =
+        links_where_finite(plii_float8_where_greater(mass, zero, plii_float8_div(force, divisor)));
+    if (row->task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
+    return plii_float8_mul(change, inverse);
+}
+
+// -------------------------------------------------------------------------------------------------------------- quads
+
+/* The nodes of eight quads. */
+typedef struct links_quads {
+    links_vector moved[4], start[4], carried[4];
+    plii_float8 masses[4]; /* inverse */
+} links_quads;
+
+typedef const uint32_t (*links_places)[PLII_LINK_LANES];
+
+PLII_SIMD_INLINE links_vector links_gather_xyz(const pli_vec4* records, const uint32_t* places) {
+    const plii_records8 a = plii_packed8_turn(plii_packed8_gather(records, places));
+    return (links_vector){a.x, a.y, a.z};
+}
+PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links_task* task, const uint32_t* places,
+                                  int kind) {
+    const plii_records8 a = plii_packed8_turn(plii_packed8_gather(task->moved, places));
+    quads->moved[node] = (links_vector){a.x, a.y, a.z};
+    quads->masses[node] = a.w;
+    if (kind != LINKS_POSITIONS) { quads->start[node] = links_gather_xyz(task->start, places); }
+    if (kind == LINKS_DAMPED) { quads->carried[node] = links_gather_xyz(task->carried, places); }
+}
+PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const plii_links_task* task,
+                                    const uint32_t* places) {
+    const links_vector* moved = &quads->moved[node];
+    const plii_records8 a = {moved->x, moved->y, moved->z, quads->masses[node]};
+    plii_packed8_scatter(task->moved, places, plii_records8_turn(&a));
+}
+
+/* From node a to node b of eight links. */
+typedef struct links_measure {
+    links_vector delta;
+    plii_float8 factor;
+} links_measure;
+
+PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const links_row* row, int kind) {
+    links_measure own;
+    own.delta = links_difference(quads->moved[b], quads->moved[a]);
+    if (kind != LINKS_POSITIONS) {
+        own.delta = links_sum(links_difference(quads->start[b], quads->start[a]), own.delta);
+    }
+    const plii_float8 length_squared = links_dot(own.delta, own.delta);
+    const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
+    const plii_float8 rest = plii_float8_load(row->task->rest + row->slot);
+    plii_float8 motion = length_squared;
+    if (kind == LINKS_DAMPED) {
+        motion = links_dot(own.delta, links_difference(links_difference(quads->moved[b], quads->carried[b]),
+                                                       links_difference(quads->moved[a], quads->carried[a])));
+    }
+    own.factor = kind == LINKS_POSITIONS
+                     ? links_factor_on_positions(length_squared, mass, rest, row->softness->inverse_stiffness)
+                     : links_factor_of_xpbd(length_squared, motion, mass, rest, row, kind);
+    return own;
+}
+PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_measure* measure) {
+    const plii_float8 move_a = plii_float8_mul(measure->factor, quads->masses[a]);
+    const plii_float8 move_b = plii_float8_mul(measure->factor, quads->masses[b]);
+    quads->moved[a] = links_difference(quads->moved[a], links_scaled(measure->delta, move_a));
+    quads->moved[b] = links_sum(quads->moved[b], links_scaled(measure->delta, move_b));
+}
+
+/* Two pairs of nodes, of which both, one or none have links; goes on to the rows behind them. */
+PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, links_row* row, int kind) {
+    const uint8_t *first = plii_link_pair_nodes[2 * round], *second = plii_link_pair_nodes[2 * round + 1];
+    const int own = pairs >> 2 * round & 3;
+    if (own == 3) {
+        const links_row next = {row->task, row->softness, row->slot + PLII_LINK_LANES};
+        const links_measure ab = links_measured(quads, first[0], first[1], row, kind);
+        const links_measure cd = links_measured(quads, second[0], second[1], &next, kind);
+        links_move(quads, first[0], first[1], &ab);
+        links_move(quads, second[0], second[1], &cd);
+    } else if (own == 1) {
+        const links_measure ab = links_measured(quads, first[0], first[1], row, kind);
+        links_move(quads, first[0], first[1], &ab);
+    } else if (own == 2) {
+        const links_measure cd = links_measured(quads, second[0], second[1], row, kind);
+        links_move(quads, second[0], second[1], &cd);
+    }
+    row->slot += PLII_LINK_LANES * ((own & 1) + (own >> 1));
+}
+
+PLII_SIMD_INLINE links_row links_first_row(const plii_links_task* task, const plii_link_group* group) {
+    const int tag = group->tag;
+    const int index = 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
+    return (links_row){task, &task->softness[index], (ptrdiff_t)PLII_LINK_LANES * group->first_row};
+}
+
+/* Of single links only two nodes count. Nodes that no link has are like the first one, which is stored last. */
+PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task* task, links_places places, int pairs,
+                                       int kind) {
+    links_gather(quads, 0, task, places[0], kind);
+    links_gather(quads, 1, task, places[1], kind);
+    if (pairs == PLII_LINK_SINGLE) { return; }
+    links_gather(quads, 2, task, places[2], kind);
+    links_gather(quads, 3, task, places[3], kind);
+}
+PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_links_task* task, links_places places,
+                                        int pairs) {
+    if (pairs != PLII_LINK_SINGLE) {
+        links_scatter(quads, 3, task, places[3]);
+        links_scatter(quads, 2, task, places[2]);
+    }
+    links_scatter(quads, 1, task, places[1]);
+    links_scatter(quads, 0, task, places[0]);
+}
+
+PLII_SIMD_INLINE void links_group(const plii_links_task* task, const plii_link_group* group, int pairs, int kind) {
+    const links_places places = (links_places)&task->colors->places[group->first_place];
+    links_row row = links_first_row(task, group);
+    links_quads quads;
+    links_gather_all(&quads, task, places, pairs, kind);
+    links_round(&quads, 0, pairs, &row, kind);
+    if (pairs != PLII_LINK_SINGLE) {
+        links_round(&quads, 1, pairs, &row, kind);
+        links_round(&quads, 2, pairs, &row, kind);
+    }
+    links_scatter_all(&quads, task, places, pairs);
+}
+
+PLII_SIMD_INLINE int links_kind(const plii_links_task* task, const plii_link_group* group) {
+    const plii_link_softness* softness = links_first_row(task, group).softness;
+    if (task->start == NULL) { return LINKS_POSITIONS; }
+    if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
+    return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
+}
+
+/* What most quads are gets code of its own. */
+PLII_SIMD_INLINE void links_group_of_kind(const plii_links_task* task, const plii_link_group* group, int kind) {
+    if (group->pairs == PLII_LINK_SINGLE) {
+        links_group(task, group, PLII_LINK_SINGLE, kind);
+    } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_TWO_TRIANGLES) {
+        links_group(task, group, PLII_LINK_TWO_TRIANGLES, kind);
+    } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_ALL_PAIRS) {
+        links_group(task, group, PLII_LINK_ALL_PAIRS, kind);
+    } else {
+        links_group(task, group, group->pairs, kind);
+    }
+}
+static void links_group_of_any_kind(const plii_links_task* task, const plii_link_group* group) {
+    switch (links_kind(task, group)) {
+    case LINKS_POSITIONS:
+        links_group_of_kind(task, group, LINKS_POSITIONS);
+        break;
+    case LINKS_RIGID:
+        links_group_of_kind(task, group, LINKS_RIGID);
+        break;
+    case LINKS_SOFT:
+        links_group_of_kind(task, group, LINKS_SOFT);
+        break;
+    default:
+        links_group_of_kind(task, group, LINKS_DAMPED);
+    }
+}
+
+static void links_groups(const plii_links_task* task, int begin, int end) {
+    for (int g = begin; g < end; ++g) {
+        links_group_of_any_kind(task, &task->colors->groups[g]);
+    }
+}
+
+/* One link after the other, in all lanes; only in the last one, which is stored last, there is a link. */
+static void links_serial(const plii_links_task* task) {
+    const plii_link_colors* colors = task->colors;
+    enum { LAST = PLII_LINK_LANES - 1 };
+    uint32_t places[2][PLII_LINK_LANES];
+    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f};
+    const plii_link_colors one = {.places = places};
+    plii_links_task own = *task;
+    own.colors = &one;
+    own.rest = rest;
+    own.multipliers = multipliers;
+    for (int lane = 0; lane < LAST; ++lane) {
+        rest[lane] = PLII_LINKS_NO_LINK;
+    }
+    for (int i = 0; i < colors->serial_count; ++i) {
+        const int link = colors->serial_links[i], slot = plii_link_colors_first_serial_slot(colors) + i;
+        const plii_link_group group = {.tag = plii_link_tag_of(task->body, link), .pairs = PLII_LINK_SINGLE};
+        for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
+            places[0][lane] = plii_simd_place(task->body->links[link].nodes[0]);
+            places[1][lane] = plii_simd_place(task->body->links[link].nodes[1]);
+        }
+        rest[LAST] = task->rest[slot];
+        if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }
+        links_group_of_any_kind(&own, &group);
+        if (task->multipliers != NULL) { task->multipliers[slot] = multipliers[LAST]; }
+    }
+}

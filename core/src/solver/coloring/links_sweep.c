@@ -1,0 +1,53 @@
+/* The kernel of an instruction set, and sweeps over the colours. */
+
+#include "solver/coloring/links_kernel.h"
+
+enum {
+    LINKS_SHARED = 16384, /* links; a body of fewer is done before threads have met after every colour */
+    LINKS_GRAIN = 64      /* groups, some 2 us: what a range costs where processors are far apart */
+};
+
+const plii_links_kernel* plii_links_kernel_of(pli_simd simd) {
+    switch (simd) {
+#if PLIANT_SIMD_X86
+    case PLI_SIMD_AVX2:
+        return &plii_links_kernel_avx2;
+    case PLI_SIMD_SSE2:
+        return &plii_links_kernel_sse2;
+#endif
+#if PLIANT_SIMD_NEON
+    case PLI_SIMD_NEON:
+        return &plii_links_kernel_neon;
+#endif
+    default:
+        return &plii_links_kernel_portable;
+    }
+}
+
+typedef struct links_part {
+    const plii_links_kernel* kernel;
+    const plii_links_task* task;
+    int first_group; /* of the colour */
+} links_part;
+
+static void links_range(int begin, int end, void* data) {
+    const links_part* part = data;
+    part->kernel->groups(part->task, part->first_group + begin, part->first_group + end);
+}
+
+/* Every colour is parted alike, down to an eighth. */
+static int links_grain(const plii_links_task* task, int group_count) {
+    const int eighth = group_count / 8 + 1;
+    if (task->body->link_count < LINKS_SHARED) { return group_count; }
+    return eighth < LINKS_GRAIN ? eighth : LINKS_GRAIN;
+}
+
+void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task) {
+    const plii_link_colors* colors = task->colors;
+    links_part part = {.kernel = kernel, .task = task};
+    for (const plii_link_color* color = colors->colors; color < colors->colors + colors->color_count; ++color) {
+        part.first_group = color->first_group;
+        plii_parallel_for(context, links_range, &part, color->group_count, links_grain(task, color->group_count));
+    }
+    if (colors->serial_count > 0) { kernel->serial(task); }
+}

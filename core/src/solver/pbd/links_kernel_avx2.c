@@ -1,6 +1,0 @@
-/* Coloured links in AVX2. */
-
-#define PLII_SIMD_AVX2
-#include "solver/pbd/links_kernel.inl"
-
-const plii_links_kernel plii_links_kernel_avx2 = {links_groups, links_serial, links_sweep};
