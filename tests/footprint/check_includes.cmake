@@ -131,11 +131,14 @@ check_layer(bench demos bullet_bridge/include core/include core/src) # it times 
 include(${CMAKE_CURRENT_LIST_DIR}/rooms.cmake)
 set(bullet_bridge_rooms include/pliant_bullet src)
 set(demos_rooms
-    "description measure/reference random_calls hello_core hello_bullet"
+    "description measure/reference random_calls hello_core hello_bullet hello_features"
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
     "measure/stability measure/workprec viewer"
     app)
+set(core_rooms base math geometry "shape mesh" body "features contact" "self_collision cut cluster solver/coloring"
+    "solver/pbd solver/implicit solver/xpbd" world)
+check_rooms(core/src ${core_rooms})
 check_rooms(bullet_bridge ${bullet_bridge_rooms})
 check_rooms(demos ${demos_rooms})
 
