@@ -1,6 +1,7 @@
 /* Boxes near a point against a look at all of them. */
 
 #include "check.h"
+#include "math/bounds.h"
 #include "geometry/near_boxes.h"
 
 #include <stdlib.h>
