@@ -144,7 +144,7 @@ check_rooms(demos ${demos_rooms})
 
 if(problems)
     list(JOIN problems "\n  " text)
-    message(FATAL_ERROR "includes that do not point down:\n  ${text}")
+    message(FATAL_ERROR "includes and rooms:\n  ${text}")
 endif()
 list(LENGTH core_files count)
 message(STATUS "${count} files of the core checked, features: ${feature_modules}")

@@ -1,5 +1,5 @@
-# check_rooms(TREE FOLDER ROOM...): the folder of the tree ROOT is a house of rooms, folders by their paths in it ("."
-# the folder itself), from the ground up. Rooms in one argument, as "scenes engines", are neighbours.
+# check_rooms(FOLDER ROOM...): this folder of the tree ROOT is a house of rooms, given from the ground up by their paths in
+# it ("." is the folder itself). Rooms in one argument, as "scenes engines", are neighbours.
 #
 # A file may include files of its own room and of rooms below, not of a neighbour. A folder inside a room belongs to it
 # unless it is named as a room. No files include each other in a circle, where a header and sources of the same name
@@ -38,7 +38,6 @@ function(check_rooms folder)
     foreach(file IN LISTS files)
         cmake_path(GET file PARENT_PATH directory)
         cmake_path(GET file FILENAME name)
-        cmake_path(GET file EXTENSION LAST_ONLY extension)
         string(REGEX REPLACE "\\.[a-z]+$" "" unit ${file})
         set(unit_${file} ${unit})
         set(needs_${unit} "")

@@ -50,6 +50,11 @@ plant("circle by a source" "demos: circle: report/[a-z]+ -> report/[a-z]+ -> rep
     demos/report/table.h "#include \"svg.h\"")
 plant("circle in the bridge" "bullet_bridge: circle: src/[a-z_]+ -> src/[a-z_]+"
     bullet_bridge/src/convert.h "#include \"triangle_copy.h\"")
+plant("circle in the core" "core/src: circle: "
+    core/src/math/vec.h "#include \"planted.h\""
+    core/src/math/planted.h "#include \"vec.h\"")
+plant("arrow upwards in the core" "core/src/math/vec.h: \"geometry/gjk.h\" lies in geometry, which is not below math"
+    core/src/math/vec.h "#include \"geometry/gjk.h\"")
 plant("arrow upwards" "demos/scenes/scenes.h: \"app/commands.h\" lies in app, which is not below scenes"
     demos/scenes/scenes.h "#include \"app/commands.h\"")
 plant("arrow to a neighbour" "\"engines/stopwatch.h\" lies in engines, which is not below report"
