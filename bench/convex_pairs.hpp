@@ -5,8 +5,8 @@
 // the benchmark and the comparison in tests/.
 
 extern "C" {
-#include "convex_hull.h"
-#include "convex_penetration.h"
+#include "geometry/convex_hull.h"
+#include "geometry/convex_penetration.h"
 }
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

@@ -7,6 +7,7 @@
 
 #include <pliant/pliant.h>
 
+#include "body/pipeline.h"
 #include "solver/coloring/link_colors.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -513,7 +514,7 @@ static void test_short_ropes_keep_their_order(void** state) {
             pli_body* body = NULL;
             assert_int_equal(pli_body_create(world, mesh, NULL, &body), PLI_OK);
             pli_mesh_destroy(mesh);
-            assert_int_equal(pli_body_use_colored_links(body, is_colored == 1), PLI_OK);
+            if (is_colored == 1) { assert_int_equal(pli_body_enable_colored_links(body), PLI_OK); }
             for (int i = 0; i < 10; ++i) {
                 assert_int_equal(pli_world_step(world, dt), PLI_OK);
             }
@@ -539,7 +540,7 @@ static void test_a_box_hangs_on_a_long_rope(void** state) {
     pli_body* body = NULL;
     assert_int_equal(pli_body_create(world, mesh, &body_def, &body), PLI_OK);
     pli_mesh_destroy(mesh);
-    assert_int_equal(pli_body_use_colored_links(body, true), PLI_OK);
+    assert_int_equal(pli_body_enable_colored_links(body), PLI_OK);
     pli_rigid_def def = pli_rigid_def_default();
     def.kind = PLI_RIGID_DYNAMIC;
     def.state.pose.origin = plii_xyz(body->positions[links]);

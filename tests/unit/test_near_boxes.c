@@ -1,8 +1,8 @@
 /* Boxes near a point against a look at all of them. */
 
 #include "check.h"
-#include "math/bounds.h"
 #include "geometry/near_boxes.h"
+#include "math/bounds.h"
 
 #include <stdlib.h>
 
