@@ -460,7 +460,7 @@ static void test_bad_input(void** unused) {
     check_error(pli_body_remove_clusters(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     check_error(pli_body_reset_clusters(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     check_error(pli_body_enable_clusters(body, NULL), PLI_ERROR_WRONG_STATE, "between predict and solve");
-    assert_int_equal(pli_body_disable_clusters(body), PLI_OK);
+    check_error(pli_body_disable_clusters(body), PLI_ERROR_WRONG_STATE, "between predict and solve");
     assert_int_equal(pli_body_cluster_count(body), 3);
     assert_int_equal(pli_world_solve(world), PLI_OK);
 }

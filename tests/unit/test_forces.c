@@ -253,7 +253,7 @@ static void test_disabling_gives_the_memory_back(void** unused) {
     assert_int_equal(pli_body_bytes(body), bytes);
     /* Twice is not an error. */
     assert_int_equal(pli_body_disable_aero(body), PLI_OK);
-    assert_int_equal(pli_body_disable_pressure(NULL), PLI_OK);
+    assert_int_equal(pli_body_disable_pressure(NULL), PLI_ERROR_NULL_ARGUMENT);
 }
 
 static void test_steps_do_not_allocate(void** unused) {

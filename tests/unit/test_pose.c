@@ -270,7 +270,7 @@ static void test_bad_input_is_refused(void** unused) {
     assert_int_equal(pli_body_enable_pose_matching(body, -0.1f), PLI_ERROR_INVALID_VALUE);
     assert_int_equal(pli_context_allocated_bytes(context), bytes);
     assert_int_equal(pli_body_disable_pose_matching(body), PLI_OK);
-    assert_int_equal(pli_body_disable_pose_matching(NULL), PLI_OK);
+    assert_int_equal(pli_body_disable_pose_matching(NULL), PLI_ERROR_NULL_ARGUMENT);
 }
 
 int main(void) {

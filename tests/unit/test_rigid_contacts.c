@@ -346,7 +346,7 @@ static void test_rigid_contacts_refuse_bad_input(void** state) {
     def.cookie = 0;
     check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_rigid_contacts(NULL, 3, NULL), 0);
-    assert_int_equal(pli_body_disable_rigid_contacts(NULL), PLI_OK);
+    assert_int_equal(pli_body_disable_rigid_contacts(NULL), PLI_ERROR_NULL_ARGUMENT);
 
     pli_rigid* rigid = make_rigid(f, f->sphere, 0, pli_vec3_make(0, 0, 0));
     const int order[3] = {2, 0, 1}, twice[3] = {0, 0, 1}, out[3] = {0, 1, 3};

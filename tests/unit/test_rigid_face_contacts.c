@@ -751,7 +751,7 @@ static void test_face_contacts_refuse_bad_input(void** state) {
     def.static_hardness = INFINITY;
     check_refused(f, cloth, def, PLI_ERROR_NOT_FINITE, "static_hardness");
     assert_int_equal(pli_body_get_rigid_face_contacts(NULL, 0, NULL), 0);
-    assert_int_equal(pli_body_disable_rigid_face_contacts(NULL), PLI_OK);
+    assert_int_equal(pli_body_disable_rigid_face_contacts(NULL), PLI_ERROR_NULL_ARGUMENT);
     assert_false(pli_rigid_needs_reintegration(NULL));
 }
 

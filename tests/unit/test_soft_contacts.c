@@ -322,7 +322,7 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     def.cookie = 7;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_soft_contacts(NULL, 1, NULL), 0);
-    assert_int_equal(pli_body_disable_soft_contacts(NULL), PLI_OK);
+    assert_int_equal(pli_body_disable_soft_contacts(NULL), PLI_ERROR_NULL_ARGUMENT);
 
     pli_bounds nodes[3] = {{{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}, {{0, 0, 0}, {1, 1, 1}}};
     pli_bounds face = {{0, 0, 0}, {1, 1, 1}};
