@@ -1,0 +1,272 @@
+/* Contacts of nodes with the faces of other soft bodies, as a feature: its stages and settings, Bullet's boxes, and
+   access to contacts. */
+
+#include "body/pipeline.h"
+#include "contact/contact_order.h"
+#include "contact/soft_contacts_impl.h"
+#include "geometry/fat_box.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "pliant/bullet_reference.h"
+
+// ------------------------------------------------------------------------------------------------------ Bullet's boxes
+
+/* Bullet's trees start without margins. */
+static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_state* state) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->previous[i]);
+        state->node_boxes[i].min = x;
+        state->node_boxes[i].max = x;
+    }
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        state->face_boxes[i] = plii_bounds_grow(
+            plii_soft_contacts_face_bounds(body->previous, body->topology->faces[i]), 100.0f * PLII_EPSILON);
+    }
+    state->has_boxes = true;
+}
+
+static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_state* state, const plii_step* step) {
+    const float margin = body->collision_margin;
+    const float slack = margin * 0.25f;
+    const float ahead = step->dt * 3.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_soft_contacts_position(body, i);
+        const pli_bounds box = {x, x};
+        plii_fat_box_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
+                            pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
+    }
+    for (int i = 0; i < body->topology->face_count; ++i) {
+        const int* face = body->topology->faces[i];
+        const pli_vec3 sum =
+            pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
+                         plii_xyz(body->velocities[face[2]]));
+        plii_fat_box_update(&state->face_boxes[i],
+                            plii_bounds_grow(plii_soft_contacts_face_bounds(body->positions, face), margin),
+                            pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
+    }
+}
+
+static void soft_contacts_update(pli_body* body, void* data, const plii_step* step) {
+    plii_soft_contacts_state* state = data;
+    state->count = 0;
+    if (state->node_boxes == NULL) { return; }
+    if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
+    soft_contacts_update_boxes(body, state, step);
+    body->soft_node_boxes = state->node_boxes;
+}
+
+// --------------------------------------------------------------------------------------------------------- the feature
+
+static void soft_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
+    plii_soft_contacts_state* state = data;
+    (void)body;
+    int kept = 0;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
+    plii_release(body->context, state->node_boxes, (size_t)body->node_count * sizeof *state->node_boxes);
+    plii_release(body->context, state->face_boxes, (size_t)body->topology->face_count * sizeof *state->face_boxes);
+    state->node_boxes = NULL;
+    state->face_boxes = NULL;
+    state->has_boxes = false;
+    body->soft_node_boxes = NULL;
+}
+
+static void soft_contacts_disable(pli_body* body, void* data) {
+    plii_soft_contacts_state* state = data;
+    pli_context* context = body->context;
+    soft_contacts_release_boxes(body, state);
+    plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
+    plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
+    plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
+    plii_release(context, state->nodes, (size_t)state->node_capacity * sizeof *state->nodes);
+    plii_box_tree_free(context, &state->tree);
+    plii_near_boxes_free(context, &state->near);
+    plii_release(context, state->face_order, (size_t)state->order_capacity * sizeof *state->face_order);
+}
+
+static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
+    const plii_soft_contacts_state* state = data;
+    size_t bytes = plii_box_tree_bytes(&state->tree) + plii_near_boxes_bytes(&state->near);
+    bytes += (size_t)state->node_capacity * sizeof *state->nodes;
+    bytes += (size_t)state->order_capacity * sizeof *state->face_order;
+    bytes += (size_t)state->capacity * sizeof *state->contacts;
+    bytes += (size_t)state->face_capacity * sizeof *state->faces + (size_t)state->box_capacity * sizeof *state->boxes;
+    bytes += (size_t)state->hit_capacity * sizeof *state->hits;
+    if (state->node_boxes != NULL) {
+        bytes += ((size_t)body->node_count + (size_t)body->topology->face_count) * sizeof(pli_bounds);
+    }
+    return bytes;
+}
+
+static int soft_contacts_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                         size_t* sizes) {
+    const plii_soft_contacts_state* state = data;
+    (void)body;
+    if (state->node_boxes == NULL) { return 0; }
+    sizes[0] = (size_t)change->node_count * sizeof *state->node_boxes;
+    sizes[1] = (size_t)change->face_count * sizeof *state->face_boxes;
+    return 2;
+}
+
+/* Boxes start anew with the next step. */
+static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                          void** blocks) {
+    plii_soft_contacts_state* state = data;
+    state->count = state->order_count = 0;
+    if (state->node_boxes == NULL) { return; }
+    plii_release(body->context, state->node_boxes, (size_t)change->old_node_count * sizeof *state->node_boxes);
+    plii_release(body->context, state->face_boxes, (size_t)change->old_face_count * sizeof *state->face_boxes);
+    state->node_boxes = blocks[0];
+    state->face_boxes = blocks[1];
+    state->has_boxes = false;
+    body->soft_node_boxes = NULL;
+}
+
+const plii_feature_class plii_soft_contacts_class = {
+    .name = "soft_contacts",
+    .state_size = sizeof(plii_soft_contacts_state),
+    .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, PLII_ORDER_BOXES},
+               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, PLII_ORDER_SOFT_CONTACTS},
+               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, PLII_ORDER_SOFT_CONTACTS}},
+    .disable = soft_contacts_disable,
+    .collide_body = plii_soft_contacts_collide,
+    .forget_body = soft_contacts_forget_body,
+    .forget_topology = soft_contacts_forget_body,
+    .bytes = soft_contacts_bytes,
+    .make_room = plii_soft_contacts_make_room,
+    .topology_blocks = soft_contacts_topology_blocks,
+    .topology_commit = soft_contacts_topology_commit,
+};
+
+// ------------------------------------------------------------------------------------------------- settings and access
+
+pli_soft_contacts_def pli_soft_contacts_def_default(void) {
+    pli_soft_contacts_def def = {0};
+    def.friction = 0.2f;
+    def.hardness = 1.0f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_contacts_def* def,
+                                          const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_soft_contacts_def_default()");
+    }
+    if (!plii_is_finite(def->friction) || !plii_is_finite(def->hardness) || !plii_is_finite(def->recovery_speed)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction, hardness or recovery_speed is not finite");
+    }
+    if (!(def->recovery_speed >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "recovery_speed %g is negative",
+                         (double)def->recovery_speed);
+    }
+    if (!(def->friction >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative", (double)def->friction);
+    }
+    if (!(def->hardness >= 0.0f && def->hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "hardness %g is not in [0, 1]",
+                         (double)def->hardness);
+    }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    return plii_check_within(context, def->recovery_speed, PLI_MAX_SPEED, "recovery_speed", function);
+}
+
+static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
+    const size_t faces = (size_t)body->topology->face_count;
+    state->node_boxes = plii_allocate(body->context, (size_t)body->node_count * sizeof *state->node_boxes);
+    state->face_boxes = plii_allocate(body->context, faces * sizeof *state->face_boxes);
+    if (state->node_boxes != NULL && (state->face_boxes != NULL || faces == 0)) { return PLI_OK; }
+    soft_contacts_release_boxes(body, state);
+    return PLI_ERROR_OUT_OF_MEMORY;
+}
+
+pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    const pli_soft_contacts_def used = def != NULL ? *def : pli_soft_contacts_def_default();
+    PLII_TRY(soft_contacts_check_def(body->context, &used, __func__));
+    const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_soft_contacts_class, &data));
+    plii_soft_contacts_state* state = data;
+    if (used.bullet_boxes && state->node_boxes == NULL && soft_contacts_allocate_boxes(body, state) != PLI_OK) {
+        if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
+    }
+    if (!used.bullet_boxes) { soft_contacts_release_boxes(body, state); }
+    state->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_soft_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &plii_soft_contacts_class);
+    return PLI_OK;
+}
+
+int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
+    if (state == NULL) { return 0; }
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        contacts[i].node = contact->node;
+        contacts[i].face_body = contact->face_body;
+        contacts[i].face = contact->face;
+        contacts[i].weights[0] = contact->weights.x;
+        contacts[i].weights[1] = contact->weights.y;
+        contacts[i].weights[2] = contact->weights.z;
+        contacts[i].normal = contact->normal;
+        contacts[i].margin = contact->margin;
+    }
+    return state->count;
+}
+
+pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int count) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+}
+
+static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,
+                                            const char* function) {
+    if (boxes == NULL && count > 0) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s_boxes is null", what);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (!plii_soft_contacts_box_is_finite(boxes[i])) {
+            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the box of %s %d is not finite", what, i);
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* node_boxes, const pli_bounds* face_boxes) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
+    const bool has_faces = state != NULL && state->node_boxes != NULL;
+    if (!has_faces && body->node_boxes == NULL) {
+        return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE,
+                         "neither soft contacts with bullet_boxes nor pli_body_enable_bullet_node_boxes are enabled");
+    }
+    const int face_count = has_faces ? body->topology->face_count : 0;
+    PLII_TRY(soft_contacts_check_boxes(body->context, node_boxes, body->node_count, "node", __func__));
+    PLII_TRY(soft_contacts_check_boxes(body->context, face_boxes, face_count, "face", __func__));
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->node_boxes != NULL) { body->node_boxes[i] = node_boxes[i]; }
+        if (has_faces) { state->node_boxes[i] = node_boxes[i]; }
+    }
+    if (!has_faces) { return PLI_OK; }
+    for (int i = 0; i < face_count; ++i) {
+        state->face_boxes[i] = face_boxes[i];
+    }
+    state->has_boxes = true;
+    body->soft_node_boxes = state->node_boxes;
+    return PLI_OK;
+}

@@ -1,0 +1,358 @@
+/* The search for contacts of nodes with the faces of another soft body: which of them are near, and the contact of a
+   node and a face (btSoftColliders::CollideVF_SS). Given the same pairs of node and face, contacts equal Bullet's bit
+   for bit. They come in the order of nodes, then of faces; Bullet's order depends on memory addresses.
+
+   Where Bullet is of no use its rule is mended: a node that lies on a face gets the normal of the face instead of NaN,
+   and, unless Bullet's boxes are kept, a face is too small by its shape and not by its absolute area. */
+
+#include "math/lanes.h"
+
+#include "body/pipeline.h"
+#include "body/world_impl.h"
+#include "contact/soft_contacts_impl.h"
+#include "geometry/closest_point.h"
+#include "math/bounds.h"
+#include "math/range.h"
+
+#include <float.h>
+#include <string.h>
+
+/* Faces whose doubled area is below this share of the longest edge squared have no normal. */
+#define SOFT_CONTACTS_MIN_SHAPE 1e-6f
+
+/* Contacts of a node that lies on a face act along that face when the cosine of their normals is below this. */
+#define SOFT_CONTACTS_MIN_ACROSS 0.1f
+
+// ------------------------------------------------------------------------------------------------------- one candidate
+
+/* Nodes of one body against faces of another. */
+typedef struct soft_contacts_pass {
+    pli_body* node_body;
+    plii_soft_contacts_state* node_state;
+    pli_body* face_body;
+    plii_soft_contacts_state* face_state;
+    plii_soft_contacts_state* search;
+    float margin; /* sum of both */
+    bool use_boxes;
+    bool is_second; /* the nodes are those of the second body */
+} soft_contacts_pass;
+
+/* How far a node looks for faces. */
+static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
+    const pli_vec3 motion =
+        pli_vec3_sub(plii_soft_contacts_position(pass->node_body, node), plii_xyz(pass->node_body->previous[node]));
+    return pass->margin + pli_vec3_length(motion) * 2.0f;
+}
+
+/* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
+   the face then, too, nodes of the first body go one way and those of the second the other, so that bodies in the same
+   place part. */
+static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
+    const pli_vec3 a = plii_soft_contacts_position(pass->face_body, face[0]);
+    const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[1]), a),
+                                          pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[2]), a));
+    const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
+    const pli_vec4* previous = pass->face_body->previous;
+    const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(previous[face[0]]), weights.x),
+                                                     pli_vec3_scale(plii_xyz(previous[face[1]]), weights.y)),
+                                        pli_vec3_scale(plii_xyz(previous[face[2]]), weights.z));
+    const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
+    const float side = pli_vec3_dot(before, normal);
+    const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);
+    const bool is_opposite = fabsf(side) > noise || pass->use_boxes ? side < 0.0f : pass->is_second;
+    return is_opposite ? pli_vec3_neg(normal) : normal;
+}
+
+/* The nearest point of a face, relative to the node, and its weights where they come with it, unless it is certainly
+   farther than `reach`. */
+static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, float reach,
+                                  pli_vec3* point, float* distance_squared, pli_vec3* weights) {
+    if (pass->use_boxes) {
+        return plii_project_origin_on_triangle(a, b, c, PLII_EPSILON, PLII_EPSILON, point, distance_squared);
+    }
+    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), normal = pli_vec3_cross(ab, ac);
+    const float area_squared = pli_vec3_length_squared(normal), height = pli_vec3_dot(a, normal);
+    if (height * height > 1.001f * reach * reach * area_squared) { return false; }
+    const float longest = plii_max(pli_vec3_length_squared(ab),
+                                   plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(ac)));
+    const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
+    if (!(area_squared > plii_max(min_area * min_area, FLT_MIN))) { return false; }
+    plii_triangle_place place;
+    *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &place);
+    *weights = place.weights;
+    *distance_squared = pli_vec3_length_squared(*point);
+    return true;
+}
+
+/* *on_face becomes the contact when the node lies on the face. */
+static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, float margin, int face_index,
+                                     int* on_face) {
+    const pli_body* face_body = pass->face_body;
+    const int* face = face_body->topology->faces[face_index];
+    const pli_vec3 origin = plii_soft_contacts_position(pass->node_body, node);
+    const pli_vec3 x[3] = {plii_soft_contacts_position(face_body, face[0]),
+                           plii_soft_contacts_position(face_body, face[1]),
+                           plii_soft_contacts_position(face_body, face[2])};
+    pli_vec3 point, weights;
+    float distance_squared;
+    if (!soft_contacts_project(pass, pli_vec3_sub(x[0], origin), pli_vec3_sub(x[1], origin), pli_vec3_sub(x[2], origin),
+                               margin, &point, &distance_squared, &weights)) {
+        return PLI_OK;
+    }
+    if (!(distance_squared < margin * margin)) { return PLI_OK; }
+
+    if (pass->use_boxes) { weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin)); }
+    const float node_response = pass->node_body->positions[node].w;
+    const float w[3] = {face_body->positions[face[0]].w, face_body->positions[face[1]].w,
+                        face_body->positions[face[2]].w};
+    /* One pinned node makes the whole face immovable. */
+    const bool is_pinned = w[0] <= 0.0f || w[1] <= 0.0f || w[2] <= 0.0f;
+    const float face_response = is_pinned ? 0.0f : w[0] * weights.x + w[1] * weights.y + w[2] * weights.z;
+    const float sum = node_response + face_response;
+    if (!(sum > 0.0f)) { return PLI_OK; }
+
+    /* A direction of the length of rounding errors means nothing; Bullet's is kept while it is a number. */
+    const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(origin);
+    const float distance = sqrtf(distance_squared);
+    const pli_vec3 normal =
+        distance > noise ? plii_vec3_divide(point, -distance) : soft_contacts_face_normal(pass, node, face, weights);
+    if (!plii_vec3_is_finite(normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
+
+    plii_soft_contacts_state* state = pass->node_state;
+    pli_context* context = pass->node_body->context;
+    if (!PLII_RESERVE(context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    if (!(distance > noise)) { *on_face = state->count; }
+    plii_soft_contact* contact = &state->contacts[state->count++];
+    contact->face_body = pass->face_body;
+    contact->node = node;
+    contact->face = face_index;
+    contact->weights = weights;
+    contact->normal = normal;
+    contact->margin = margin;
+    contact->friction = plii_max(state->def.friction, pass->face_state->def.friction);
+    contact->node_share = node_response / sum * state->def.hardness;
+    contact->face_share = face_response / sum * pass->face_state->def.hardness;
+    return PLI_OK;
+}
+
+// ------------------------------------------------------------------------------------------------------- finding pairs
+
+/* All nodes and faces with finite boxes that can meet. */
+static void soft_contacts_collect_boxes(const soft_contacts_pass* pass) {
+    plii_soft_contacts_state* search = pass->search;
+    pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int i = 0; i < pass->node_body->node_count; ++i) {
+        const pli_bounds box = pass->node_state->node_boxes[i];
+        if (!plii_soft_contacts_box_is_finite(box)) { continue; }
+        search->nodes[search->node_count++] = (plii_soft_contacts_node){i, soft_contacts_reach(pass, i)};
+        all.min = plii_vec3_min(all.min, box.min);
+        all.max = plii_vec3_max(all.max, box.max);
+    }
+    for (int i = 0; i < pass->face_body->topology->face_count; ++i) {
+        const pli_bounds box = pass->face_state->face_boxes[i];
+        if (!plii_bounds_overlap(box, all) || !plii_soft_contacts_box_is_finite(box)) { continue; }
+        search->faces[search->face_count] = i;
+        search->boxes[search->face_count++] = box;
+    }
+}
+
+/* Nodes whose reach touches the bounds of the other body, and the faces there. The positions of predicted bodies are
+   finite. */
+static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
+    plii_soft_contacts_state* search = pass->search;
+    const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
+    const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
+    const plii_float4 body_high = plii_lanes_from_vec3(&face_body->bounds.max);
+    plii_float4 low = plii_float4_all(INFINITY), high = plii_float4_all(-INFINITY);
+    for (int i = 0; i < node_body->node_count; ++i) {
+        const float reach = soft_contacts_reach(pass, i);
+        /* A little more, for what rounding takes away. */
+        const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(reach * 1.0001f);
+        const plii_float4 from = plii_float4_sub(x, wide), to = plii_float4_add(x, wide);
+        const plii_mask4 is_near =
+            plii_lanes_both(plii_lanes_at_most(from, body_high), plii_lanes_at_most(body_low, to));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        search->nodes[search->node_count++] = (plii_soft_contacts_node){i, reach};
+        low = plii_lanes_min(from, low);
+        high = plii_lanes_max(to, high);
+    }
+    for (int i = 0; search->node_count > 0 && i < face_body->topology->face_count; ++i) {
+        const int face_index = pass->face_state->face_order[i];
+        const int* face = face_body->topology->faces[face_index];
+        const plii_float4 a = plii_float4_from(&face_body->positions[face[0]]);
+        const plii_float4 b = plii_float4_from(&face_body->positions[face[1]]);
+        const plii_float4 c = plii_float4_from(&face_body->positions[face[2]]);
+        const plii_float4 from = plii_lanes_min(a, plii_lanes_min(b, c)), to = plii_lanes_max(a, plii_lanes_max(b, c));
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(from, high), plii_lanes_at_most(low, to));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        search->faces[search->face_count] = face_index;
+        plii_lanes_to_vec3(&search->boxes[search->face_count].min, from);
+        plii_lanes_to_vec3(&search->boxes[search->face_count++].max, to);
+    }
+}
+
+/* Along the curve that the tree sorts by; good for as long as the body has these faces, however it bends. */
+static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_state* state) {
+    pli_context* context = body->context;
+    const int face_count = body->topology->face_count;
+    if (state->order_count == face_count) { return true; }
+    plii_box_tree tree = {0};
+    const size_t size = (size_t)face_count * sizeof(pli_bounds);
+    pli_bounds* boxes = plii_allocate(context, size);
+    for (int i = 0; boxes != NULL && i < face_count; ++i) {
+        boxes[i] = plii_soft_contacts_face_bounds(body->positions, body->topology->faces[i]);
+    }
+    const bool is_ordered = boxes != NULL &&
+                            PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
+                            plii_box_tree_build(context, &tree, face_count, boxes);
+    if (is_ordered) {
+        memcpy(state->face_order, tree.items, (size_t)face_count * sizeof *state->face_order);
+        state->order_count = face_count;
+    }
+    plii_box_tree_free(context, &tree);
+    plii_release(context, boxes, size);
+    return is_ordered;
+}
+
+/* For a search in which a body takes part. */
+static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contacts_state* search, int nodes, int faces) {
+    const bool has_boxes = search->node_boxes != NULL;
+    return PLII_RESERVE(context, &search->nodes, &search->node_capacity, nodes) &&
+           PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
+           PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
+           PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
+           (has_boxes ? plii_box_tree_reserve(context, &search->tree, faces)
+                      : plii_near_boxes_reserve(context, &search->near, faces));
+}
+
+/* Of large bodies most nodes are far from others. */
+#define SOFT_CONTACTS_MAX_ROOM 1024
+/* A node beside a corner of a triangle mesh is near six faces. */
+#define SOFT_CONTACTS_PER_NODE 6
+
+void plii_soft_contacts_make_room(pli_body* body, void* data) {
+    plii_soft_contacts_state* state = data;
+    const pli_world* world = body->world;
+    pli_context* context = body->context;
+    if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
+    const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
+    /* Made later, from other positions, the order is another one. */
+    if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
+        plii_world_note_shortage(body->world);
+    }
+    /* The first body of a pair searches for both. */
+    if (body->world_index + 1 < world->body_count) {
+        (void)soft_contacts_reserve_search(context, state, world->most_nodes, world->most_faces);
+    }
+}
+
+/* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
+static bool soft_contacts_collect(const soft_contacts_pass* pass) {
+    plii_soft_contacts_state* search = pass->search;
+    pli_context* context = pass->node_body->context;
+    const int face_count = pass->face_body->topology->face_count;
+    search->node_count = search->face_count = 0;
+    if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
+    if (pass->use_boxes) {
+        soft_contacts_collect_boxes(pass);
+        return plii_box_tree_build(context, &search->tree, search->face_count, search->boxes);
+    }
+    if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
+    soft_contacts_collect_near(pass);
+    return plii_near_boxes_build(context, &search->near, search->face_count, search->boxes);
+}
+
+/* Shell's sort: in place, and quick enough for the few faces near one node. Most nodes have a handful, for which the
+   wide steps gain nothing. */
+static void soft_contacts_sort(int* values, int count) {
+    for (int gap = count > 16 ? count / 2 : 1; gap > 0; gap /= 2) {
+        for (int i = gap; i < count; ++i) {
+            const int value = values[i];
+            int k = i;
+            for (; k >= gap && values[k - gap] > value; k -= gap) {
+                values[k] = values[k - gap];
+            }
+            values[k] = value;
+        }
+    }
+}
+
+static void soft_contacts_hit(int item, void* user) {
+    plii_soft_contacts_state* search = user;
+    search->hits[search->hit_count++] = item;
+}
+
+/* Faces whose contacts with a node are to be looked for: ascending, or in the order of the curve. */
+static void soft_contacts_find(const soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    plii_soft_contacts_state* search = pass->search;
+    search->hit_count = 0;
+    if (pass->use_boxes) {
+        plii_box_tree_overlaps(&search->tree, pass->node_state->node_boxes[near.node], soft_contacts_hit, search);
+    } else {
+        const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
+        search->hit_count = plii_near_boxes_find(&search->near, x, near.reach, search->hits);
+    }
+    for (int i = 0; i < search->hit_count; ++i) {
+        search->hits[i] = search->faces[search->hits[i]];
+    }
+    if (pass->use_boxes) { soft_contacts_sort(search->hits, search->hit_count); }
+}
+
+/* The faces around the one that a node lies on would push it along that one, out of the whole surface. */
+static void soft_contacts_drop_along(plii_soft_contacts_state* state, int first, pli_vec3 normal) {
+    int kept = first;
+    for (int i = first; i < state->count; ++i) {
+        const float across = pli_vec3_dot(state->contacts[i].normal, normal);
+        if (fabsf(across) > SOFT_CONTACTS_MIN_ACROSS) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
+    plii_soft_contacts_state* search = pass->search;
+    if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
+    if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
+        const plii_soft_contacts_node near = search->nodes[i];
+        const int first = pass->node_state->count;
+        int on_face = PLI_NULL_INDEX;
+        soft_contacts_find(pass, near);
+        for (int k = 0; k < search->hit_count; ++k) {
+            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k], &on_face));
+        }
+        if (on_face != PLI_NULL_INDEX && !pass->use_boxes) {
+            soft_contacts_drop_along(pass->node_state, first, pass->node_state->contacts[on_face].normal);
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
+    plii_soft_contacts_state *state = data, *other_state = other_data;
+    const int count = state->count, other_count = other_state->count;
+    soft_contacts_pass pass = {body,
+                               state,
+                               other,
+                               other_state,
+                               state,
+                               body->collision_margin + other->collision_margin,
+                               state->node_boxes != NULL && other_state->node_boxes != NULL,
+                               false};
+    pli_status status = soft_contacts_run_pass(&pass);
+    if (status == PLI_OK) {
+        pass.node_body = other;
+        pass.node_state = other_state;
+        pass.face_body = body;
+        pass.face_state = state;
+        pass.is_second = true;
+        status = soft_contacts_run_pass(&pass);
+    }
+    if (status != PLI_OK) {
+        state->count = count;
+        other_state->count = other_count;
+    }
+    return status;
+}

@@ -1,0 +1,73 @@
+#ifndef PLII_SOFT_CONTACTS_IMPL_H
+#define PLII_SOFT_CONTACTS_IMPL_H
+
+/* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
+   (soft_contacts_find.c) and the solve (soft_contacts_solve.c). */
+
+#include "body/body_impl.h"
+#include "geometry/box_tree.h"
+#include "geometry/near_boxes.h"
+#include "pliant/contact.h"
+
+typedef struct plii_soft_contact {
+    pli_body* face_body;
+    int node, face;
+    pli_vec3 weights;
+    pli_vec3 normal; /* from the face to the node */
+    float margin, friction;
+    float node_share, face_share; /* of the correction. Bullet: cfm */
+} plii_soft_contact;
+
+typedef struct plii_soft_contacts_node {
+    int node;
+    float reach; /* how far it looks for faces; m */
+} plii_soft_contacts_node;
+
+typedef struct plii_soft_contacts_state {
+    pli_soft_contacts_def def;
+    plii_soft_contact* contacts;
+    int count, capacity;
+    /* Bullet's boxes, or NULL. */
+    pli_bounds* node_boxes; /* [node_count] */
+    pli_bounds* face_boxes; /* [face_count] */
+    bool has_boxes;         /* false: to be taken from the start of the next step */
+    /* For the search; kept by the first body of a pair. */
+    plii_soft_contacts_node* nodes; /* near the other body */
+    int node_count, node_capacity;
+    int* faces; /* near them */
+    int face_count, face_capacity;
+    pli_bounds* boxes; /* of `faces`, and what finds them */
+    int box_capacity;
+    plii_box_tree tree; /* with Bullet's boxes */
+    plii_near_boxes near;
+    int* face_order; /* [order_count] own faces, neighbours in space one after the other; 0: not known */
+    int order_count, order_capacity;
+    int* hits; /* as many as there are boxes */
+    int hit_count, hit_capacity;
+} plii_soft_contacts_state;
+
+extern const plii_feature_class plii_soft_contacts_class;
+
+static inline pli_vec3 plii_soft_contacts_position(const pli_body* body, int node) {
+    return plii_xyz(body->positions[node]);
+}
+
+static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
+    const pli_vec3 a = plii_xyz(positions[face[0]]), b = plii_xyz(positions[face[1]]), c = plii_xyz(positions[face[2]]);
+    const pli_bounds bounds = {plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
+    return bounds;
+}
+
+static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
+    return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
+}
+
+/* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
+pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
+void plii_soft_contacts_make_room(pli_body* body, void* data);
+
+/* Once per step: parts what overlaps already, where that must not give speed. */
+void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step);
+void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step);
+
+#endif

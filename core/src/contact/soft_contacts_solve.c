@@ -1,0 +1,99 @@
+/* The solve of contacts of nodes with the faces of another soft body (btSoftBody::PSolve_SContacts).
+
+   Bodies are solved one after the other, so, as in Bullet, a contact moves the nodes of a body that was solved before
+   without changing their velocities. */
+
+#include "contact/soft_contacts_impl.h"
+#include "math/range.h"
+
+static pli_vec3 soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
+    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
+                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
+                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
+}
+
+static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
+    plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
+}
+
+/* m/s, where springs hold nodes and the definition names no other. */
+#define SOFT_CONTACTS_RECOVERY_SPEED 1.0f
+
+/* 0: overlaps go at once, as in Bullet. */
+static float soft_contacts_recovery_speed(const pli_body* body, const plii_soft_contacts_state* state) {
+    if (state->def.recovery_speed > 0.0f) { return state->def.recovery_speed; }
+    return body->solver_class->holds_nodes ? SOFT_CONTACTS_RECOVERY_SPEED : 0.0f;
+}
+
+/* As if the node had been there at the start of the step, so that no velocity comes of it. */
+static void soft_contacts_shift(pli_body* body, int node, pli_vec3 by) {
+    plii_set_xyz(&body->positions[node], pli_vec3_add(plii_xyz(body->positions[node]), by));
+    plii_set_xyz(&body->previous[node], pli_vec3_add(plii_xyz(body->previous[node]), by));
+}
+
+/* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
+   step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
+void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step) {
+    const plii_soft_contacts_state* state = data;
+    const float most = soft_contacts_recovery_speed(body, state) * step->dt;
+    if (!(most > 0.0f)) { return; }
+    for (int i = 0; i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
+                                            soft_contacts_blend(other->previous, face, contact->weights));
+        const float distance = pli_vec3_dot(contact->normal, apart);
+        const float depth = body->collision_margin + other->collision_margin - distance;
+        if (!(depth > 0.0f) || distance < 0.0f) { continue; }
+        const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
+        soft_contacts_shift(body, contact->node, pli_vec3_scale(shift, contact->node_share));
+        for (int k = 0; k < 3; ++k) {
+            soft_contacts_shift(other, face[k], pli_vec3_scale(shift, -contact->face_share * weights[k]));
+        }
+    }
+}
+
+/* A body that was solved before takes its velocities from positions no more. */
+static void soft_contacts_push_solved(pli_body* other, const int* face, pli_vec3 weights, pli_vec3 correction) {
+    const float w[3] = {weights.x, weights.y, weights.z};
+    for (int k = 0; k < 3; ++k) {
+        pli_vec4* velocity = &other->velocities[face[k]];
+        const pli_vec3 change = pli_vec3_scale(correction, w[k] * other->step.inverse_dt);
+        plii_set_xyz(velocity, pli_vec3_sub(plii_xyz(*velocity), change));
+    }
+}
+
+void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+    const plii_soft_contacts_state* state = data;
+    const bool shifts = soft_contacts_recovery_speed(body, state) > 0.0f; /* what overlapped before */
+    (void)step;
+    for (int i = 0; i < state->count; ++i) {
+        const plii_soft_contact* contact = &state->contacts[i];
+        pli_body* other = contact->face_body;
+        const int* face = other->topology->faces[contact->face];
+        const pli_vec3 n = contact->normal, weights = contact->weights;
+        const pli_vec3 x = plii_soft_contacts_position(body, contact->node);
+        const pli_vec3 point = soft_contacts_blend(other->positions, face, weights);
+        const pli_vec3 point_before = soft_contacts_blend(other->previous, face, weights);
+        const pli_vec3 motion =
+            pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
+        const float along_normal = pli_vec3_dot(motion, n);
+        pli_vec3 correction = pli_vec3_make(0, 0, 0);
+        if (along_normal < 0.0f) {
+            float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            if (shifts) { depth = plii_min(depth, -along_normal); }
+            correction = pli_vec3_add(correction, pli_vec3_scale(n, depth));
+        }
+        const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
+        correction = pli_vec3_sub(correction, pli_vec3_scale(sliding, contact->friction));
+        plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
+        soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
+        soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
+        soft_contacts_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
+        if (shifts && other->world_index < body->world_index) {
+            soft_contacts_push_solved(other, face, weights, pli_vec3_scale(correction, contact->face_share));
+        }
+    }
+}
