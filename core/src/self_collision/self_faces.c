@@ -1,0 +1,235 @@
+/* Self-collision of faces: nodes with faces and edges with edges that have no node in common.
+
+   Pairs within reach are collected once per step; of those, a substep looks at the ones that could come together in it.
+   Nearest points at the start of a step (or substep) give each pair a plane between its two sides. Pairs nearer than
+   the thickness are pushed apart along its normal, like other contacts; whatever constraints do after that, motions are
+   in the end cut short where a pair would get to the wrong side of its plane. So nothing that starts apart ever
+   crosses. Lan and others, "Penetration-free Projective Dynamics", and Chen and others, "Offset Geometric Contact", cut
+   motions short in the same spirit. */
+
+#include "body/pipeline.h"
+#include "math/range.h"
+#include "self_collision/self_faces_impl.h"
+
+/* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
+#define SELF_FACES_SUBSTEP_ROOM 0.1f
+
+// -------------------------------------------------------------------------------------------------- steps and substeps
+
+static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_state* state) {
+    return (plii_self_nodes){NULL, body->positions, state->starts};
+}
+
+static void self_faces_run_prepare(pli_body* body, void* data, const plii_step* step) {
+    plii_self_faces_state* state = data;
+    (void)step;
+    for (int i = 0; i < body->node_count; ++i) {
+        state->starts[i] = body->previous[i];
+    }
+    const plii_self_nodes nodes = self_faces_nodes(body, state);
+    plii_self_faces_begin(body, state);
+    plii_self_faces_restart(body, state, &nodes, state->travel);
+}
+
+static void self_faces_run_position(pli_body* body, void* data, const plii_step* step) {
+    const plii_self_nodes nodes = self_faces_nodes(body, data);
+    (void)step;
+    plii_self_faces_solve(data, &nodes);
+}
+
+/* After velocities were taken from positions: they follow. */
+static void self_faces_run_finish(pli_body* body, void* data, const plii_step* step) {
+    plii_self_faces_state* state = data;
+    if (body->solver_class->has_substeps) { return; }
+    const plii_self_nodes nodes = self_faces_nodes(body, state);
+    for (int i = 0; i < body->node_count; ++i) {
+        state->was[i] = plii_xyz(body->positions[i]);
+    }
+    plii_self_faces_finish(body, state, &nodes);
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
+        plii_set_xyz(&body->velocities[i],
+                     pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, step->inverse_dt)));
+    }
+}
+
+static void self_faces_begin_substeps(pli_body* body, void* data) {
+    plii_self_faces_begin(body, data);
+}
+
+static void self_faces_restart_substep(pli_body* body, void* data, const plii_substep* substep) {
+    plii_self_faces_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    float squared = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        squared = plii_max(squared, pli_vec3_length_squared(plii_self_motion(&nodes, i)));
+    }
+    const float motion = 1.25f * sqrtf(squared) + SELF_FACES_SUBSTEP_ROOM * state->def.thickness;
+    plii_self_faces_restart(body, state, &nodes, plii_min(motion, state->travel));
+}
+
+static void self_faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    plii_self_faces_solve(data, &nodes);
+    plii_self_faces_finish(body, data, &nodes);
+}
+
+// -------------------------------------------------------------------------------------------------------------- memory
+
+enum { SELF_FACES_BLOCKS = 6 };
+
+static void self_faces_sizes(int node_count, int face_count, size_t sizes[SELF_FACES_BLOCKS]) {
+    sizes[0] = (size_t)node_count * sizeof(pli_vec3);
+    sizes[1] = (size_t)node_count * sizeof(pli_vec4);
+    sizes[2] = (size_t)node_count * sizeof(pli_vec3);
+    sizes[3] = ((size_t)node_count + 1) * sizeof(int);
+    sizes[4] = 3 * (size_t)face_count * sizeof(int[2]);
+    sizes[5] = (size_t)node_count * sizeof(pli_vec3);
+}
+
+static void self_faces_take_blocks(plii_self_faces_state* state, void* blocks[SELF_FACES_BLOCKS]) {
+    state->rest = blocks[0];
+    state->starts = blocks[1];
+    state->was = blocks[2];
+    state->rows = blocks[3];
+    state->edges = blocks[4];
+    state->last = blocks[5];
+}
+
+static void self_faces_release_blocks(pli_body* body, const plii_self_faces_state* state, int node_count,
+                                      int face_count) {
+    size_t sizes[SELF_FACES_BLOCKS];
+    void* const blocks[SELF_FACES_BLOCKS] = {state->rest, state->starts, state->was,
+                                             state->rows, state->edges,  state->last};
+    self_faces_sizes(node_count, face_count, sizes);
+    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
+        plii_release(body->context, blocks[i], sizes[i]);
+    }
+}
+
+static pli_status self_faces_enable(pli_body* body, void* data) {
+    plii_self_faces_state* state = data;
+    const int face_count = body->topology->face_count;
+    size_t sizes[SELF_FACES_BLOCKS];
+    void* blocks[SELF_FACES_BLOCKS];
+    bool is_complete = true;
+    self_faces_sizes(body->node_count, face_count, sizes);
+    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
+        blocks[i] = plii_allocate(body->context, sizes[i]);
+        is_complete = is_complete && blocks[i] != NULL;
+    }
+    self_faces_take_blocks(state, blocks);
+    if (!is_complete) {
+        self_faces_release_blocks(body, state, body->node_count, face_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        state->rest[i] = plii_xyz(body->positions[i]);
+    }
+    plii_self_faces_find_edges(body, state);
+    return PLI_OK;
+}
+
+static void self_faces_disable(pli_body* body, void* data) {
+    plii_self_faces_state* state = data;
+    self_faces_release_blocks(body, state, body->node_count, body->topology->face_count);
+    plii_release(body->context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
+    plii_release(body->context, state->pairs, (size_t)state->pair_capacity * sizeof *state->pairs);
+    plii_release(body->context, state->due, (size_t)state->due_capacity * sizeof *state->due);
+    plii_release(body->context, state->active, (size_t)state->active_capacity * sizeof *state->active);
+    plii_box_tree_free(body->context, &state->tree);
+}
+
+static size_t self_faces_bytes(const pli_body* body, const void* data) {
+    const plii_self_faces_state* state = data;
+    size_t sizes[SELF_FACES_BLOCKS];
+    self_faces_sizes(body->node_count, body->topology->face_count, sizes);
+    size_t bytes = (size_t)state->box_capacity * sizeof *state->boxes +
+                   (size_t)state->pair_capacity * sizeof *state->pairs +
+                   (size_t)state->due_capacity * sizeof *state->due +
+                   (size_t)state->active_capacity * sizeof *state->active + plii_box_tree_bytes(&state->tree);
+    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
+        bytes += sizes[i];
+    }
+    return bytes;
+}
+
+static int self_faces_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                      size_t* sizes) {
+    (void)body;
+    (void)data;
+    self_faces_sizes(change->node_count, change->face_count, sizes);
+    return SELF_FACES_BLOCKS;
+}
+
+static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    plii_self_faces_state* state = data;
+    plii_self_carry_rest(body, change, state->rest, blocks[0]);
+    self_faces_release_blocks(body, state, change->old_node_count, change->old_face_count);
+    self_faces_take_blocks(state, blocks);
+    plii_self_faces_find_edges(body, state);
+    state->pair_count = state->active_count = 0;
+    state->reach = 0.0f;
+}
+
+// --------------------------------------------------------------------------------------------------------- the feature
+
+static const plii_feature_class self_faces_class;
+static const plii_substep_class self_faces_kind = {
+    .order = PLII_SUBSTEP_ORDER_SELF_FACES,
+    .klass = &self_faces_class,
+    .begin = self_faces_begin_substeps,
+    .restart = self_faces_restart_substep,
+    .sweep = self_faces_sweep,
+};
+static const plii_feature_class self_faces_class = {
+    .name = "self-collision of faces",
+    .state_size = sizeof(plii_self_faces_state),
+    .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, PLII_ORDER_SELF_COLLISION},
+               [PLII_STAGE_POSITION] = {self_faces_run_position, PLII_ORDER_SELF_COLLISION},
+               [PLII_STAGE_FINISH] = {self_faces_run_finish, PLII_ORDER_SELF_FACES_LAST}},
+    .substepped = &self_faces_kind,
+    .enable = self_faces_enable,
+    .disable = self_faces_disable,
+    .bytes = self_faces_bytes,
+    .topology_blocks = self_faces_topology_blocks,
+    .topology_commit = self_faces_topology_commit,
+};
+
+// ------------------------------------------------------------------------------------------------------------ settings
+
+pli_self_faces_def pli_self_faces_def_default(void) {
+    return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_self_faces_def used = def != NULL ? *def : pli_self_faces_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_faces_def_default()");
+    }
+    PLII_TRY(plii_self_check_value(body, used.thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", __func__));
+    PLII_TRY(plii_self_check_value(body, used.friction, 0.0f, 1.0f, false, "friction", __func__));
+    PLII_TRY(plii_self_check_value(body, used.max_travel, 0.0f, PLI_MAX_COORDINATE, false, "max_travel", __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
+    }
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_faces_class, &data));
+    plii_self_faces_state* state = data;
+    state->def = used;
+    state->reach = 0.0f;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_self_faces(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &self_faces_class);
+    return PLI_OK;
+}
+
+pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {
+    const plii_self_faces_state* state =
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_faces_class) : NULL;
+    return state != NULL ? state->report : (pli_self_faces_report){0};
+}

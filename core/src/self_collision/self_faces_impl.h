@@ -1,0 +1,55 @@
+#ifndef PLII_SELF_FACES_IMPL_H
+#define PLII_SELF_FACES_IMPL_H
+
+/* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
+   their solve (plii_self_faces_solve.c). */
+
+#include "geometry/box_tree.h"
+#include "self_collision/self_collision_impl.h"
+
+typedef struct plii_self_faces_pair {
+    int nodes[4];   /* node and face, or edge and edge */
+    bool is_edges;  /* first side: 2 nodes instead of 1 */
+    float target;   /* m, distance to keep; < 0: not known yet */
+    float distance; /* m, at the start */
+    float weights[4];
+    pli_vec3 normal; /* unit, from the second side to the first */
+    float middle;    /* along the normal, from the start of the first node */
+} plii_self_faces_pair;
+
+typedef struct plii_self_faces_state {
+    pli_self_faces_def def;
+    float travel;           /* m that a node may move in this step, */
+    float motion;           /* in this step or substep */
+    float reach;            /* m, of the last search; 0: none */
+    float moved;            /* m that a node has moved since then at most */
+    float mean_edge_length; /* m, at rest */
+    pli_vec3* rest;         /* [node_count] */
+    pli_vec4* starts;       /* [node_count] at the start of the step */
+    pli_vec3* was;          /* [node_count] before motions are cut short */
+    pli_vec3* last;         /* [node_count] where `moved` has counted to */
+    int* rows;              /* [node_count + 1] of edges by their first node */
+    int (*edges)[2];        /* [3 * face_count], of which edge_count are in use */
+    int edge_count;
+    pli_bounds* boxes;
+    plii_self_faces_pair* pairs;
+    float* due;  /* [pair_count] value of `moved` up to which a pair cannot come together */
+    int* active; /* pairs to be solved in this step or substep */
+    int box_capacity, pair_count, pair_capacity, due_capacity, active_count, active_capacity;
+    plii_box_tree tree;
+    pli_self_faces_report report;
+} plii_self_faces_state;
+
+/* Edges of all faces, each once. */
+void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state);
+/* At the start of a step: pairs that could come together in it. */
+void plii_self_faces_begin(pli_body* body, plii_self_faces_state* state);
+/* Collects the pairs that could come together when no node moves by more than `motion`. */
+void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes, float motion);
+
+/* Pushes pairs apart that are too near. */
+void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* nodes);
+/* After all constraints of a step or substep: cuts motions short. */
+void plii_self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes);
+
+#endif

@@ -1,0 +1,118 @@
+/* Faces and edges of one body that come too near to each other are pushed apart, and motions that would take one to the
+   wrong side of the other are cut short. */
+
+#include "math/range.h"
+#include "self_collision/self_faces_impl.h"
+
+#define SELF_FACES_MAX_PASSES 16
+/* Share of its distance that a pair keeps at least. */
+#define SELF_FACES_KEPT 0.2f
+
+// ------------------------------------------------------------------------------------------------------------ contacts
+
+/* True when the pair was too near. */
+static bool self_faces_part(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float friction) {
+    float weight = 0.0f, distance = 0.0f;
+    pli_vec3 motion = pli_vec3_make(0, 0, 0);
+    for (int k = 0; k < 4; ++k) {
+        const int node = pair->nodes[k];
+        weight += pair->weights[k] * pair->weights[k] * nodes->offsets[node].w;
+        distance += pair->weights[k] * pli_vec3_dot(pair->normal, plii_self_difference(nodes, pair->nodes[0], node));
+        motion = pli_vec3_add(motion, pli_vec3_scale(plii_self_motion(nodes, node), pair->weights[k]));
+    }
+    if (!(distance < pair->target) || !(weight > 0.0f)) { return false; }
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(pair->normal, pli_vec3_dot(motion, pair->normal)));
+    const pli_vec3 change = pli_vec3_sub(pli_vec3_scale(pair->normal, (pair->target - distance) / weight),
+                                         pli_vec3_scale(sliding, friction / weight));
+    for (int k = 0; k < 4; ++k) {
+        const int node = pair->nodes[k];
+        plii_self_move(nodes, node, change, nodes->offsets[node].w * pair->weights[k]);
+    }
+    return true;
+}
+
+void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* nodes) {
+    const float near = state->def.thickness;
+    int contacts = 0;
+    for (int i = 0; i < state->active_count; ++i) {
+        const plii_self_faces_pair* pair = &state->pairs[state->active[i]];
+        if (pair->distance > pair->target + near) { continue; }
+        contacts += self_faces_part(nodes, pair, state->def.friction);
+    }
+    state->report.contacts = contacts;
+}
+
+// ----------------------------------------------------------------------------------------------- cutting motions short
+
+static void self_faces_limit_motion(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
+    const pli_vec4* step_starts = body->solver_class->has_substeps ? body->previous : state->starts;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(nodes->offsets[i].w > 0.0f)) { continue; }
+        const pli_vec3 motion = plii_self_motion(nodes, i);
+        const float squared = pli_vec3_length_squared(motion);
+        if (squared > state->motion * state->motion) {
+            plii_self_move(nodes, i, motion, state->motion / sqrtf(squared) - 1.0f);
+            state->report.shortened += 1;
+        }
+        const pli_vec3 moved = pli_vec3_sub(plii_self_position(nodes, i), plii_xyz(step_starts[i]));
+        const float all_squared = pli_vec3_length_squared(moved);
+        if (all_squared > state->travel * state->travel) {
+            plii_self_move(nodes, i, moved, state->travel / sqrtf(all_squared) - 1.0f);
+            state->report.shortened += 1;
+        }
+    }
+}
+
+/* Levels of the nodes of a pair along its normal, about the middle; positive on the first side. */
+static void self_faces_levels(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, float sign[4],
+                              float level[4]) {
+    const pli_vec3 origin = plii_self_start(nodes, pair->nodes[0]);
+    for (int k = 0; k < 4; ++k) {
+        const pli_vec3 x = pli_vec3_sub(plii_self_position(nodes, pair->nodes[k]), origin);
+        sign[k] = k == 0 || (k == 1 && pair->is_edges) ? 1.0f : -1.0f;
+        level[k] = sign[k] * (pli_vec3_dot(pair->normal, x) - pair->middle);
+    }
+}
+
+/* Motions of the nodes of a pair end where they would come too near to its plane. True when one did. */
+static bool self_faces_shorten(const plii_self_nodes* nodes, const plii_self_faces_pair* pair, bool is_forced) {
+    float sign[4], level[4], first = FLT_MAX, second = FLT_MAX;
+    self_faces_levels(nodes, pair, sign, level);
+    for (int k = 0; k < 4; ++k) {
+        if (sign[k] > 0.0f) {
+            first = plii_min(first, level[k]);
+        } else {
+            second = plii_min(second, level[k]);
+        }
+    }
+    const float kept = 0.5f * SELF_FACES_KEPT * pair->distance;
+    if (!is_forced && first + second >= 2.0f * kept) { return false; } /* apart, if not at this plane */
+    bool is_shortened = false;
+    for (int k = 0; k < 4; ++k) {
+        if (!(level[k] < kept)) { continue; }
+        const int node = pair->nodes[k];
+        const pli_vec3 motion = plii_self_motion(nodes, node);
+        const float change = sign[k] * pli_vec3_dot(pair->normal, motion);
+        /* A little more than needed, lest rounding brings the pair back in the next pass. */
+        const float share = change < 0.0f ? plii_clamp((level[k] - 1.01f * kept) / change, 0.0f, 1.0f) : 0.0f;
+        if (share > 0.0f) {
+            plii_self_move(nodes, node, motion, -share);
+            is_shortened = true;
+        }
+    }
+    return is_shortened;
+}
+
+void plii_self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes) {
+    self_faces_limit_motion(body, state, nodes);
+    bool is_done = false;
+    for (int pass = 0; pass <= SELF_FACES_MAX_PASSES && !is_done; ++pass) {
+        is_done = true;
+        for (int i = 0; i < state->active_count; ++i) {
+            if (self_faces_shorten(nodes, &state->pairs[state->active[i]], pass == SELF_FACES_MAX_PASSES)) {
+                is_done = false;
+                state->report.shortened += 1;
+            }
+        }
+    }
+}
