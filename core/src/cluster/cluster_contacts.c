@@ -173,6 +173,57 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     return bytes;
 }
 
+// ---------------------------------------------------------------------------------------------------------------- room
+
+/* Of large bodies most clusters are far from others. */
+#define CLUSTER_CONTACTS_MAX_ROOM 1024 /* nodes */
+/* Clusters of a pile of tori, the most that was measured, meet 10 others, with 14 contacts. */
+#define CLUSTER_CONTACTS_PER_CLUSTER 12
+/* With rigid bodies, where a body of few clusters lies in a heap of them. */
+#define CLUSTER_CONTACTS_MORE_PAIRS 16
+
+static int cluster_contacts_least(int a, int b) {
+    return a < b ? a : b;
+}
+
+static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* state, int contacts, int pairs) {
+    pli_context* context = body->context;
+    const plii_clusters* clusters = plii_body_clusters(body);
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
+    if (state->def.distance != NULL || pairs == 0) { return; }
+    (void)plii_pair_memory_reserve(context, &state->memory, pairs);
+    if (clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
+    (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
+}
+
+static void cluster_contacts_make_room(pli_body* body, void* data) {
+    plii_cluster_contacts* state = data;
+    const pli_world* world = body->world;
+    const int clusters = plii_body_clusters(body)->count;
+    const int nodes = cluster_contacts_least(body->node_count, CLUSTER_CONTACTS_MAX_ROOM);
+    int contacts = 0, pairs = 0;
+    if (state->def.with_rigids && world->rigid_count > 0) {
+        contacts += cluster_contacts_least(PLII_CLUSTER_CONTACTS_PER_PAIR * clusters, nodes + nodes / 2);
+        if (world->has_convex_shapes) {
+            pairs += cluster_contacts_least(clusters + clusters / 2, CLUSTER_CONTACTS_MAX_ROOM) +
+                     CLUSTER_CONTACTS_MORE_PAIRS;
+        }
+        if (world->has_other_shapes) {
+            (void)PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count);
+        }
+    }
+    if (state->def.with_self ||
+        (state->def.with_bodies && plii_feature_is_shared(body, &plii_cluster_contacts_class))) {
+        const int met = cluster_contacts_least(CLUSTER_CONTACTS_PER_CLUSTER * clusters, nodes);
+        contacts += met;
+        pairs += met;
+        (void)plii_cluster_contacts_reserve_search(body, state);
+    }
+    cluster_contacts_reserve(body, state, contacts, pairs);
+}
+
+// --------------------------------------------------------------------------------------------------------- the feature
+
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
 const plii_feature_class plii_cluster_contacts_class = {
@@ -191,7 +242,7 @@ const plii_feature_class plii_cluster_contacts_class = {
     .forget_clusters = cluster_contacts_forget_clusters,
     .forget_topology = cluster_contacts_forget_body,
     .bytes = cluster_contacts_bytes,
-    .make_room = plii_cluster_contacts_make_room,
+    .make_room = cluster_contacts_make_room,
     .topology_commit = cluster_contacts_topology_commit,
 };
 

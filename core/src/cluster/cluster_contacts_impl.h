@@ -1,8 +1,9 @@
 #ifndef PLII_CLUSTER_CONTACTS_IMPL_H
 #define PLII_CLUSTER_CONTACTS_IMPL_H
 
-/* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_find.c looks for
-   pairs, cluster_contacts_measure.c measures them, cluster_contact.c makes and solves a contact. */
+/* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_rigid.c and
+   cluster_contacts_body.c look for pairs, cluster_contacts_measure.c measures them, cluster_contacts_pair.c knows them
+   from step to step, cluster_contact.c makes and solves a contact. */
 
 #include "base/edge_set.h"
 #include "cluster/cluster_contact_group.h"
@@ -11,6 +12,9 @@
 #include "geometry/near_boxes.h"
 #include "geometry/pair_memory.h"
 #include "geometry/support_groups.h"
+
+/* In reference mode 1. */
+#define PLII_CLUSTER_CONTACTS_PER_PAIR 4
 
 typedef struct plii_cluster_contact_as_reference {
     float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
@@ -128,6 +132,8 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
+/* The point is inside, or nearer than `margin`. `hub` is a point of the hull, or near it. */
+bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin);
 
 #define PLII_MEASURED_NODES 64 /* a multiple of four */
 
@@ -170,7 +176,8 @@ bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contac
 
 // -------------------------------------------------------------------------------------------------------------- pairs
 
-void plii_cluster_contacts_make_room(pli_body* body, void* state);
+/* For a search among the clusters of the body. False when out of memory. */
+bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state);
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
 void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state);
 void plii_cluster_contacts_forget(plii_cluster_contacts* state);

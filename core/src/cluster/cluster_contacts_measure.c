@@ -6,6 +6,7 @@
 
 #include "body/world_impl.h"
 #include "geometry/convex_penetration.h"
+#include "math/bounds.h"
 #include "shape/shape_impl.h"
 
 /* Of the distance: contacts need no more, and round shapes take twice as many steps to the usual one. */
@@ -143,6 +144,54 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
     plii_gjk_run(&query, NULL, &result);
     return result.relation == PLII_CONVEX_OVERLAPPING ||
            (result.relation == PLII_CONVEX_SEPARATED && result.distance < (double)margin);
+}
+
+/* Steps towards a point, before GJK is asked. */
+#define CLUSTER_CONTACTS_APPROACHES 6
+
+static pli_vec3 cluster_point_support(const void* user, pli_vec3 direction) {
+    (void)direction;
+    return *(const pli_vec3*)user;
+}
+
+/* The hull ends before the point along a direction; of any length. */
+static bool cluster_hull_ends_before(const plii_cluster_hull* hull, pli_vec3 point, pli_vec3 direction, float margin) {
+    const float end = plii_cluster_hull_reach(hull, direction);
+    return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
+}
+
+typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
+
+/* Goes towards the point from a point of the hull, which lies `gap` before it (Gilbert, "An iterative procedure for
+   computing the minimum of a quadratic form on a convex set", 1966). In the frame of the hull. */
+static near_answer cluster_hull_approach(pli_vec3 point, const plii_cluster_hull* hull, const plii_convex* convex,
+                                         pli_vec3 gap, float margin) {
+    for (int i = 0; i < CLUSTER_CONTACTS_APPROACHES; ++i) {
+        const pli_vec3 end = convex->support(hull, gap);
+        const float squared = pli_vec3_length_squared(gap);
+        if (pli_vec3_dot(pli_vec3_sub(point, end), gap) > margin * sqrtf(squared)) { return NEAR_NO; }
+        const pli_vec3 way = pli_vec3_sub(end, pli_vec3_sub(point, gap));
+        const float along = pli_vec3_dot(gap, way), length_squared = pli_vec3_length_squared(way);
+        if (!(along > 0.0f)) { return NEAR_UNKNOWN; }
+        gap = pli_vec3_sub(gap, pli_vec3_scale(way, along < length_squared ? along / length_squared : 1.0f));
+        if (pli_vec3_length_squared(gap) < margin * margin) { return NEAR_YES; }
+    }
+    return NEAR_UNKNOWN;
+}
+
+/* What is easy to see first. */
+bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin) {
+    if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
+        return false;
+    }
+    pli_vec3 gap;
+    if (plii_support_groups_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
+    point = pli_vec3_sub(point, hull->origin);
+    const plii_convex a = {.support = cluster_point_support, .user = &point, .centre = point};
+    const plii_convex b = plii_cluster_hull_convex(hull);
+    if (cluster_hull_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin)) { return false; }
+    const near_answer answer = cluster_hull_approach(point, hull, &b, gap, margin);
+    return answer != NEAR_UNKNOWN ? answer == NEAR_YES : plii_cluster_contacts_are_near(&a, &b, margin);
 }
 
 pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {

@@ -1,0 +1,260 @@
+/* Clusters against clusters, of another body or of their own. A pair has the contact of its nearest points, which is
+   all there is in reference mode (CollideCL_SS); otherwise up to three more at nodes of each side far from it, so that
+   flat sides rest on each other. */
+
+#include "math/lanes.h"
+
+#include "cluster/cluster_contacts_pair.h"
+#include "math/bounds.h"
+
+#define CLUSTER_CONTACTS_FEW 64 /* clusters, whose boxes are looked at one by one */
+
+// ------------------------------------------------------------------------------------------------------- finding pairs
+
+bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
+    const int count = plii_body_clusters(body)->count;
+    return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
+           PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
+           (count <= CLUSTER_CONTACTS_FEW ? plii_near_boxes_reserve(body->context, &state->near_boxes, count)
+                                          : plii_box_tree_reserve(body->context, &state->tree, count));
+}
+
+static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
+    if (state->has_tree) { return true; }
+    const plii_clusters* clusters = plii_body_clusters(body);
+    if (!plii_cluster_contacts_reserve_search(body, state)) { return false; }
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        const pli_bounds nothing = {body->bounds.min, body->bounds.min};
+        state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
+    }
+    state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
+                          ? plii_near_boxes_build(body->context, &state->near_boxes, clusters->count, state->boxes)
+                          : plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
+    return state->has_tree;
+}
+
+static void cluster_contacts_visit(int item, void* user) {
+    plii_cluster_contacts* state = user;
+    state->candidates[state->candidate_count++] = item;
+}
+
+/* Clusters of a body near a box, ascending. */
+static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
+    if (clusters->count <= CLUSTER_CONTACTS_FEW) {
+        state->candidate_count = plii_near_boxes_overlaps(&state->near_boxes, &box, state->candidates);
+        return;
+    }
+    state->candidate_count = 0;
+    plii_box_tree_overlaps(&state->tree, box, cluster_contacts_visit, state);
+    /* Few at a time: insertion sort. */
+    for (int i = 1; i < state->candidate_count; ++i) {
+        const int moved = state->candidates[i];
+        int k = i;
+        while (k > 0 && state->candidates[k - 1] > moved) {
+            state->candidates[k] = state->candidates[k - 1];
+            --k;
+        }
+        state->candidates[k] = moved;
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------ one pair
+
+/* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
+   normal of `info` points to `body`. */
+static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_contacts* state,
+                                             const pli_cluster_contact* info, plii_cluster_hull other, float margin,
+                                             plii_near_nodes* found) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    plii_near_nodes candidates;
+    plii_near_nodes_start(&candidates, info);
+    const plii_support_groups* own = &state->hulls[info->cluster];
+    if (own->packed != NULL) {
+        pli_vec3 points[PLII_SUPPORT_GROUPS_MIN];
+        float heights[PLII_SUPPORT_GROUPS_MIN];
+        const int count =
+            plii_support_groups_find_below(own, info->other_witness, info->normal, margin, points, heights);
+        for (int i = 0; i < count; ++i) {
+            plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
+        }
+    } else {
+        for (int i = 0; i < item->member_count; ++i) {
+            const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+            const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
+            if (above < margin) {
+                plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
+            }
+        }
+    }
+    for (int i = 1; i < candidates.count; ++i) {
+        const plii_near_node* node = &candidates.kept[i];
+        if (plii_cluster_hull_is_near(node->point, &other, info->other_witness, margin)) {
+            plii_near_nodes_add_beside(found, *node, margin);
+        }
+    }
+}
+
+static pli_status cluster_contacts_measure_pair(plii_met_pair* pair, plii_cluster_contacts* other_state,
+                                                pli_cluster_contact info, const plii_contact_terms* terms,
+                                                plii_convex_cache* cache) {
+    pli_body* body = pair->body;
+    plii_cluster_contacts* state = pair->state;
+    if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
+        return PLI_OK;
+    }
+    PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
+    pli_body* other = info.other;
+    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
+    const plii_cluster* other_cluster = &plii_body_clusters(other)->items[info.other_cluster];
+    const bool is_small = cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES ||
+                          other_cluster->member_count < PLII_CLUSTER_CONTACTS_MIN_NODES;
+    if (is_small || plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) {
+        return PLI_OK;
+    }
+
+    const pli_vec3 origin = cluster->frame.origin;
+    plii_near_nodes found;
+    plii_near_nodes_start(&found, &info);
+    cluster_contacts_find_nodes_over(body, state, &info,
+                                     plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin),
+                                     terms->margin, &found);
+    PLII_TRY(plii_cluster_contacts_add_nodes(pair, info, &found, 1, terms));
+    /* The same seen from the other side. */
+    const pli_cluster_contact reverse = {.cluster = info.other_cluster,
+                                         .witness = info.other_witness,
+                                         .other_witness = info.witness,
+                                         .normal = pli_vec3_neg(info.normal),
+                                         .distance = info.distance};
+    plii_near_nodes found_other;
+    plii_near_nodes_start(&found_other, &reverse);
+    cluster_contacts_find_nodes_over(other, other_state, &reverse,
+                                     plii_cluster_contacts_hull(body, state, info.cluster, origin), terms->margin,
+                                     &found_other);
+    for (int i = 1; i < found_other.count; ++i) {
+        const plii_near_node* node = &found_other.kept[i];
+        pli_cluster_contact turned = info;
+        turned.other_witness = node->point;
+        turned.distance = node->distance;
+        turned.witness = pli_vec3_add(node->point, pli_vec3_scale(info.normal, node->distance));
+        PLII_TRY(plii_cluster_contacts_add(pair, &turned, terms));
+    }
+    return PLI_OK;
+}
+
+static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_contacts* state,
+                                                plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
+                                                const plii_contact_terms* terms) {
+    const plii_known_pair known =
+        plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
+    if (plii_cluster_contacts_follow(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
+        return PLI_OK;
+    }
+    plii_met_pair met;
+    plii_met_pair_start(&met, body, state);
+    const int first = state->count;
+    PLII_TRY(cluster_contacts_measure_pair(&met, other_state, *pair, terms, plii_known_pair_cache(known)));
+    plii_cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- another body
+
+pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
+    plii_cluster_contacts *state = data, *other_state = other_data;
+    if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
+    if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
+        !cluster_contacts_update_tree(other, other_state)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
+    const plii_contact_terms terms = {
+        .margin = body->collision_margin + other->collision_margin,
+        .friction = plii_min(state->def.friction, other_state->def.friction),
+        .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
+        .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
+    };
+    /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
+    const float reach = clusters->def.reference_mode ? 0.0f : terms.margin;
+    const int before = state->count;
+    plii_clusters_take_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
+    plii_clusters_take_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
+    for (int i = 0; i < clusters->count; ++i) {
+        if (!clusters->items[i].settings.collides) { continue; }
+        cluster_contacts_find(other_clusters, other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        for (int k = 0; k < other_state->candidate_count; ++k) {
+            const int candidate = other_state->candidates[k];
+            if (!other_clusters->items[candidate].settings.collides) { continue; }
+            const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
+            const pli_status status = cluster_contacts_meet_cluster(body, state, other_state, &pair, &terms);
+            if (status != PLI_OK) {
+                state->count = before;
+                return status;
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- own clusters
+
+void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
+    if (state->has_neighbours) { plii_edge_set_destroy(&state->neighbours); }
+    state->has_neighbours = false;
+}
+
+/* Pairs that share a node, or lie within reach of each other as the body is now, never meet: the cloth would push
+   itself apart. */
+static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contacts* state) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const float margin = 2.0f * body->collision_margin;
+    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state)) {
+        return false;
+    }
+    size_t pairs = 0;
+    for (int i = 0; i < clusters->count; ++i) {
+        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        pairs += (size_t)state->candidate_count;
+    }
+    if (!plii_edge_set_create(body->context, pairs, &state->neighbours)) { return false; }
+    state->has_neighbours = true;
+    for (int i = 0; i < clusters->count; ++i) {
+        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        for (int k = 0; k < state->candidate_count; ++k) {
+            const int other = state->candidates[k];
+            if (other <= i) { continue; }
+            const pli_vec3 origin = clusters->items[i].frame.origin;
+            const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, i, origin);
+            const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
+            const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+            if (plii_cluster_contacts_are_near(&a, &b, margin)) { plii_edge_set_insert(&state->neighbours, i, other); }
+        }
+    }
+    return true;
+}
+
+pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
+    if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state) ||
+        (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    plii_clusters* clusters = plii_body_clusters(body);
+    plii_clusters_take_frames(body, clusters, body->bounds);
+    const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
+                                      state->def.soft_hardness, state->def.soft_split};
+    for (int i = 0; i < clusters->count; ++i) {
+        if (!clusters->items[i].settings.collides) { continue; }
+        cluster_contacts_find(clusters, state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        for (int k = 0; k < state->candidate_count; ++k) {
+            const int other = state->candidates[k];
+            if (other <= i || !clusters->items[other].settings.collides ||
+                plii_edge_set_contains(&state->neighbours, i, other)) {
+                continue;
+            }
+            const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
+            PLII_TRY(cluster_contacts_meet_cluster(body, state, state, &pair, &terms));
+        }
+    }
+    return PLI_OK;
+}

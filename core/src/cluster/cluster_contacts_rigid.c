@@ -1,0 +1,213 @@
+/* Clusters against rigid bodies. A pair has the contact of its nearest points, which is all there is in reference mode
+   (CollideCL_RS); otherwise up to three more at nodes and corners far from it, so that flat sides rest on each other.
+   Shapes that are not convex are met node by node. */
+
+#include "math/lanes.h"
+
+#include "body/world_impl.h"
+#include "cluster/cluster_contacts_pair.h"
+#include "math/bounds.h"
+#include "shape/shape_impl.h"
+
+#define CLUSTER_CONTACTS_BATCH 64
+#define CLUSTER_CONTACTS_TILT 0.1f /* of the directions in which corners are looked for */
+
+// ------------------------------------------------------------------------------------------------------- convex shapes
+
+static plii_contact_terms cluster_contacts_rigid_terms(const pli_body* body, const plii_cluster_contacts* state,
+                                                       const pli_rigid* rigid, float radius) {
+    const bool is_dynamic = rigid->kind == PLI_RIGID_DYNAMIC;
+    return (plii_contact_terms){radius + body->collision_margin, radius, plii_min(state->def.friction, rigid->friction),
+                                is_dynamic ? state->def.dynamic_hardness : state->def.static_hardness,
+                                is_dynamic ? state->def.dynamic_split : state->def.static_split};
+}
+
+static void cluster_contacts_add_near_nodes(const pli_body* body, const pli_cluster_contact* info,
+                                            const plii_measured_nodes* nodes, plii_near_nodes* found) {
+    const pli_mat3 rotation = plii_rigid_shape_transform(info->rigid, info->shape).rotation;
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* item = &clusters->items[info->cluster];
+    const float margin = body->collision_margin;
+    for (int i = 0; i < nodes->count; ++i) {
+        if (!(nodes->distances[i] < margin) || !plii_vec3_is_finite(nodes->normals[i])) { continue; }
+        const plii_near_node node = {plii_cluster_node(body, clusters, item, nodes->first + i),
+                                     pli_mat3_mul_vec3(rotation, nodes->normals[i]), nodes->distances[i]};
+        plii_near_nodes_add_beside(found, node, margin);
+    }
+}
+
+/* Adds the nodes of the cluster that lie within the margin of the shape's surface, but for those near the first. What
+   was measured of them is in `nodes`. */
+static void cluster_contacts_find_near_nodes(const pli_body* body, const pli_cluster_contact* info,
+                                             plii_measured_nodes* nodes, plii_near_nodes* found) {
+    const int count = plii_body_clusters(body)->items[info->cluster].member_count;
+    for (int first = 0; first < count; first += nodes->count) {
+        if (nodes->count == 0 || first > 0) { plii_cluster_contacts_measure_nodes(body, info, first, nodes); }
+        cluster_contacts_add_near_nodes(body, info, nodes, found);
+    }
+}
+
+/* Corners of the shape's core that lie over the cluster, near the plane of the nearest points: its farthest points in
+   directions a little off the normal. */
+static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, plii_cluster_hull hull, float radius,
+                                               float margin, plii_near_nodes* found) {
+    const pli_vec3 n = info->normal;
+    const pli_vec3 across = fabsf(n.x) > 0.6f ? pli_vec3_make(0, 1, 0) : pli_vec3_make(1, 0, 0);
+    const pli_vec3 u = plii_vec3_safe_normalize(pli_vec3_cross(n, across)), v = pli_vec3_cross(n, u);
+    for (int i = 0; i < 4; ++i) {
+        const pli_vec3 tilt =
+            pli_vec3_scale(i % 2 == 0 ? u : v, i < 2 ? CLUSTER_CONTACTS_TILT : -CLUSTER_CONTACTS_TILT);
+        const pli_vec3 corner =
+            plii_cluster_contacts_rigid_point(info, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
+        const float above = pli_vec3_dot(pli_vec3_sub(info->witness, corner), n);
+        if (!(above < margin + radius) || !plii_cluster_hull_is_near(corner, &hull, info->witness, margin + radius)) {
+            continue;
+        }
+        const plii_near_node node = {pli_vec3_add(corner, pli_vec3_scale(n, above)), n, above - radius};
+        plii_near_nodes_add_beside(found, node, margin);
+    }
+}
+
+/* terms[0] is that of the nearest points, terms[1] that of nodes and corners. */
+static pli_status cluster_contacts_measure_convex(plii_met_pair* pair, pli_cluster_contact info,
+                                                  const plii_contact_terms terms[2], plii_convex_cache* cache) {
+    pli_body* body = pair->body;
+    plii_cluster_contacts* state = pair->state;
+    const pli_shape* shape = info.rigid->shapes[info.shape];
+    plii_measured_nodes nodes;
+    nodes.count = 0;
+    if (!plii_cluster_contacts_measure_rigid(body, state, cache, terms[0].margin, &info, &nodes)) { return PLI_OK; }
+    PLII_TRY(plii_cluster_contacts_add(pair, &info, terms));
+    if (plii_cluster_contacts_are_as_reference(body, &info) || state->def.distance != NULL) { return PLI_OK; }
+    plii_near_nodes found;
+    plii_near_nodes_start(&found, &info);
+    cluster_contacts_find_near_nodes(body, &info, &nodes, &found);
+    const plii_cluster* cluster = &plii_body_clusters(body)->items[info.cluster];
+    if (cluster->member_count >= PLII_CLUSTER_CONTACTS_MIN_NODES) {
+        const plii_cluster_hull hull = plii_cluster_contacts_hull(body, state, info.cluster, cluster->frame.origin);
+        cluster_contacts_find_near_corners(&info, hull, shape->def.radius, body->collision_margin, &found);
+    }
+    return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
+}
+
+static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
+                                               const pli_cluster_contact* pair) {
+    const pli_shape* shape = pair->rigid->shapes[pair->shape];
+    const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
+                                         cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
+    const plii_known_pair known =
+        plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
+    if (plii_cluster_contacts_follow(body, state, known, pair, terms, shape)) { return PLI_OK; }
+    plii_met_pair met;
+    plii_met_pair_start(&met, body, state);
+    const int first = state->count;
+    PLII_TRY(cluster_contacts_measure_convex(&met, *pair, terms, plii_known_pair_cache(known)));
+    plii_cluster_contacts_keep(body, state, known, first, shape, terms[0].margin);
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- other shapes
+
+/* Clusters share nodes, so all nodes near a shape are measured first, each once. `near` shrinks to the nodes that are
+   within the margin. */
+static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_contacts* state, const pli_rigid* rigid,
+                                                 int shape_index, pli_bounds* near) {
+    if (!PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const pli_transform pose = plii_rigid_shape_transform(rigid, shape_index);
+    const float margin = body->collision_margin;
+    pli_bounds found = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    int node = 0;
+    while (node < body->node_count) {
+        int nodes[CLUSTER_CONTACTS_BATCH], count = 0;
+        pli_vec3 points[CLUSTER_CONTACTS_BATCH], normals[CLUSTER_CONTACTS_BATCH];
+        float distances[CLUSTER_CONTACTS_BATCH];
+        for (; node < body->node_count && count < CLUSTER_CONTACTS_BATCH; ++node) {
+            const pli_vec3 x = plii_xyz(body->positions[node]);
+            state->surface[node].distance = INFINITY;
+            if (!plii_bounds_overlap(*near, (pli_bounds){x, x})) { continue; }
+            nodes[count] = node;
+            points[count++] = pli_transform_inverse_point(pose, x);
+        }
+        if (count == 0) { continue; }
+        shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+        for (int i = 0; i < count; ++i) {
+            if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
+            const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
+            state->surface[nodes[i]] = (plii_near_surface){distances[i], normal};
+            const pli_vec3 x = plii_xyz(body->positions[nodes[i]]);
+            found = (pli_bounds){plii_vec3_min(found.min, x), plii_vec3_max(found.max, x)};
+        }
+    }
+    *near = found;
+    return PLI_OK;
+}
+
+static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_contacts* state,
+                                                const pli_cluster_contact* pair) {
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* cluster = &clusters->items[pair->cluster];
+    plii_near_nodes found;
+    plii_near_nodes_start_empty(&found);
+    for (int i = 0; i < cluster->member_count; ++i) {
+        const int node = clusters->members[cluster->first_member + i].node;
+        const plii_near_surface* surface = &state->surface[node];
+        if (!(surface->distance < body->collision_margin)) { continue; }
+        plii_near_nodes_add(&found,
+                            (plii_near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
+    }
+    const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
+    plii_met_pair met;
+    plii_met_pair_start(&met, body, state);
+    return plii_cluster_contacts_add_nodes(&met, *pair, &found, 0, &terms);
+}
+
+// ------------------------------------------------------------------------------------------ all shapes of a rigid body
+
+/* Where clusters are met. Bullet adds the margin of a shape to bounds that have it already. */
+static pli_bounds cluster_contacts_near(const pli_body* body, bool reference_mode, const pli_rigid* rigid,
+                                        int shape_index) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    const pli_bounds local = reference_mode ? plii_shape_source_bounds(shape) : shape->def.bounds(shape->def.user);
+    const float margin = reference_mode ? shape->def.radius + body->collision_margin : body->collision_margin;
+    return plii_bounds_grow(plii_bounds_transform(local, plii_rigid_shape_transform(rigid, shape_index)), margin);
+}
+
+static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
+                                              int shape_index) {
+    const pli_shape* shape = rigid->shapes[shape_index];
+    plii_clusters* clusters = plii_body_clusters(body);
+    const bool is_convex = shape->def.support != NULL;
+    const bool reference_mode = clusters->def.reference_mode;
+    pli_bounds near = cluster_contacts_near(body, reference_mode, rigid, shape_index);
+    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
+    if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
+    plii_clusters_take_frames(body, clusters, near);
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }
+        if (cluster->contains_pinned_node && rigid->kind != PLI_RIGID_DYNAMIC) { continue; }
+        const pli_cluster_contact pair = {.cluster = i, .rigid = rigid, .shape = shape_index};
+        PLII_TRY((is_convex ? cluster_contacts_meet_convex : cluster_contacts_meet_concave)(body, state, &pair));
+    }
+    return PLI_OK;
+}
+
+pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_rigid* rigid) {
+    plii_cluster_contacts* state = data;
+    if (!state->def.with_rigids) { return PLI_OK; }
+    if (!plii_cluster_contacts_update_groups(body, state)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    const int before = state->count;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_status status = cluster_contacts_meet_shape(body, state, rigid, i);
+        if (status != PLI_OK) {
+            state->count = before;
+            return status;
+        }
+    }
+    if (state->count > before) { plii_rigid_touch(rigid); }
+    return PLI_OK;
+}
