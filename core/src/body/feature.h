@@ -38,35 +38,15 @@ typedef enum plii_stage {
     PLII_STAGE_COUNT
 } plii_stage;
 
-/* Order within a stage: Bullet's. Equal orders run in the order of enabling. */
-enum {
-    PLII_ORDER_STEP_SMOOTHING_START = 0, /* not in Bullet */
-    PLII_ORDER_AERO = 10,
-    PLII_ORDER_PRESSURE = 20,
-    PLII_ORDER_VOLUME = 30,
-    PLII_ORDER_FACE_AERO = 40,
+/* Order within a stage: Bullet's. Equal orders run in the order of enabling. The number is an enum constant in the
+   feature's own file. In the stages that solve
 
-    PLII_ORDER_SPEED_LIMIT = 1,
-    PLII_ORDER_CLEAR_CONTACTS = 5,
-    PLII_ORDER_CLUSTERS = 10,
-    PLII_ORDER_BOXES = 30,
-    PLII_ORDER_POSE = 40,
-
-    PLII_ORDER_JOINTS = 10,
-    PLII_ORDER_CLUSTER_CONTACTS = 20,
-
-    PLII_ORDER_APPLY_CLUSTERS = 5,
-    PLII_ORDER_ANCHORS = 10,
-    PLII_ORDER_RIGID_CONTACTS = 20,
-    PLII_ORDER_RIGID_FACE_CONTACTS = 25,
-    PLII_ORDER_SOFT_CONTACTS = 30,
-    PLII_ORDER_LINKS = 40,
-    PLII_ORDER_TETHERS = 42,             /* not in Bullet */
-    PLII_ORDER_RIGID_CONTACTS_LAST = 45, /* not in Bullet */
-    PLII_ORDER_SELF_COLLISION = 50,      /* not in Bullet */
-    PLII_ORDER_SELF_FACES_LAST = 60,
-    PLII_ORDER_STEP_SMOOTHING_FINISH = 100 /* not in Bullet */
-};
+       below 10   what was left from before
+       10 to 39   what others demand: anchors, rigid bodies, other soft bodies
+       40         links, which every body has
+       41 to 49   what comes after links
+       from 50    self-collision */
+enum { PLII_ORDER_LINKS = 40 };
 
 struct plii_hold;
 

@@ -20,6 +20,8 @@ typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* su
 /* Kinds that only XPBD has are enabled by plii_xpbd_enable_kind; features of other solvers name theirs in their class
    and take part whenever the body is stepped by XPBD. */
 typedef struct plii_substep_class {
+    /* Of the sweep, an enum constant in the feature's own file: to 49 what holds the body together, from 50 on anchors
+       and contacts, so that what is drawn does not penetrate. */
     int order;
     const plii_feature_class* klass;
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
@@ -29,20 +31,6 @@ typedef struct plii_substep_class {
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const pli_body* body, const void* state);
 } plii_substep_class;
-
-/* Contacts come last, so that what is drawn does not penetrate. */
-enum {
-    PLII_SUBSTEP_ORDER_BENDING = 10,
-    PLII_SUBSTEP_ORDER_TETRAS = 20,
-    PLII_SUBSTEP_ORDER_VOLUME = 30,
-    PLII_SUBSTEP_ORDER_LINKS = 40,
-    PLII_SUBSTEP_ORDER_TETHERS = 45, /* anchors take their nodes along after them */
-    PLII_SUBSTEP_ORDER_ANCHORS = 50,
-    PLII_SUBSTEP_ORDER_SELF_COLLISION = 55, /* rigid bodies have the last word */
-    PLII_SUBSTEP_ORDER_RIGID_CONTACTS = 60,
-    PLII_SUBSTEP_ORDER_SOFT_CONTACTS = 70,
-    PLII_SUBSTEP_ORDER_SELF_FACES = 1000 /* nothing may move nodes after this */
-};
 
 static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_substep* substep, int node) {
     return pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(substep->displacements[node]));

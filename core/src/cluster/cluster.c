@@ -489,12 +489,15 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     clusters_update_from(body, clusters, 0, false);
 }
 
+/* Impulses of joints and cluster contacts are applied before anything else is solved. */
+enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
+
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
-    .stages = {[PLII_STAGE_UPDATE] = {clusters_update, PLII_ORDER_CLUSTERS},
-               [PLII_STAGE_PREPARE] = {clusters_apply_velocity_impulses, PLII_ORDER_APPLY_CLUSTERS},
-               [PLII_STAGE_FINISH] = {clusters_finish, PLII_ORDER_APPLY_CLUSTERS}},
+    .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
+               [PLII_STAGE_PREPARE] = {clusters_apply_velocity_impulses, CLUSTERS_APPLY_ORDER},
+               [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .disable = clusters_disable,
     .bytes = clusters_bytes,
     .topology_blocks = clusters_topology_blocks,

@@ -224,16 +224,19 @@ static void cluster_contacts_make_room(pli_body* body, void* data) {
 
 // --------------------------------------------------------------------------------------------------------- the feature
 
+/* After joints. */
+enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
+
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
     .needs = cluster_contacts_needs,
-    .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, PLII_ORDER_CLEAR_CONTACTS},
-               [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, PLII_ORDER_CLUSTER_CONTACTS},
-               [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, PLII_ORDER_CLUSTER_CONTACTS},
-               [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, PLII_ORDER_CLUSTER_CONTACTS}},
+    .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
+               [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
+               [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
+               [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,

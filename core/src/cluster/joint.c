@@ -139,12 +139,14 @@ static void joints_topology_commit(pli_body* body, void* state, const plii_topol
     (void)blocks;
 }
 
+enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
+
 static const plii_feature_class joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
-    .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, PLII_ORDER_JOINTS},
-               [PLII_STAGE_JOINT_SOLVE] = {joints_solve, PLII_ORDER_JOINTS},
-               [PLII_STAGE_JOINT_FINISH] = {joints_finish, PLII_ORDER_JOINTS}},
+    .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
+               [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
+               [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .disable = joints_disable,
     .forget_rigid = joints_forget_rigid,
     .forget_body = joints_forget_body,

@@ -197,11 +197,13 @@ static void anchor_topology_commit(pli_body* body, void* state, const plii_topol
     body->anchored = blocks[0];
 }
 
+enum { ANCHOR_ORDER = 10 }; /* before contacts */
+
 static const plii_feature_class anchor_class = {
     .name = "anchors",
     .state_size = sizeof(anchor_state),
-    .stages = {[PLII_STAGE_PREPARE] = {anchor_prepare, PLII_ORDER_ANCHORS},
-               [PLII_STAGE_POSITION] = {anchor_solve, PLII_ORDER_ANCHORS}},
+    .stages =
+        {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
     .enable = anchor_enable,
     .disable = anchor_disable,
     .list_holds = anchor_list_holds,

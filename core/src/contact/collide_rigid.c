@@ -378,11 +378,14 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
     ((rigid_contacts_state*)data)->count = 0;
 }
 
+/* After anchors and before the links, or, which Bullet has not, after the links. */
+enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
+
 static const plii_feature_class rigid_contacts_class = {
     .name = "rigid_contacts",
     .state_size = sizeof(rigid_contacts_state),
-    .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, PLII_ORDER_CLEAR_CONTACTS},
-               [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, PLII_ORDER_RIGID_CONTACTS}},
+    .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
+               [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_holds = rigid_contacts_list_holds,
@@ -403,7 +406,7 @@ static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_con
 static const plii_feature_class rigid_contacts_last_class = {
     .name = "rigid_contacts_last",
     .needs = rigid_contacts_last_needs,
-    .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, PLII_ORDER_RIGID_CONTACTS_LAST}},
+    .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
 };
 
 static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,

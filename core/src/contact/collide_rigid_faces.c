@@ -448,13 +448,16 @@ static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_t
     plii_pair_memory_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
+/* After contacts of nodes with rigid bodies. */
+enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
+
 static const plii_feature_class rigid_faces_class = {
     .name = "rigid_face_contacts",
     .state_size = sizeof(plii_rigid_faces),
-    .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, PLII_ORDER_CLEAR_CONTACTS},
-               [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, PLII_ORDER_RIGID_FACE_CONTACTS},
-               [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, PLII_ORDER_RIGID_FACE_CONTACTS},
-               [PLII_STAGE_FINISH] = {plii_rigid_faces_finish, PLII_ORDER_RIGID_FACE_CONTACTS}},
+    .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
+               [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
+               [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},
+               [PLII_STAGE_FINISH] = {plii_rigid_faces_finish, RIGID_FACES_ORDER}},
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,

@@ -59,9 +59,11 @@ static void node_boxes_topology_commit(pli_body* body, void* state, const plii_t
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }
 
+enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
+
 static const plii_feature_class node_boxes_class = {
     .name = "node boxes",
-    .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, PLII_ORDER_BOXES}},
+    .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, NODE_BOXES_ORDER}},
     .enable = node_boxes_enable,
     .disable = node_boxes_disable,
     .bytes = node_boxes_bytes,

@@ -128,12 +128,15 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
     body->soft_node_boxes = NULL;
 }
 
+/* Boxes after clusters; contacts after those with rigid bodies and before the links. */
+enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft_contacts",
     .state_size = sizeof(plii_soft_contacts_state),
-    .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, PLII_ORDER_BOXES},
-               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, PLII_ORDER_SOFT_CONTACTS},
-               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, PLII_ORDER_SOFT_CONTACTS}},
+    .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
+               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
+               [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
     .forget_body = soft_contacts_forget_body,

@@ -220,6 +220,9 @@ static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
+/* Of faces after pressure and volume, as in Bullet. */
+enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
+
 static const plii_feature_class* const aero_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
                                                        NULL};
 static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
@@ -229,14 +232,14 @@ static const plii_feature_class aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
     .needs = aero_needs,
-    .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, PLII_ORDER_AERO}},
+    .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
 
 static const plii_feature_class aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
     .needs = aero_face_needs,
-    .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, PLII_ORDER_FACE_AERO}},
+    .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
 };
 
 pli_aero_def pli_aero_def_default(void) {

@@ -23,11 +23,13 @@ static void pressure_run(pli_body* body, void* state, const plii_step* step) {
 static const plii_feature_class* const pressure_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
                                                            NULL};
 
+enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
+
 static const plii_feature_class pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
     .needs = pressure_needs,
-    .stages = {[PLII_STAGE_FORCES] = {pressure_run, PLII_ORDER_PRESSURE}},
+    .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {

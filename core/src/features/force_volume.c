@@ -41,11 +41,13 @@ static pli_status volume_enable(pli_body* body, void* state) {
 static const plii_feature_class* const volume_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
                                                          NULL};
 
+enum { VOLUME_ORDER = 30 }; /* after pressure */
+
 static const plii_feature_class volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
     .needs = volume_needs,
-    .stages = {[PLII_STAGE_FORCES] = {volume_run, PLII_ORDER_VOLUME}},
+    .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,
 };
 

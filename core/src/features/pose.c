@@ -159,10 +159,12 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
     }
 }
 
+enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
+
 static const plii_feature_class pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
-    .stages = {[PLII_STAGE_UPDATE] = {pose_run, PLII_ORDER_POSE}},
+    .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .enable = pose_enable,
     .disable = pose_disable,
     .bytes = pose_bytes,

@@ -78,11 +78,14 @@ static void step_smoothing_topology_commit(pli_body* body, void* data, const pli
     state->starts = blocks[0];
 }
 
+/* Not in Bullet. Before all forces, and after all that changes velocities. */
+enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
+
 static const plii_feature_class step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
-    .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, PLII_ORDER_STEP_SMOOTHING_START},
-               [PLII_STAGE_FINISH] = {step_smoothing_finish, PLII_ORDER_STEP_SMOOTHING_FINISH}},
+    .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
+               [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},
     .enable = step_smoothing_enable,
     .disable = step_smoothing_disable,
     .bytes = step_smoothing_bytes,

@@ -258,10 +258,14 @@ static void tether_topology_commit(pli_body* body, void* data, const plii_topolo
     tether_measure(body, state);
 }
 
+/* Not in Bullet. After the links, which stretch them; contacts and anchors come after them in substeps and before them
+   in iterations. */
+enum { TETHER_ORDER = PLII_ORDER_LINKS + 2, TETHER_SUBSTEP_ORDER = 45 };
+
 static const plii_feature_class tether_class;
 
 static const plii_substep_class tether_kind = {
-    .order = PLII_SUBSTEP_ORDER_TETHERS,
+    .order = TETHER_SUBSTEP_ORDER,
     .klass = &tether_class,
     .begin = tether_begin,
     .restart = tether_restart,
@@ -271,8 +275,8 @@ static const plii_substep_class tether_kind = {
 static const plii_feature_class tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
-    .stages = {[PLII_STAGE_PREPARE] = {tether_prepare, PLII_ORDER_TETHERS},
-               [PLII_STAGE_POSITION] = {tether_solve, PLII_ORDER_TETHERS}},
+    .stages =
+        {[PLII_STAGE_PREPARE] = {tether_prepare, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &tether_kind,
     .enable = tether_enable,
     .disable = tether_disable,

@@ -127,11 +127,14 @@ static void self_grids_topology_commit(pli_body* body, void* data, const plii_to
 
 static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_class, NULL};
 
+/* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
+enum { SELF_GRIDS_ORDER = 50 };
+
 static const plii_feature_class self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
     .needs = self_grids_needs,
-    .stages = {[PLII_STAGE_FINISH] = {self_grids_run, PLII_ORDER_SELF_COLLISION}},
+    .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .enable = self_grids_enable,
     .disable = self_grids_disable,
     .bytes = self_grids_bytes,

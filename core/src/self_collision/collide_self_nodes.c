@@ -333,9 +333,13 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
     state->touching_count = 0;
 }
 
+/* Not in Bullet. Speeds are limited before anything is taken from predicted positions; contacts come after all links
+   and, in substeps, before those with rigid bodies, which have the last word. */
+enum { SELF_NODES_LIMIT_ORDER = 1, SELF_NODES_ORDER = 50, SELF_NODES_SUBSTEP_ORDER = 55 };
+
 static const plii_feature_class self_nodes_class;
 static const plii_substep_class self_nodes_kind = {
-    .order = PLII_SUBSTEP_ORDER_SELF_COLLISION,
+    .order = SELF_NODES_SUBSTEP_ORDER,
     .klass = &self_nodes_class,
     .begin = self_nodes_begin_substeps,
     .restart = self_nodes_restart,
@@ -347,9 +351,9 @@ static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
     .needs = self_nodes_needs,
-    .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, PLII_ORDER_SPEED_LIMIT},
-               [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, PLII_ORDER_SELF_COLLISION},
-               [PLII_STAGE_POSITION] = {self_nodes_run_position, PLII_ORDER_SELF_COLLISION}},
+    .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
+               [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
+               [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
     .substepped = &self_nodes_kind,
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,

@@ -174,9 +174,12 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
 
 // --------------------------------------------------------------------------------------------------------- the feature
 
+/* Not in Bullet. After all links, and nothing may move nodes after the motions are cut short. */
+enum { SELF_FACES_ORDER = 50, SELF_FACES_LAST_ORDER = 60, SELF_FACES_SUBSTEP_ORDER = 1000 };
+
 static const plii_feature_class self_faces_class;
 static const plii_substep_class self_faces_kind = {
-    .order = PLII_SUBSTEP_ORDER_SELF_FACES,
+    .order = SELF_FACES_SUBSTEP_ORDER,
     .klass = &self_faces_class,
     .begin = self_faces_begin_substeps,
     .restart = self_faces_restart_substep,
@@ -185,9 +188,9 @@ static const plii_substep_class self_faces_kind = {
 static const plii_feature_class self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
-    .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, PLII_ORDER_SELF_COLLISION},
-               [PLII_STAGE_POSITION] = {self_faces_run_position, PLII_ORDER_SELF_COLLISION},
-               [PLII_STAGE_FINISH] = {self_faces_run_finish, PLII_ORDER_SELF_FACES_LAST}},
+    .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
+               [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
+               [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
     .substepped = &self_faces_kind,
     .enable = self_faces_enable,
     .disable = self_faces_disable,

@@ -106,8 +106,10 @@ static bool xpbd_anchors_is_idle(const pli_body* body, const void* data) {
     return ((const xpbd_anchors_state*)data)->count == 0;
 }
 
+enum { XPBD_ANCHORS_ORDER = 50 }; /* they take their nodes along after links and tethers */
+
 static const plii_substep_class xpbd_anchors_kind = {
-    .order = PLII_SUBSTEP_ORDER_ANCHORS,
+    .order = XPBD_ANCHORS_ORDER,
     .klass = &xpbd_anchors_class,
     .begin = xpbd_anchors_begin,
     .restart = xpbd_anchors_restart,

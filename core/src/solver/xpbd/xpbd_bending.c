@@ -261,8 +261,10 @@ static const plii_feature_class xpbd_bending_class = {
     .topology_commit = xpbd_bending_topology_commit,
 };
 
+enum { XPBD_BENDING_ORDER = 10 }; /* the first */
+
 static const plii_substep_class xpbd_bending_kind = {
-    .order = PLII_SUBSTEP_ORDER_BENDING,
+    .order = XPBD_BENDING_ORDER,
     .klass = &xpbd_bending_class,
     .restart = xpbd_bending_restart,
     .sweep = xpbd_bending_sweep,

@@ -118,8 +118,10 @@ static const plii_feature_class xpbd_links_class = {
     .topology_commit = xpbd_links_topology_commit,
 };
 
+enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
+
 static const plii_substep_class xpbd_links_kind = {
-    .order = PLII_SUBSTEP_ORDER_LINKS,
+    .order = XPBD_LINKS_ORDER,
     .klass = &xpbd_links_class,
     .begin = xpbd_links_begin,
     .restart = xpbd_links_restart,

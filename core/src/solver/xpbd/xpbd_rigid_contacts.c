@@ -181,8 +181,10 @@ static bool xpbd_rigid_contacts_is_idle(const pli_body* body, const void* data) 
     return ((const xpbd_rigid_contacts_state*)data)->count == 0;
 }
 
+enum { XPBD_RIGID_CONTACTS_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
+
 static const plii_substep_class xpbd_rigid_contacts_kind = {
-    .order = PLII_SUBSTEP_ORDER_RIGID_CONTACTS,
+    .order = XPBD_RIGID_CONTACTS_ORDER,
     .klass = &xpbd_rigid_contacts_class,
     .begin = xpbd_rigid_contacts_begin,
     .restart = xpbd_rigid_contacts_restart,

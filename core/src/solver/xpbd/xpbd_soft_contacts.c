@@ -202,8 +202,10 @@ static bool xpbd_soft_contacts_is_idle(const pli_body* body, const void* data) {
     return ((const xpbd_soft_contacts_state*)data)->count == 0;
 }
 
+enum { XPBD_SOFT_CONTACTS_ORDER = 70 }; /* after rigid bodies */
+
 static const plii_substep_class xpbd_soft_contacts_kind = {
-    .order = PLII_SUBSTEP_ORDER_SOFT_CONTACTS,
+    .order = XPBD_SOFT_CONTACTS_ORDER,
     .klass = &xpbd_soft_contacts_class,
     .begin = xpbd_soft_contacts_begin,
     .restart = xpbd_soft_contacts_restart,

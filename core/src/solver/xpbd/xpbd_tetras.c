@@ -218,8 +218,10 @@ static const plii_feature_class xpbd_tetras_class = {
     .bytes = xpbd_tetras_bytes,
 };
 
+enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
+
 static const plii_substep_class xpbd_tetras_kind = {
-    .order = PLII_SUBSTEP_ORDER_TETRAS,
+    .order = XPBD_TETRAS_ORDER,
     .klass = &xpbd_tetras_class,
     .restart = xpbd_tetras_restart,
     .sweep = xpbd_tetras_sweep,

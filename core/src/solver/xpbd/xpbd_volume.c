@@ -139,8 +139,10 @@ static const plii_feature_class xpbd_volume_class = {
     .topology_commit = xpbd_volume_topology_commit,
 };
 
+enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
+
 static const plii_substep_class xpbd_volume_kind = {
-    .order = PLII_SUBSTEP_ORDER_VOLUME,
+    .order = XPBD_VOLUME_ORDER,
     .klass = &xpbd_volume_class,
     .restart = xpbd_volume_restart,
     .sweep = xpbd_volume_sweep,
