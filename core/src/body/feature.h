@@ -11,8 +11,9 @@
        per body    PREPARE -> VELOCITY*n -> POSITION*n -> DRIFT*n -> FINISH   pli_world_solve
        per body    REFRESH, after all bodies are solved
 
-   These are btSoftBody's stages, so that results can be compared one by one. A feature is one file with one class and
-   one enable function. Nothing names all features: what a program does not enable it does not link. */
+   These are btSoftBody's stages, so that results can be compared one by one. A feature is one file, or a few of one
+   name, with one class and one enable function. Nothing names all features: what a program does not enable it does not
+   link. */
 
 #include "pliant/body.h"
 #include "pliant/rigid.h"
