@@ -323,18 +323,6 @@ static void link_colors_make_groups(link_colors_maker* maker) {
     }
 }
 
-static void link_colors_count_alike(plii_link_colors* colors) {
-    for (const plii_link_color* color = colors->colors; color < colors->colors + colors->color_count; ++color) {
-        plii_link_group* next = NULL;
-        for (int g = color->first_group + color->group_count - 1; g >= color->first_group; --g) {
-            plii_link_group* group = &colors->groups[g];
-            const bool is_alike = next != NULL && next->pairs == group->pairs;
-            group->alike = (uint8_t)(!is_alike ? 1 : next->alike < UINT8_MAX ? next->alike + 1 : UINT8_MAX);
-            next = group;
-        }
-    }
-}
-
 // ------------------------------------------------------------------------------------------------------- the service
 
 /* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most. */
@@ -393,7 +381,6 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     *colors = maker.made;
     maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.place_count = 0;
     link_colors_make_groups(&maker);
-    link_colors_count_alike(colors);
     memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     colors->storage = block.memory;
     colors->storage_size = block.size;

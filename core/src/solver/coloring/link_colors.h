@@ -18,7 +18,6 @@ typedef struct plii_link_group {
     int first_place;   /* of four, of single links of two */
     plii_link_tag tag; /* of all links */
     uint8_t pairs;     /* bit k: some lane has a link there */
-    uint8_t alike;     /* groups of the colour from this one on that have its pairs, at most 255 */
 } plii_link_group;
 
 typedef struct plii_link_color {

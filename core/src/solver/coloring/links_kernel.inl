@@ -8,7 +8,8 @@
 #include "math/simd.h"
 #include "solver/coloring/links_kernel.h"
 
-enum { LINKS_BATCH = 4 }; /* groups */
+/* Groups; of registers of four floats there are too few for the nodes of one. */
+enum { LINKS_BATCH = PLII_SIMD_RECORDS > 1 ? 6 : 1 };
 
 /* Constraints. Of links of XPBD those are rigid that have no compliance, and those damped that have a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
@@ -49,10 +50,9 @@ PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_square
     return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
 }
 
-/* 0 where it is not finite. */
+/* 0 where it is not finite: there a - a is no number. */
 PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
-    a = plii_float8_where_greater(plii_float8_all(INFINITY), a, a);
-    return plii_float8_where_greater(a, plii_float8_all(-INFINITY), a);
+    return plii_float8_where_greater(plii_float8_sub(a, a), plii_float8_all(-1.0f), a);
 }
 
 /* The numbers of a row of links. */
@@ -196,17 +196,26 @@ PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_lin
     links_scatter(quads, 0, task, places[0]);
 }
 
-PLII_SIMD_INLINE void links_group(const plii_links_task* task, const plii_link_group* group, int pairs, int kind) {
-    const links_places places = (links_places)&task->colors->places[group->first_place];
-    links_row row = links_first_row(task, group);
-    links_quads quads;
-    links_gather_all(&quads, task, places, pairs, kind);
-    links_round(&quads, 0, pairs, &row, kind);
-    if (pairs != PLII_LINK_SINGLE) {
-        links_round(&quads, 1, pairs, &row, kind);
-        links_round(&quads, 2, pairs, &row, kind);
+/* Groups with links between the same nodes, of one constraint. */
+PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
+                                  int kind) {
+    const links_places places = (links_places)&task->colors->places[groups->first_place];
+    const bool are_single = pairs == PLII_LINK_SINGLE;
+    const int node_count = are_single ? 2 : 4;
+    links_row rows[LINKS_BATCH];
+    links_quads quads[LINKS_BATCH];
+    for (int i = 0; i < count; ++i) {
+        rows[i] = links_first_row(task, &groups[i]);
+        links_gather_all(&quads[i], task, places + node_count * i, pairs, kind);
+        links_round(&quads[i], 0, pairs, &rows[i], kind);
     }
-    links_scatter_all(&quads, task, places, pairs);
+    for (int i = 0; i < count && !are_single; ++i) {
+        links_round(&quads[i], 1, pairs, &rows[i], kind);
+    }
+    for (int i = 0; i < count; ++i) {
+        if (!are_single) { links_round(&quads[i], 2, pairs, &rows[i], kind); }
+        links_scatter_all(&quads[i], task, places + node_count * i, pairs);
+    }
 }
 
 PLII_SIMD_INLINE int links_kind(const plii_links_task* task, const plii_link_group* group) {
@@ -217,36 +226,42 @@ PLII_SIMD_INLINE int links_kind(const plii_links_task* task, const plii_link_gro
 }
 
 /* What most quads are gets code of its own. */
-PLII_SIMD_INLINE void links_group_of_kind(const plii_links_task* task, const plii_link_group* group, int kind) {
-    if (group->pairs == PLII_LINK_SINGLE) {
-        links_group(task, group, PLII_LINK_SINGLE, kind);
-    } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_TWO_TRIANGLES) {
-        links_group(task, group, PLII_LINK_TWO_TRIANGLES, kind);
-    } else if (PLII_SIMD_RECORDS > 1 && group->pairs == PLII_LINK_ALL_PAIRS) {
-        links_group(task, group, PLII_LINK_ALL_PAIRS, kind);
+PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
+                                          int kind) {
+    const int pairs = groups->pairs;
+    if (pairs == PLII_LINK_SINGLE) {
+        links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
+    } else if (PLII_SIMD_RECORDS > 1 && pairs == PLII_LINK_TWO_TRIANGLES) {
+        links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
+    } else if (PLII_SIMD_RECORDS > 1 && pairs == PLII_LINK_ALL_PAIRS) {
+        links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
     } else {
-        links_group(task, group, group->pairs, kind);
+        links_batch(task, groups, count, pairs, kind);
     }
 }
-static void links_group_of_any_kind(const plii_links_task* task, const plii_link_group* group) {
-    switch (links_kind(task, group)) {
-    case LINKS_POSITIONS:
-        links_group_of_kind(task, group, LINKS_POSITIONS);
-        break;
-    case LINKS_RIGID:
-        links_group_of_kind(task, group, LINKS_RIGID);
-        break;
-    case LINKS_SOFT:
-        links_group_of_kind(task, group, LINKS_SOFT);
-        break;
-    default:
-        links_group_of_kind(task, group, LINKS_DAMPED);
+/* The first groups, as far as they may be solved together; returns how many they are. */
+static int links_first_batch(const plii_links_task* task, const plii_link_group* groups, int most) {
+    const int kind = links_kind(task, groups);
+    int count = 1;
+    while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs &&
+           links_kind(task, &groups[count]) == kind) {
+        ++count;
     }
+    if (kind == LINKS_POSITIONS) {
+        links_batch_of_kind(task, groups, count, LINKS_POSITIONS);
+    } else if (kind == LINKS_RIGID) {
+        links_batch_of_kind(task, groups, count, LINKS_RIGID);
+    } else if (kind == LINKS_SOFT) {
+        links_batch_of_kind(task, groups, count, LINKS_SOFT);
+    } else {
+        links_batch_of_kind(task, groups, count, LINKS_DAMPED);
+    }
+    return count;
 }
 
 static void links_groups(const plii_links_task* task, int begin, int end) {
-    for (int g = begin; g < end; ++g) {
-        links_group_of_any_kind(task, &task->colors->groups[g]);
+    while (begin < end) {
+        begin += links_first_batch(task, &task->colors->groups[begin], end - begin);
     }
 }
 
@@ -273,7 +288,7 @@ static void links_serial(const plii_links_task* task) {
         }
         rest[LAST] = task->rest[slot];
         if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }
-        links_group_of_any_kind(&own, &group);
+        links_first_batch(&own, &group, 1);
         if (task->multipliers != NULL) { task->multipliers[slot] = multipliers[LAST]; }
     }
 }
