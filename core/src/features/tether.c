@@ -2,13 +2,13 @@
    Chentanez, Mueller, "Long Range Attachments", with one tether per node, and with rigid bodies at the anchors of
    nodes: a light node cannot hold back a heavy body. */
 
-#include "pliant/tether.h"
 #include "body/body_impl.h"
 #include "body/hold.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "body/world_impl.h"
 #include "math/range.h"
+#include "pliant/tether.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
