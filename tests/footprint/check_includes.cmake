@@ -9,7 +9,7 @@ cmake_minimum_required(VERSION 3.25)
 set(c_headers assert ctype errno fenv float inttypes limits locale math setjmp signal stdalign stdarg stdatomic stdbool stddef
     stdint stdio stdlib stdnoreturn string tgmath threads time)
 set(ccd_modules convex_penetration) # the only ones that may read libccd
-set(simd_modules simd lanes_twice) # the only ones that may read headers of instruction sets
+set(simd_modules lanes simd) # the only ones that may read headers of instruction sets
 set(step_modules body bounds context context_create feature mesh pipeline solver vec world) # what every program links
 set(feature_headers anchor bullet_reference contact forces generate implicit io pliant pose self_collision tether xpbd) # public headers that the step must not read
 

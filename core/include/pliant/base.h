@@ -124,10 +124,10 @@ typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int
 /// Instruction sets of the inner loops. All give the same bits.
 typedef enum pli_simd {
     PLI_SIMD_BEST = 0,     ///< the fastest that the processor has
-    PLI_SIMD_PORTABLE = 1, ///< plain C, on every processor; the reference for tests
-    PLI_SIMD_SSE2 = 2,     ///< four floats at a time, on every x86-64
+    PLI_SIMD_PORTABLE = 1, ///< what every processor of the target has
+    PLI_SIMD_SSE2 = 2,     ///< the same as PLI_SIMD_PORTABLE, on x86-64 only: four floats at a time
     PLI_SIMD_AVX2 = 3,     ///< eight floats at a time, x86-64 since about 2013
-    PLI_SIMD_NEON = 4      ///< four floats at a time, on every 64-bit ARM
+    PLI_SIMD_NEON = 4      ///< the same as PLI_SIMD_PORTABLE, on 64-bit ARM only: four floats at a time
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be

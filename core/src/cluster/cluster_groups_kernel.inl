@@ -1,7 +1,7 @@
 /* How the sides of groups of contacts move, and their iterations, with what the including file has to offer: the two
    sides of four pairs at once where there are eight lanes, and with more registers fewer are put aside. */
 
-#include "math/lanes_twice.h"
+#include "math/simd.h"
 
 #include "cluster/cluster_contacts_impl.h"
 #include "cluster/cluster_groups_kernel.h"
@@ -16,45 +16,45 @@ static inline void groups_store(plii_group_vec3* target, plii_vec3x4 v) {
     plii_float4_store(target->y, v.y);
     plii_float4_store(target->z, v.z);
 }
-static inline plii_twice3x4 groups_load_sides(const plii_group_sides3* v) {
-    return (plii_twice3x4){plii_twice4_load(v->x), plii_twice4_load(v->y), plii_twice4_load(v->z)};
+static inline plii_vec3x8 groups_load_sides(const plii_group_sides3* v) {
+    return (plii_vec3x8){plii_float8_load(v->x), plii_float8_load(v->y), plii_float8_load(v->z)};
 }
-static inline void groups_store_sides(plii_group_sides3* target, plii_twice3x4 v) {
-    plii_twice4_store(target->x, v.x);
-    plii_twice4_store(target->y, v.y);
-    plii_twice4_store(target->z, v.z);
+static inline void groups_store_sides(plii_group_sides3* target, plii_vec3x8 v) {
+    plii_float8_store(target->x, v.x);
+    plii_float8_store(target->y, v.y);
+    plii_float8_store(target->z, v.z);
 }
 /* The same on both sides. */
-static inline plii_twice4 groups_both(plii_float4 a) {
-    return plii_twice4_of(a, a);
+static inline plii_float8 groups_both(plii_float4 a) {
+    return plii_float8_of(a, a);
 }
-static inline plii_twice3x4 groups_both3(plii_vec3x4 a) {
-    return plii_twice3x4_of(a, a);
+static inline plii_vec3x8 groups_both3(plii_vec3x4 a) {
+    return plii_vec3x8_of(a, a);
 }
 
-static inline plii_twice3x4 groups_gather(pli_vec4* const a[PLII_GROUP_LANES], pli_vec4* const b[PLII_GROUP_LANES]) {
-    plii_twice4 rows[PLII_GROUP_LANES];
+static inline plii_vec3x8 groups_gather(pli_vec4* const a[PLII_GROUP_LANES], pli_vec4* const b[PLII_GROUP_LANES]) {
+    plii_float8 rows[PLII_GROUP_LANES];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        rows[lane] = plii_twice4_of(plii_float4_from(a[lane]), plii_float4_from(b[lane]));
+        rows[lane] = plii_float8_of(plii_float4_from(a[lane]), plii_float4_from(b[lane]));
     }
-    plii_twice4_turn(rows);
-    return (plii_twice3x4){rows[0], rows[1], rows[2]};
+    plii_float8_turn(rows);
+    return (plii_vec3x8){rows[0], rows[1], rows[2]};
 }
 static inline void groups_scatter(pli_vec4* const a[PLII_GROUP_LANES], pli_vec4* const b[PLII_GROUP_LANES],
-                                  plii_twice3x4 v) {
-    plii_twice4 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
-    plii_twice4_turn(rows);
+                                  plii_vec3x8 v) {
+    plii_float8 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
+    plii_float8_turn(rows);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        plii_float4_to(a[lane], plii_twice4_low(rows[lane]));
-        plii_float4_to(b[lane], plii_twice4_high(rows[lane]));
+        plii_float4_to(a[lane], plii_float8_low(rows[lane]));
+        plii_float4_to(b[lane], plii_float8_high(rows[lane]));
     }
 }
 /* Side 1, where each lane moves its record by its share. */
 static inline void groups_scatter_shares(pli_vec4* const a[PLII_GROUP_LANES], pli_vec4* const b[PLII_GROUP_LANES],
-                                         plii_twice3x4 before, plii_twice3x4 after, plii_float4 shares) {
-    plii_float4 rows[PLII_GROUP_LANES] = {plii_twice4_low(after.x), plii_twice4_low(after.y), plii_twice4_low(after.z),
+                                         plii_vec3x8 before, plii_vec3x8 after, plii_float4 shares) {
+    plii_float4 rows[PLII_GROUP_LANES] = {plii_float8_low(after.x), plii_float8_low(after.y), plii_float8_low(after.z),
                                           plii_float4_all(0.0f)};
-    const plii_vec3x4 change = plii_vec3x4_sub(plii_twice3x4_high(after), plii_twice3x4_high(before));
+    const plii_vec3x4 change = plii_vec3x4_sub(plii_vec3x8_high(after), plii_vec3x8_high(before));
     const plii_vec3x4 share = plii_vec3x4_scale(change, shares);
     plii_float4 moves[PLII_GROUP_LANES] = {share.x, share.y, share.z, plii_float4_all(0.0f)};
     plii_float4_turn(rows);
@@ -71,11 +71,11 @@ static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 
-static inline plii_twice3x4 groups_sum(const plii_group_sides3 turns[3], const plii_float4 impulses[3]) {
-    const plii_twice3x4 first = plii_twice3x4_scale(groups_load_sides(&turns[0]), groups_both(impulses[0]));
-    const plii_twice3x4 second = plii_twice3x4_scale(groups_load_sides(&turns[1]), groups_both(impulses[1]));
-    const plii_twice3x4 third = plii_twice3x4_scale(groups_load_sides(&turns[2]), groups_both(impulses[2]));
-    return plii_twice3x4_add(plii_twice3x4_add(first, second), third);
+static inline plii_vec3x8 groups_sum(const plii_group_sides3 turns[3], const plii_float4 impulses[3]) {
+    const plii_vec3x8 first = plii_vec3x8_scale(groups_load_sides(&turns[0]), groups_both(impulses[0]));
+    const plii_vec3x8 second = plii_vec3x8_scale(groups_load_sides(&turns[1]), groups_both(impulses[1]));
+    const plii_vec3x8 third = plii_vec3x8_scale(groups_load_sides(&turns[2]), groups_both(impulses[2]));
+    return plii_vec3x8_add(plii_vec3x8_add(first, second), third);
 }
 static inline plii_vec3x4 groups_push(const plii_vec3x4 directions[3], const plii_float4 impulses[3]) {
     return plii_vec3x4_add(
@@ -85,13 +85,13 @@ static inline plii_vec3x4 groups_push(const plii_vec3x4 directions[3], const pli
 
 /* Velocities of both sides. */
 typedef struct group_motion {
-    plii_twice3x4 linear, angular;
+    plii_vec3x8 linear, angular;
 } group_motion;
 
 /* Of side 0 against side 1, at the contact. */
-static inline plii_vec3x4 groups_velocity_at(const group_motion* motion, plii_twice3x4 arms) {
-    const plii_twice3x4 both = plii_twice3x4_add(motion->linear, plii_twice3x4_cross(motion->angular, arms));
-    return plii_vec3x4_sub(plii_twice3x4_low(both), plii_twice3x4_high(both));
+static inline plii_vec3x4 groups_velocity_at(const group_motion* motion, plii_vec3x8 arms) {
+    const plii_vec3x8 both = plii_vec3x8_add(motion->linear, plii_vec3x8_cross(motion->angular, arms));
+    return plii_vec3x4_sub(plii_vec3x8_low(both), plii_vec3x8_high(both));
 }
 
 // ------------------------------------------------------------------------------------------------------------ prepare
@@ -144,9 +144,9 @@ static void groups_count_lanes(plii_contact_group* group, const float inverse_ma
 /* What the contacts of a group have in common while they are prepared. */
 typedef struct group_terms {
     float inverse_dt;
-    plii_twice4 inverse_masses;
-    plii_twice3x4 inertia[3];      /* rows of the inverse inertias */
-    plii_twice3x4 angular_factors; /* of rigid bodies, as plii_rigid_apply_impulse knows them; of side 1 negative */
+    plii_float8 inverse_masses;
+    plii_vec3x8 inertia[3];      /* rows of the inverse inertias */
+    plii_vec3x8 angular_factors; /* of rigid bodies, as plii_rigid_apply_impulse knows them; of side 1 negative */
     group_motion motion; /* part of the depth: it was measured after this step's motion, which the impulses will change;
                             but rigid bodies have not moved yet */
     plii_float4 factors; /* of impulses between clusters of one body */
@@ -161,9 +161,9 @@ static void groups_take_factors(plii_contact_group* group, group_terms* terms) {
         angular[lane] = rigid != NULL ? &rigid->angular_factor : &one;
     }
     const plii_vec3x4 own = plii_vec3x4_all(one);
-    terms->angular_factors = plii_twice3x4_of(own, plii_vec3x4_neg(groups_from_vectors(angular)));
-    const plii_twice3x4 linear_factors = plii_twice3x4_of(own, plii_vec3x4_neg(groups_from_vectors(linear)));
-    groups_store_sides(&group->inverse_masses, plii_twice3x4_scale(linear_factors, terms->inverse_masses));
+    terms->angular_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(angular)));
+    const plii_vec3x8 linear_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(linear)));
+    groups_store_sides(&group->inverse_masses, plii_vec3x8_scale(linear_factors, terms->inverse_masses));
 }
 
 static group_terms groups_take_terms(plii_contact_groups* groups, plii_contact_group* group, const plii_step* step) {
@@ -182,24 +182,24 @@ static group_terms groups_take_terms(plii_contact_groups* groups, plii_contact_g
     float counts[PLII_GROUP_LANES];
     groups_count_lanes(group, inverse_masses[1], counts);
     const plii_float4 one = plii_float4_all(1.0f);
-    const plii_twice4 lanes = plii_twice4_of(one, plii_float4_load(counts));
+    const plii_float8 lanes = plii_float8_of(one, plii_float4_load(counts));
     group_terms terms;
     terms.inverse_dt = step->inverse_dt;
-    terms.inverse_masses = plii_twice4_mul(
-        plii_twice4_of(plii_float4_load(inverse_masses[0]), plii_float4_load(inverse_masses[1])), lanes);
+    terms.inverse_masses = plii_float8_mul(
+        plii_float8_of(plii_float4_load(inverse_masses[0]), plii_float4_load(inverse_masses[1])), lanes);
     for (int i = 0; i < 3; ++i) {
-        plii_twice4 rows[PLII_GROUP_LANES];
+        plii_float8 rows[PLII_GROUP_LANES];
         for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-            rows[lane] = plii_twice4_of(plii_lanes_from_vec3(&inertias[0][lane]->rows[i]),
+            rows[lane] = plii_float8_of(plii_lanes_from_vec3(&inertias[0][lane]->rows[i]),
                                         plii_lanes_from_vec3(&inertias[1][lane]->rows[i]));
         }
-        plii_twice4_turn(rows);
-        terms.inertia[i] = plii_twice3x4_scale((plii_twice3x4){rows[0], rows[1], rows[2]}, lanes);
+        plii_float8_turn(rows);
+        terms.inertia[i] = plii_vec3x8_scale((plii_vec3x8){rows[0], rows[1], rows[2]}, lanes);
     }
     groups_take_factors(group, &terms);
-    const plii_twice4 share = plii_twice4_of(one, plii_float4_load(included));
-    terms.motion.linear = plii_twice3x4_scale(groups_gather(a->linear, b->linear), share);
-    terms.motion.angular = plii_twice3x4_scale(groups_gather(a->angular, b->angular), share);
+    const plii_float8 share = plii_float8_of(one, plii_float4_load(included));
+    terms.motion.linear = plii_vec3x8_scale(groups_gather(a->linear, b->linear), share);
+    terms.motion.angular = plii_vec3x8_scale(groups_gather(a->angular, b->angular), share);
     terms.factors = plii_float4_load(factors);
     return terms;
 }
@@ -218,15 +218,14 @@ static inline void groups_find_tangents(plii_vec3x4 n, plii_vec3x4 tangents[2]) 
 }
 
 /* That impulses meet along a direction; how they turn the sides goes to the block. */
-static inline plii_float4 groups_take_direction(const group_terms* common, plii_twice3x4 arms, plii_vec3x4 direction,
+static inline plii_float4 groups_take_direction(const group_terms* common, plii_vec3x8 arms, plii_vec3x4 direction,
                                                 plii_group_sides3* turns) {
-    const plii_twice3x4 moment = plii_twice3x4_cross(arms, groups_both3(direction));
-    const plii_twice3x4 turn = {plii_twice3x4_dot(common->inertia[0], moment),
-                                plii_twice3x4_dot(common->inertia[1], moment),
-                                plii_twice3x4_dot(common->inertia[2], moment)};
-    groups_store_sides(turns, plii_twice3x4_mul(turn, common->angular_factors));
-    const plii_twice4 responses = plii_twice4_add(common->inverse_masses, plii_twice3x4_dot(moment, turn));
-    const plii_float4 response = plii_float4_add(plii_twice4_low(responses), plii_twice4_high(responses));
+    const plii_vec3x8 moment = plii_vec3x8_cross(arms, groups_both3(direction));
+    const plii_vec3x8 turn = {plii_vec3x8_dot(common->inertia[0], moment), plii_vec3x8_dot(common->inertia[1], moment),
+                              plii_vec3x8_dot(common->inertia[2], moment)};
+    groups_store_sides(turns, plii_vec3x8_mul(turn, common->angular_factors));
+    const plii_float8 responses = plii_float8_add(common->inverse_masses, plii_vec3x8_dot(moment, turn));
+    const plii_float4 response = plii_float4_add(plii_float8_low(responses), plii_float8_high(responses));
     const plii_mask4 can_move =
         plii_lanes_both(plii_lanes_less(plii_float4_all(FLT_MIN), response), plii_lanes_finite(response));
     return plii_lanes_select(can_move, plii_float4_div(plii_float4_all(1.0f), response), plii_float4_all(0.0f));
@@ -241,7 +240,7 @@ static inline void groups_prepare_block(const plii_contact_group* group, const g
         {&contacts[0]->arms[1], &contacts[1]->arms[1], &contacts[2]->arms[1], &contacts[3]->arms[1]}};
     plii_vec3x4 directions[3] = {groups_from_vectors(vectors[0])};
     groups_find_tangents(directions[0], directions + 1);
-    const plii_twice3x4 arms = plii_twice3x4_of(groups_from_vectors(vectors[1]), groups_from_vectors(vectors[2]));
+    const plii_vec3x8 arms = plii_vec3x8_of(groups_from_vectors(vectors[1]), groups_from_vectors(vectors[2]));
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     plii_float4 masses[3];
     for (int k = 0; k < 3; ++k) {
@@ -328,10 +327,9 @@ static inline void groups_solve_block(const plii_contact_group* group, plii_cont
         plii_float4_store(block->impulses[k], after[k]);
         changes[k] = plii_float4_sub(after[k], before[k]);
     }
-    const plii_twice3x4 push = groups_both3(groups_push(directions, changes));
-    motion->linear =
-        plii_twice3x4_add(motion->linear, plii_twice3x4_mul(push, groups_load_sides(&group->inverse_masses)));
-    motion->angular = plii_twice3x4_add(motion->angular, groups_sum(block->turns, changes));
+    const plii_vec3x8 push = groups_both3(groups_push(directions, changes));
+    motion->linear = plii_vec3x8_add(motion->linear, plii_vec3x8_mul(push, groups_load_sides(&group->inverse_masses)));
+    motion->angular = plii_vec3x8_add(motion->angular, groups_sum(block->turns, changes));
 }
 
 static void groups_solve(plii_contact_groups* groups) {
@@ -359,9 +357,9 @@ static void groups_solve(plii_contact_groups* groups) {
 
 /* What the contacts of each lane have done. */
 typedef struct group_sums {
-    plii_twice3x4 linear, angular;      /* velocities */
-    plii_twice3x4 drift, angular_drift; /* and displacements, over the step */
-    float pushed[PLII_GROUP_LANES];     /* > 0 where any impulse is not 0 */
+    plii_vec3x8 linear, angular;      /* velocities */
+    plii_vec3x8 drift, angular_drift; /* and displacements, over the step */
+    float pushed[PLII_GROUP_LANES];   /* > 0 where any impulse is not 0 */
     float drift_counts[PLII_GROUP_LANES];
 } group_sums;
 
@@ -369,7 +367,7 @@ static inline void groups_sum_up(const plii_contact_groups* groups, const plii_c
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_vec3x4 nothing = {zero, zero, zero};
     plii_vec3x4 pushes = nothing, drifts = nothing;
-    plii_twice3x4 turns = groups_both3(nothing), drift_turns = turns;
+    plii_vec3x8 turns = groups_both3(nothing), drift_turns = turns;
     plii_float4 pushed = zero, drift_counts = zero;
     for (int i = 0; i < group->block_count; ++i) {
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
@@ -380,29 +378,29 @@ static inline void groups_sum_up(const plii_contact_groups* groups, const plii_c
         const plii_float4 drift = plii_float4_load(block->drifts);
         pushes = plii_vec3x4_add(pushes, groups_push(directions, impulses));
         drifts = plii_vec3x4_add(drifts, plii_vec3x4_scale(directions[0], drift));
-        turns = plii_twice3x4_add(turns, groups_sum(block->turns, impulses));
-        drift_turns = plii_twice3x4_add(drift_turns,
-                                        plii_twice3x4_scale(groups_load_sides(&block->turns[0]), groups_both(drift)));
+        turns = plii_vec3x8_add(turns, groups_sum(block->turns, impulses));
+        drift_turns =
+            plii_vec3x8_add(drift_turns, plii_vec3x8_scale(groups_load_sides(&block->turns[0]), groups_both(drift)));
         /* Friction has no impulse without the normal. */
         pushed = plii_lanes_max(pushed, impulses[0]);
         drift_counts = plii_float4_add(drift_counts, plii_lanes_select(plii_lanes_less(zero, drift), one, zero));
     }
-    const plii_twice3x4 inverse_masses = groups_load_sides(&group->inverse_masses);
-    sums->linear = plii_twice3x4_mul(groups_both3(pushes), inverse_masses);
+    const plii_vec3x8 inverse_masses = groups_load_sides(&group->inverse_masses);
+    sums->linear = plii_vec3x8_mul(groups_both3(pushes), inverse_masses);
     sums->angular = turns;
-    sums->drift = plii_twice3x4_mul(groups_both3(drifts), inverse_masses);
+    sums->drift = plii_vec3x8_mul(groups_both3(drifts), inverse_masses);
     sums->angular_drift = drift_turns;
     plii_float4_store(sums->pushed, pushed);
     plii_float4_store(sums->drift_counts, drift_counts);
 }
 
 /* As eight records: the lanes of side 0, then those of side 1. */
-static inline void groups_to_records(plii_twice3x4 v, pli_vec4 records[2 * PLII_GROUP_LANES]) {
-    plii_twice4 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
-    plii_twice4_turn(rows);
+static inline void groups_to_records(plii_vec3x8 v, pli_vec4 records[2 * PLII_GROUP_LANES]) {
+    plii_float8 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
+    plii_float8_turn(rows);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        plii_float4_to(&records[lane], plii_twice4_low(rows[lane]));
-        plii_float4_to(&records[lane + PLII_GROUP_LANES], plii_twice4_high(rows[lane]));
+        plii_float4_to(&records[lane], plii_float8_low(rows[lane]));
+        plii_float4_to(&records[lane + PLII_GROUP_LANES], plii_float8_high(rows[lane]));
     }
 }
 

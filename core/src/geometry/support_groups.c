@@ -1,7 +1,7 @@
 /* Packed coordinates, searched eight at a time, and groups by splitting at the median along the longest side until the
  * groups are small. */
 
-#include "math/lanes_twice.h"
+#include "math/simd.h"
 
 #include "geometry/support_groups.h"
 
@@ -115,17 +115,17 @@ void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* 
     groups->is_current = true;
 }
 
-static inline plii_twice3x4 support_nodes(const plii_support_block* block) {
-    return (plii_twice3x4){plii_twice4_load(block->x), plii_twice4_load(block->y), plii_twice4_load(block->z)};
+static inline plii_vec3x8 support_nodes(const plii_support_block* block) {
+    return (plii_vec3x8){plii_float8_load(block->x), plii_float8_load(block->y), plii_float8_load(block->z)};
 }
 
-static inline float support_least(plii_twice4 a) {
-    plii_float4 four = plii_lanes_min(plii_twice4_low(a), plii_twice4_high(a));
+static inline float support_least(plii_float8 a) {
+    plii_float4 four = plii_lanes_min(plii_float8_low(a), plii_float8_high(a));
     four = plii_lanes_min(four, plii_lanes_all_w(four));
     return plii_lanes_first(plii_lanes_min(plii_lanes_min(four, plii_lanes_all_y(four)), plii_lanes_all_z(four)));
 }
-static inline float support_largest(plii_twice4 a) {
-    plii_float4 four = plii_lanes_max(plii_twice4_low(a), plii_twice4_high(a));
+static inline float support_largest(plii_float8 a) {
+    plii_float4 four = plii_lanes_max(plii_float8_low(a), plii_float8_high(a));
     four = plii_lanes_max(four, plii_lanes_all_w(four));
     return plii_lanes_first(plii_lanes_max(plii_lanes_max(four, plii_lanes_all_y(four)), plii_lanes_all_z(four)));
 }
@@ -133,19 +133,19 @@ static inline float support_largest(plii_twice4 a) {
 /* The first of the farthest nodes, as a search one by one finds it: each lane keeps the first of its farthest. Places
    are counted in floats, and nothing branches: which lane has the farthest node is anybody's guess. */
 static int support_farthest(const plii_support_groups* groups, pli_vec3 direction) {
-    const plii_twice3x4 along = plii_twice3x4_all(direction);
-    const plii_twice4 step = plii_twice4_all((float)PLII_SUPPORT_LANES);
-    plii_twice4 place = plii_twice4_of(plii_lanes_xyzw(0, 1, 2, 3), plii_lanes_xyzw(4, 5, 6, 7));
-    plii_twice4 best = plii_twice4_all(-INFINITY), found = place;
+    const plii_vec3x8 along = plii_vec3x8_all(direction);
+    const plii_float8 step = plii_float8_all((float)PLII_SUPPORT_LANES);
+    plii_float8 place = plii_float8_of(plii_lanes_xyzw(0, 1, 2, 3), plii_lanes_xyzw(4, 5, 6, 7));
+    plii_float8 best = plii_float8_all(-INFINITY), found = place;
     const plii_support_block* end = groups->packed + plii_support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
-        const plii_twice4 reach = plii_twice3x4_dot(support_nodes(block), along);
-        found = plii_twice4_select_less(best, reach, place, found);
-        best = plii_twice4_max(reach, best);
-        place = plii_twice4_add(place, step);
+        const plii_float8 reach = plii_vec3x8_dot(support_nodes(block), along);
+        found = plii_float8_select_less(best, reach, place, found);
+        best = plii_float8_max(reach, best);
+        place = plii_float8_add(place, step);
     }
-    const plii_twice4 farthest = plii_twice4_all(support_largest(best));
-    return (int)support_least(plii_twice4_select_less(best, farthest, plii_twice4_all(INFINITY), found));
+    const plii_float8 farthest = plii_float8_all(support_largest(best));
+    return (int)support_least(plii_float8_select_less(best, farthest, plii_float8_all(INFINITY), found));
 }
 
 static int support_query_groups(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
@@ -174,39 +174,39 @@ int plii_support_groups_query(const pli_vec4* positions, const plii_support_grou
 }
 
 float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction) {
-    const plii_twice3x4 along = plii_twice3x4_all(direction);
-    plii_twice4 best = plii_twice4_all(-INFINITY);
+    const plii_vec3x8 along = plii_vec3x8_all(direction);
+    plii_float8 best = plii_float8_all(-INFINITY);
     const plii_support_block* end = groups->packed + plii_support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
-        best = plii_twice4_max(plii_twice3x4_dot(support_nodes(block), along), best);
+        best = plii_float8_max(plii_vec3x8_dot(support_nodes(block), along), best);
     }
     return support_largest(best);
 }
 
 /* Returns the square of the length of the gap. */
 static float support_find_gap(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, pli_vec3* gap) {
-    const plii_twice3x4 from = plii_twice3x4_all(hub), arm = plii_twice3x4_all(pli_vec3_sub(point, hub));
-    const plii_twice4 zero = plii_twice4_all(0.0f), one = plii_twice4_all(1.0f), tiny = plii_twice4_all(FLT_MIN);
-    plii_twice4 nearest = plii_twice4_all(INFINITY);
-    plii_twice3x4 ways = {zero, zero, zero};
+    const plii_vec3x8 from = plii_vec3x8_all(hub), arm = plii_vec3x8_all(pli_vec3_sub(point, hub));
+    const plii_float8 zero = plii_float8_all(0.0f), one = plii_float8_all(1.0f), tiny = plii_float8_all(FLT_MIN);
+    plii_float8 nearest = plii_float8_all(INFINITY);
+    plii_vec3x8 ways = {zero, zero, zero};
     const plii_support_block* end = groups->packed + plii_support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
-        const plii_twice3x4 spoke = plii_twice3x4_sub(support_nodes(block), from);
-        const plii_twice4 length_squared = plii_twice4_max(plii_twice3x4_dot(spoke, spoke), tiny);
-        const plii_twice4 along = plii_twice4_div(plii_twice3x4_dot(arm, spoke), length_squared);
-        const plii_twice4 share = plii_twice4_min(plii_twice4_max(along, zero), one);
-        const plii_twice3x4 way = plii_twice3x4_sub(arm, plii_twice3x4_scale(spoke, share));
-        const plii_twice4 squared = plii_twice3x4_dot(way, way);
-        ways = (plii_twice3x4){plii_twice4_select_less(squared, nearest, way.x, ways.x),
-                               plii_twice4_select_less(squared, nearest, way.y, ways.y),
-                               plii_twice4_select_less(squared, nearest, way.z, ways.z)};
-        nearest = plii_twice4_min(squared, nearest);
+        const plii_vec3x8 spoke = plii_vec3x8_sub(support_nodes(block), from);
+        const plii_float8 length_squared = plii_float8_max(plii_vec3x8_dot(spoke, spoke), tiny);
+        const plii_float8 along = plii_float8_div(plii_vec3x8_dot(arm, spoke), length_squared);
+        const plii_float8 share = plii_float8_min(plii_float8_max(along, zero), one);
+        const plii_vec3x8 way = plii_vec3x8_sub(arm, plii_vec3x8_scale(spoke, share));
+        const plii_float8 squared = plii_vec3x8_dot(way, way);
+        ways = (plii_vec3x8){plii_float8_select_less(squared, nearest, way.x, ways.x),
+                             plii_float8_select_less(squared, nearest, way.y, ways.y),
+                             plii_float8_select_less(squared, nearest, way.z, ways.z)};
+        nearest = plii_float8_min(squared, nearest);
     }
     float squares[PLII_SUPPORT_LANES], x[PLII_SUPPORT_LANES], y[PLII_SUPPORT_LANES], z[PLII_SUPPORT_LANES];
-    plii_twice4_store(squares, nearest);
-    plii_twice4_store(x, ways.x);
-    plii_twice4_store(y, ways.y);
-    plii_twice4_store(z, ways.z);
+    plii_float8_store(squares, nearest);
+    plii_float8_store(x, ways.x);
+    plii_float8_store(y, ways.y);
+    plii_float8_store(z, ways.z);
     const float least = support_least(nearest);
     int lane = 0;
     while (lane < PLII_SUPPORT_LANES - 1 && squares[lane] > least) {
@@ -225,16 +225,16 @@ bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hu
 
 int plii_support_groups_find_below(const plii_support_groups* groups, pli_vec3 foot, pli_vec3 normal, float limit,
                                    pli_vec3* points, float* heights) {
-    const plii_twice3x4 from = plii_twice3x4_all(foot), up = plii_twice3x4_all(normal);
-    const plii_twice4 limits = plii_twice4_all(limit);
+    const plii_vec3x8 from = plii_vec3x8_all(foot), up = plii_vec3x8_all(normal);
+    const plii_float8 limits = plii_float8_all(limit);
     int count = 0, left = groups->node_count;
     for (const plii_support_block* block = groups->packed; left > 0; ++block, left -= PLII_SUPPORT_LANES) {
-        const plii_twice4 above = plii_twice3x4_dot(plii_twice3x4_sub(support_nodes(block), from), up);
-        int bits = plii_twice4_less_bits(above, limits);
+        const plii_float8 above = plii_vec3x8_dot(plii_vec3x8_sub(support_nodes(block), from), up);
+        int bits = plii_float8_less_bits(above, limits);
         if (left < PLII_SUPPORT_LANES) { bits &= (1 << left) - 1; }
         if (bits == 0) { continue; }
         float lanes[PLII_SUPPORT_LANES];
-        plii_twice4_store(lanes, above);
+        plii_float8_store(lanes, above);
         for (int lane = 0; lane < PLII_SUPPORT_LANES; ++lane) {
             if ((bits >> lane & 1) == 0) { continue; }
             points[count] = pli_vec3_make(block->x[lane], block->y[lane], block->z[lane]);

@@ -1,95 +1,154 @@
 #ifndef PLII_LANES_H
 #define PLII_LANES_H
 
-/* Four floats at a time, with instructions that every processor of the target has: the record of a node, or one
-   component of four nodes. For passes over nodes and faces, whose results are those of the same operations one by one.
-   Goes before other headers of the core, as it chooses the path of simd.h. */
+/* Four floats at a time: the record of a node, or one component of four nodes. Results are those of the same operations
+   one by one, which IEEE 754 rounds correctly, so they have the same bits everywhere. Operators are the compiler's, by
+   the vector extensions of gcc and clang; only what those do not have, or not as well, is told for an instruction set.
+   Masks have all bits or none set in a lane. */
+
+#include "math/vec.h"
+
+#include <string.h>
 
 #if defined(__SSE2__)
-#define PLII_SIMD_SSE2
+#include <emmintrin.h>
 #elif defined(__ARM_NEON) && defined(__aarch64__)
-#define PLII_SIMD_NEON
-#else
-#define PLII_SIMD_PORTABLE
+#include <arm_neon.h>
 #endif
-#include "math/simd.h"
+
+/* Vectors passed through memory would cost more than the arithmetic. With checks of each access inlined code grows so
+   much that compilers need half a minute for a kernel; there speed does not matter. */
+#if defined(__SANITIZE_ADDRESS__)
+#define PLII_SIMD_IS_CHECKED 1
+#elif defined(__has_feature)
+#define PLII_SIMD_IS_CHECKED __has_feature(address_sanitizer)
+#else
+#define PLII_SIMD_IS_CHECKED 0
+#endif
+#if defined(__GNUC__) && !PLII_SIMD_IS_CHECKED
+#define PLII_SIMD_INLINE static inline __attribute__((always_inline))
+#else
+#define PLII_SIMD_INLINE static inline
+#endif
 
 enum { PLII_LANES = 4, PLII_LANES_XYZ = 7 };
 
-/* Masks have all bits or none set in a lane; plii_lanes_bits gives bit k for lane k. */
-#if defined(PLII_SIMD_SSE2)
+typedef float plii_float4 __attribute__((vector_size(16)));
+typedef int32_t plii_mask4 __attribute__((vector_size(16)));
 
-typedef __m128 plii_mask4;
+#define PLII_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 
+PLII_SIMD_INLINE plii_float4 plii_float4_load(const float* source) {
+    plii_float4 a;
+    memcpy(&a, source, sizeof a);
+    return a;
+}
+PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
+    memcpy(target, &a, sizeof a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
+    plii_float4 a;
+    memcpy(&a, record, sizeof a);
+    return a;
+}
+PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
+    memcpy(record, &a, sizeof a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
+    return (plii_float4){value, value, value, value};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    return (plii_float4){x, y, z, w};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
+    return a + b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
+    return a - b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
+    return a * b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
+    return a / b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
+    return -a;
+}
 PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
-    return _mm_cmplt_ps(a, b);
+    return a < b;
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
-    return _mm_cmple_ps(a, b);
+    return a <= b;
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
-    return _mm_and_ps(a, b);
+    return a & b;
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
-    return _mm_or_ps(a, b);
+    return a | b;
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return (plii_float4)((mask & (plii_mask4)yes) | (~mask & (plii_mask4)no));
+}
+/* `value` where a > b, else 0. */
+PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
+    return (plii_float4)((a > b) & (plii_mask4)value);
 }
 /* copysignf */
 PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
-    const __m128 bit = _mm_set1_ps(-0.0f);
-    return _mm_or_ps(_mm_andnot_ps(bit, size), _mm_and_ps(bit, sign));
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
-    return _mm_or_ps(_mm_and_ps(mask, yes), _mm_andnot_ps(mask, no));
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    return _mm_movemask_ps(mask);
-}
-PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
-    return _mm_cvtss_f32(a);
+    return plii_lanes_select((plii_mask4)plii_float4_all(-0.0f), sign, size);
 }
 /* x, y, z, 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
-    return _mm_and_ps(a, _mm_castsi128_ps(_mm_set_epi32(0, -1, -1, -1)));
+    return (plii_float4)((plii_mask4)a & (plii_mask4){-1, -1, -1, 0});
 }
 /* y, z, x, w */
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
-    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 0, 2, 1));
-}
-/* y, z, w, next.x; before.w, x, y, z */
-PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
-    const __m128 high = _mm_shuffle_ps(a, next, _MM_SHUFFLE(0, 0, 3, 3));
-    return _mm_shuffle_ps(a, high, _MM_SHUFFLE(2, 0, 2, 1));
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
-    const __m128 low = _mm_shuffle_ps(before, a, _MM_SHUFFLE(0, 0, 3, 3));
-    return _mm_shuffle_ps(low, a, _MM_SHUFFLE(2, 1, 2, 0));
+    return PLII_SHUFFLE(a, a, 1, 2, 0, 3);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
-    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(0, 0, 0, 0));
+    return PLII_SHUFFLE(a, a, 0, 0, 0, 0);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
-    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(1, 1, 1, 1));
+    return PLII_SHUFFLE(a, a, 1, 1, 1, 1);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
-    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(2, 2, 2, 2));
+    return PLII_SHUFFLE(a, a, 2, 2, 2, 2);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
-    return _mm_shuffle_ps(a, a, _MM_SHUFFLE(3, 3, 3, 3));
+    return PLII_SHUFFLE(a, a, 3, 3, 3, 3);
 }
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
-    return _mm_setr_ps(x, y, z, w);
+PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
+    return a[0];
 }
-/* a < b ? a : b, and a > b ? a : b, also where one is NaN. */
+/* (x + y) + z */
+PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
+    return a[0] + a[1] + a[2];
+}
+/* Four records to components, and back. */
+PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+    const plii_float4 xy01 = PLII_SHUFFLE(r[0], r[1], 0, 4, 1, 5), zw01 = PLII_SHUFFLE(r[0], r[1], 2, 6, 3, 7);
+    const plii_float4 xy23 = PLII_SHUFFLE(r[2], r[3], 0, 4, 1, 5), zw23 = PLII_SHUFFLE(r[2], r[3], 2, 6, 3, 7);
+    r[0] = PLII_SHUFFLE(xy01, xy23, 0, 1, 4, 5);
+    r[1] = PLII_SHUFFLE(xy01, xy23, 2, 3, 6, 7);
+    r[2] = PLII_SHUFFLE(zw01, zw23, 0, 1, 4, 5);
+    r[3] = PLII_SHUFFLE(zw01, zw23, 2, 3, 6, 7);
+}
+
+/* plii_float4_sqrt; a < b ? a : b, and a > b ? a : b, also where one is NaN; bit k of an int for lane k of a mask;
+   vectors in memory, w: 0 */
+#if defined(__SSE2__)
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return _mm_sqrt_ps(a);
+}
 PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
     return _mm_min_ps(a, b);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
     return _mm_max_ps(a, b);
 }
-/* (x + y) + z */
-PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
-    const __m128 y = _mm_shuffle_ps(a, a, _MM_SHUFFLE(1, 1, 1, 1)), z = _mm_movehl_ps(a, a);
-    return _mm_cvtss_f32(_mm_add_ss(_mm_add_ss(a, y), z));
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return _mm_movemask_ps((plii_float4)mask);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
     const __m128i xy = _mm_loadl_epi64((const __m128i*)(const void*)source);
@@ -99,160 +158,30 @@ PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
     _mm_storel_pi((__m64*)(void*)target, a);
     _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
 }
-
-#elif defined(PLII_SIMD_NEON)
-
-typedef uint32x4_t plii_mask4;
-
-PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
-    return vcltq_f32(a, b);
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
-    return vcleq_f32(a, b);
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
-    return vandq_u32(a, b);
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
-    return vorrq_u32(a, b);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
-    return vbslq_f32(vdupq_n_u32(0x80000000u), sign, size);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
-    return vbslq_f32(mask, yes, no);
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    const uint32_t values[4] = {1, 2, 4, 8};
-    return (int)vaddvq_u32(vandq_u32(mask, vld1q_u32(values)));
-}
-PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
-    return vgetq_lane_f32(a, 0);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
-    return vsetq_lane_f32(0.0f, a, 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
-    const float32x4_t turned = vextq_f32(a, a, 1); /* y, z, w, x */
-    return vsetq_lane_f32(vgetq_lane_f32(a, 3), vsetq_lane_f32(vgetq_lane_f32(a, 0), turned, 2), 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
-    return vextq_f32(a, next, 1);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
-    return vextq_f32(before, a, 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
-    return vdupq_laneq_f32(a, 0);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
-    return vdupq_laneq_f32(a, 1);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
-    return vdupq_laneq_f32(a, 2);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
-    return vdupq_laneq_f32(a, 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
-    return vsetq_lane_f32(w, vsetq_lane_f32(z, vsetq_lane_f32(y, vdupq_n_f32(x), 1), 2), 3);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
-    return vbslq_f32(vcltq_f32(a, b), a, b);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
-    return vbslq_f32(vcgtq_f32(a, b), a, b);
-}
-PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
-    return vgetq_lane_f32(a, 0) + vgetq_lane_f32(a, 1) + vgetq_lane_f32(a, 2);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
-    return vsetq_lane_f32(source->z, vcombine_f32(vld1_f32(&source->x), vdup_n_f32(0.0f)), 2);
-}
-PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
-    vst1_f32(&target->x, vget_low_f32(a));
-    target->z = vgetq_lane_f32(a, 2);
-}
-
 #else
-
-typedef struct plii_mask4 {
-    bool lanes[4];
-} plii_mask4;
-
-PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
-    return (plii_mask4){
-        {a.lanes[0] < b.lanes[0], a.lanes[1] < b.lanes[1], a.lanes[2] < b.lanes[2], a.lanes[3] < b.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
-    return (plii_mask4){
-        {a.lanes[0] <= b.lanes[0], a.lanes[1] <= b.lanes[1], a.lanes[2] <= b.lanes[2], a.lanes[3] <= b.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
-    return (plii_mask4){
-        {a.lanes[0] && b.lanes[0], a.lanes[1] && b.lanes[1], a.lanes[2] && b.lanes[2], a.lanes[3] && b.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
-    return (plii_mask4){
-        {a.lanes[0] || b.lanes[0], a.lanes[1] || b.lanes[1], a.lanes[2] || b.lanes[2], a.lanes[3] || b.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
-    return (plii_float4){{copysignf(size.lanes[0], sign.lanes[0]), copysignf(size.lanes[1], sign.lanes[1]),
-                          copysignf(size.lanes[2], sign.lanes[2]), copysignf(size.lanes[3], sign.lanes[3])}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
-    return (plii_float4){{mask.lanes[0] ? yes.lanes[0] : no.lanes[0], mask.lanes[1] ? yes.lanes[1] : no.lanes[1],
-                          mask.lanes[2] ? yes.lanes[2] : no.lanes[2], mask.lanes[3] ? yes.lanes[3] : no.lanes[3]}};
-}
-PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
-    return (mask.lanes[0] ? 1 : 0) | (mask.lanes[1] ? 2 : 0) | (mask.lanes[2] ? 4 : 0) | (mask.lanes[3] ? 8 : 0);
-}
-PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
-    return a.lanes[0];
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
-    return (plii_float4){{a.lanes[0], a.lanes[1], a.lanes[2], 0.0f}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
-    return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[0], a.lanes[3]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_next(plii_float4 a, plii_float4 next) {
-    return (plii_float4){{a.lanes[1], a.lanes[2], a.lanes[3], next.lanes[0]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_before(plii_float4 before, plii_float4 a) {
-    return (plii_float4){{before.lanes[3], a.lanes[0], a.lanes[1], a.lanes[2]}};
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
-    return plii_float4_all(a.lanes[0]);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
-    return plii_float4_all(a.lanes[1]);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
-    return plii_float4_all(a.lanes[2]);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
-    return plii_float4_all(a.lanes[3]);
-}
-PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
-    return (plii_float4){{x, y, z, w}};
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+#if defined(__ARM_NEON) && defined(__aarch64__)
+    return (plii_float4)vsqrtq_f32((float32x4_t)a);
+#else
+    return (plii_float4){sqrtf(a[0]), sqrtf(a[1]), sqrtf(a[2]), sqrtf(a[3])};
+#endif
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
-    return plii_lanes_select(plii_lanes_less(a, b), a, b);
+    return plii_lanes_select(a < b, a, b);
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
-    return plii_lanes_select(plii_lanes_less(b, a), a, b);
+    return plii_lanes_select(a > b, a, b);
 }
-PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
-    return a.lanes[0] + a.lanes[1] + a.lanes[2];
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    const plii_mask4 bits = mask & (plii_mask4){1, 2, 4, 8};
+    return bits[0] | bits[1] | bits[2] | bits[3];
 }
 PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
-    return (plii_float4){{source->x, source->y, source->z, 0.0f}};
+    return (plii_float4){source->x, source->y, source->z, 0.0f};
 }
 PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
-    *target = pli_vec3_make(a.lanes[0], a.lanes[1], a.lanes[2]);
+    *target = pli_vec3_make(a[0], a[1], a[2]);
 }
-
 #endif
 
 /* pli_vec3_cross; w: 0 */
@@ -369,44 +298,22 @@ PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, p
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 /* Of four vectors one after the other. */
-#if defined(PLII_SIMD_SSE2)
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
-    const float* source = (const float*)vectors;
-    const __m128 a = _mm_loadu_ps(source), b = _mm_loadu_ps(source + 4), c = _mm_loadu_ps(source + 8);
-    const __m128 yz = _mm_shuffle_ps(a, b, _MM_SHUFFLE(1, 0, 2, 1)); /* of the first two */
-    const __m128 xy = _mm_shuffle_ps(b, c, _MM_SHUFFLE(2, 1, 3, 2)); /* of the last two */
-    return (plii_vec3x4){_mm_shuffle_ps(a, xy, _MM_SHUFFLE(2, 0, 3, 0)),
-                         _mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0)),
-                         _mm_shuffle_ps(yz, c, _MM_SHUFFLE(3, 0, 3, 1))};
+    const float* source = &vectors->x;
+    const plii_float4 a = plii_float4_load(source), b = plii_float4_load(source + 4), c = plii_float4_load(source + 8);
+    const plii_float4 yz = PLII_SHUFFLE(a, b, 1, 2, 4, 5); /* of the first two */
+    const plii_float4 xy = PLII_SHUFFLE(b, c, 2, 3, 5, 6); /* of the last two */
+    return (plii_vec3x4){PLII_SHUFFLE(a, xy, 0, 3, 4, 6), PLII_SHUFFLE(yz, xy, 0, 2, 5, 7),
+                         PLII_SHUFFLE(yz, c, 1, 3, 4, 7)};
 }
 PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
-    float* target = (float*)vectors;
-    const __m128 xy = _mm_shuffle_ps(v.x, v.y, _MM_SHUFFLE(2, 0, 2, 0)); /* of the vectors 0, 2 */
-    const __m128 yz = _mm_shuffle_ps(v.y, v.z, _MM_SHUFFLE(3, 1, 3, 1)); /* 1, 3 */
-    const __m128 zx = _mm_shuffle_ps(v.z, v.x, _MM_SHUFFLE(3, 1, 2, 0)); /* z of 0, 2, x of 1, 3 */
-    _mm_storeu_ps(target, _mm_shuffle_ps(xy, zx, _MM_SHUFFLE(2, 0, 2, 0)));
-    _mm_storeu_ps(target + 4, _mm_shuffle_ps(yz, xy, _MM_SHUFFLE(3, 1, 2, 0)));
-    _mm_storeu_ps(target + 8, _mm_shuffle_ps(zx, yz, _MM_SHUFFLE(3, 1, 3, 1)));
+    float* target = &vectors->x;
+    const plii_float4 xy = PLII_SHUFFLE(v.x, v.y, 0, 2, 4, 6); /* of the vectors 0, 2 */
+    const plii_float4 yz = PLII_SHUFFLE(v.y, v.z, 1, 3, 5, 7); /* 1, 3 */
+    const plii_float4 zx = PLII_SHUFFLE(v.z, v.x, 0, 2, 5, 7); /* z of 0, 2, x of 1, 3 */
+    plii_float4_store(target, PLII_SHUFFLE(xy, zx, 0, 2, 4, 6));
+    plii_float4_store(target + 4, PLII_SHUFFLE(yz, xy, 0, 2, 5, 7));
+    plii_float4_store(target + 8, PLII_SHUFFLE(zx, yz, 1, 3, 5, 7));
 }
-#elif defined(PLII_SIMD_NEON)
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
-    const float32x4x3_t v = vld3q_f32((const float*)vectors);
-    return (plii_vec3x4){v.val[0], v.val[1], v.val[2]};
-}
-PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
-    const float32x4x3_t three = {{v.x, v.y, v.z}};
-    vst3q_f32((float*)vectors, three);
-}
-#else
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* v) {
-    return (plii_vec3x4){
-        {{v[0].x, v[1].x, v[2].x, v[3].x}}, {{v[0].y, v[1].y, v[2].y, v[3].y}}, {{v[0].z, v[1].z, v[2].z, v[3].z}}};
-}
-PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
-    for (int k = 0; k < 4; ++k) {
-        vectors[k] = pli_vec3_make(v.x.lanes[k], v.y.lanes[k], v.z.lanes[k]);
-    }
-}
-#endif
 
 #endif

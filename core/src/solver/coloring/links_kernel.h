@@ -33,8 +33,7 @@ typedef struct plii_links_kernel {
     void (*serial)(const plii_links_task* task);                     /* the serial list */
 } plii_links_kernel;
 
-extern const plii_links_kernel plii_links_kernel_portable, plii_links_kernel_sse2, plii_links_kernel_avx2,
-    plii_links_kernel_neon;
+extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
 
 const plii_links_kernel* plii_links_kernel_of(pli_simd simd);
 /* All colours, with the threads of the context, then the serial list. */

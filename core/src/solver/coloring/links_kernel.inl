@@ -1,6 +1,6 @@
 /* The length constraint on eight links at once: that of btSoftBody::PSolve_Links, but for the mass term, which is
-   multiplied by the inverse of the stiffness, and that of XPBD. The including file chooses the instruction set and the
-   name of the kernel.
+   multiplied by the inverse of the stiffness, and that of XPBD. The including file gives the kernel
+   its name, and the build the instruction set.
 
    A link is a long chain of operations, so a few groups are solved round by round: there is always enough to do that
    waits for nothing. Which constraint it is and which pairs of nodes have links are constants where it counts. */
@@ -9,29 +9,10 @@
 #include "solver/coloring/links_kernel.h"
 
 /* Groups; of registers of four floats there are too few for the nodes of one. */
-enum { LINKS_BATCH = PLII_SIMD_RECORDS > 1 ? 6 : 1 };
+enum { LINKS_BATCH = PLII_FLOAT8_IS_ONE ? 6 : 1 };
 
 /* Constraints. Of links of XPBD those are rigid that have no compliance, and those damped that have a damping. */
 enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
-
-typedef struct links_vector {
-    plii_float8 x, y, z;
-} links_vector;
-
-/* a - b */
-PLII_SIMD_INLINE links_vector links_difference(links_vector a, links_vector b) {
-    return (links_vector){plii_float8_sub(a.x, b.x), plii_float8_sub(a.y, b.y), plii_float8_sub(a.z, b.z)};
-}
-PLII_SIMD_INLINE links_vector links_sum(links_vector a, links_vector b) {
-    return (links_vector){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
-}
-PLII_SIMD_INLINE links_vector links_scaled(links_vector a, plii_float8 factor) {
-    return (links_vector){plii_float8_mul(a.x, factor), plii_float8_mul(a.y, factor), plii_float8_mul(a.z, factor)};
-}
-PLII_SIMD_INLINE plii_float8 links_dot(links_vector a, links_vector b) {
-    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
-                           plii_float8_mul(a.z, b.z));
-}
 
 // -------------------------------------------------------------------------------------------------------- constraints
 
@@ -94,50 +75,50 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
 
 /* The nodes of eight quads. */
 typedef struct links_quads {
-    links_vector moved[4], start[4], carried[4];
+    plii_vec3x8 moved[4], start[4], carried[4];
     plii_float8 masses[4]; /* inverse */
 } links_quads;
 
 typedef const uint32_t (*links_places)[PLII_LINK_LANES];
 
-PLII_SIMD_INLINE links_vector links_gather_xyz(const pli_vec4* records, const uint32_t* places) {
-    const plii_records8 a = plii_packed8_turn(plii_packed8_gather(records, places));
-    return (links_vector){a.x, a.y, a.z};
+PLII_SIMD_INLINE plii_vec3x8 links_gather_xyz(const pli_vec4* records, const uint32_t* places) {
+    const plii_records8 a = plii_records8_gather(records, places);
+    return (plii_vec3x8){a.x, a.y, a.z};
 }
 PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links_task* task, const uint32_t* places,
                                   int kind) {
-    const plii_records8 a = plii_packed8_turn(plii_packed8_gather(task->moved, places));
-    quads->moved[node] = (links_vector){a.x, a.y, a.z};
+    const plii_records8 a = plii_records8_gather(task->moved, places);
+    quads->moved[node] = (plii_vec3x8){a.x, a.y, a.z};
     quads->masses[node] = a.w;
     if (kind != LINKS_POSITIONS) { quads->start[node] = links_gather_xyz(task->start, places); }
     if (kind == LINKS_DAMPED) { quads->carried[node] = links_gather_xyz(task->carried, places); }
 }
 PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const plii_links_task* task,
                                     const uint32_t* places) {
-    const links_vector* moved = &quads->moved[node];
+    const plii_vec3x8* moved = &quads->moved[node];
     const plii_records8 a = {moved->x, moved->y, moved->z, quads->masses[node]};
-    plii_packed8_scatter(task->moved, places, plii_records8_turn(&a));
+    plii_records8_scatter(task->moved, places, a);
 }
 
 /* From node a to node b of eight links. */
 typedef struct links_measure {
-    links_vector delta;
+    plii_vec3x8 delta;
     plii_float8 factor;
 } links_measure;
 
 PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const links_row* row, int kind) {
     links_measure own;
-    own.delta = links_difference(quads->moved[b], quads->moved[a]);
+    own.delta = plii_vec3x8_sub(quads->moved[b], quads->moved[a]);
     if (kind != LINKS_POSITIONS) {
-        own.delta = links_sum(links_difference(quads->start[b], quads->start[a]), own.delta);
+        own.delta = plii_vec3x8_add(plii_vec3x8_sub(quads->start[b], quads->start[a]), own.delta);
     }
-    const plii_float8 length_squared = links_dot(own.delta, own.delta);
+    const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
     const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
     const plii_float8 rest = plii_float8_load(row->task->rest + row->slot);
     plii_float8 motion = length_squared;
     if (kind == LINKS_DAMPED) {
-        motion = links_dot(own.delta, links_difference(links_difference(quads->moved[b], quads->carried[b]),
-                                                       links_difference(quads->moved[a], quads->carried[a])));
+        motion = plii_vec3x8_dot(own.delta, plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->carried[b]),
+                                                            plii_vec3x8_sub(quads->moved[a], quads->carried[a])));
     }
     own.factor = kind == LINKS_POSITIONS
                      ? links_factor_on_positions(length_squared, mass, rest, row->softness->inverse_stiffness)
@@ -147,8 +128,8 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
 PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_measure* measure) {
     const plii_float8 move_a = plii_float8_mul(measure->factor, quads->masses[a]);
     const plii_float8 move_b = plii_float8_mul(measure->factor, quads->masses[b]);
-    quads->moved[a] = links_difference(quads->moved[a], links_scaled(measure->delta, move_a));
-    quads->moved[b] = links_sum(quads->moved[b], links_scaled(measure->delta, move_b));
+    quads->moved[a] = plii_vec3x8_sub(quads->moved[a], plii_vec3x8_scale(measure->delta, move_a));
+    quads->moved[b] = plii_vec3x8_add(quads->moved[b], plii_vec3x8_scale(measure->delta, move_b));
 }
 
 /* Two pairs of nodes, of which both, one or none have links; goes on to the rows behind them. */
@@ -231,9 +212,9 @@ PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const pli
     const int pairs = groups->pairs;
     if (pairs == PLII_LINK_SINGLE) {
         links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
-    } else if (PLII_SIMD_RECORDS > 1 && pairs == PLII_LINK_TWO_TRIANGLES) {
+    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_TWO_TRIANGLES) {
         links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
-    } else if (PLII_SIMD_RECORDS > 1 && pairs == PLII_LINK_ALL_PAIRS) {
+    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_ALL_PAIRS) {
         links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
     } else {
         links_batch(task, groups, count, pairs, kind);

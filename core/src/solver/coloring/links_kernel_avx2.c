@@ -1,6 +1,5 @@
-/* Lengths of links in AVX2. */
+/* Lengths of links with AVX2. */
 
-#define PLII_SIMD_AVX2
 #include "solver/coloring/links_kernel.inl"
 
 const plii_links_kernel plii_links_kernel_avx2 = {links_groups, links_serial};

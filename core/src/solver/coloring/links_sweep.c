@@ -8,20 +8,12 @@ enum {
 };
 
 const plii_links_kernel* plii_links_kernel_of(pli_simd simd) {
-    switch (simd) {
 #if PLIANT_SIMD_X86
-    case PLI_SIMD_AVX2:
-        return &plii_links_kernel_avx2;
-    case PLI_SIMD_SSE2:
-        return &plii_links_kernel_sse2;
+    if (simd == PLI_SIMD_AVX2) { return &plii_links_kernel_avx2; }
+#else
+    (void)simd;
 #endif
-#if PLIANT_SIMD_NEON
-    case PLI_SIMD_NEON:
-        return &plii_links_kernel_neon;
-#endif
-    default:
-        return &plii_links_kernel_portable;
-    }
+    return &plii_links_kernel_base;
 }
 
 typedef struct links_part {
