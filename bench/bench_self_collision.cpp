@@ -4,7 +4,7 @@
 #include <pliant/pliant.h>
 
 extern "C" {
-#include "geometry/node_hash.h"
+#include "geometry/spatial_hash.h"
 }
 
 #include <benchmark/benchmark.h>

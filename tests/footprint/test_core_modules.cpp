@@ -38,7 +38,7 @@ static void modules_are_those_that_a_linker_takes(void**) {
     const std::vector<std::string> expected = modules_in_map(CLOTH_MAP);
     assert_true(expected.size() > 10);
     assert_true(linked.modules == expected);
-    assert_true(has(linked.modules, "collide_rigid"));
+    assert_true(has(linked.modules, "node_rigid_contacts"));
     assert_false(has(linked.modules, "force_pressure"));
     assert_true(linked.bytes > 10000);
     assert_true(linked.bytes < demos::core_bytes() / 2);

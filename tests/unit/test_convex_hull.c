@@ -3,7 +3,7 @@
 #include "check.h"
 #include "geometry/convex_hull.h"
 #include "failing_allocator.h"
-#include "geometry/orientation.h"
+#include "geometry/orient3d.h"
 
 static pli_context* context;
 

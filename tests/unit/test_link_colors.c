@@ -8,7 +8,7 @@
 #include <pliant/pliant.h>
 
 #include "body/pipeline.h"
-#include "solver/coloring/link_colors.h"
+#include "solver/coloring/link_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 #include <stdbool.h>

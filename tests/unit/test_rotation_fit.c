@@ -2,7 +2,7 @@
 
 #include "check.h"
 #include "math/rotation_fit.h"
-#include "math/rotation_follow.h"
+#include "math/rotation_fit_warm.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 
 #include "self_cloth.h"
 
-#include "geometry/node_hash.h"
+#include "geometry/spatial_hash.h"
 
 enum { STATES = 20 };
 

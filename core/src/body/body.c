@@ -2,7 +2,7 @@
 
 #include "base/handle.h"
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
 

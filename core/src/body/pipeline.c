@@ -2,7 +2,7 @@
 
 #include "body/pipeline.h"
 
-#include "body/world_impl.h"
+#include "body/world_state.h"
 
 static int feature_find(const pli_body* body, const plii_feature_class* klass) {
     const plii_pipeline* pipeline = &body->pipeline;

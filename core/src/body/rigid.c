@@ -1,9 +1,9 @@
 /* Rigid proxies: state, shapes, and free motion for programs without a rigid-body engine. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "base/handle.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"

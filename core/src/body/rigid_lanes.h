@@ -4,7 +4,7 @@
 /* What rigid_impl.h has for contacts and anchors of nodes, in lanes and with the same results. Goes before other
    headers of the core. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "body/rigid_impl.h"
 

@@ -2,14 +2,14 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
 
-#include "geometry/fat_box.h"
+#include "geometry/fat_aabb.h"
 #include "math/polar.h"
-#include "math/rotation_follow.h"
+#include "math/rotation_fit_warm.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
    joints. Bullet: CollideCL_RS, CollideCL_SS, SolveContact and CJoint. */
 
 #include "body/pipeline.h"
-#include "body/world_impl.h"
-#include "cluster/cluster_contact_groups.h"
+#include "body/world_state.h"
+#include "cluster/cluster_contact_batches.h"
 #include "cluster/cluster_contacts_impl.h"
 #include "contact/contact_order.h"
 #include "math/range.h"

@@ -6,12 +6,12 @@
    from step to step, cluster_contact.c makes and solves a contact. */
 
 #include "base/edge_set.h"
-#include "cluster/cluster_contact_group.h"
-#include "cluster/joint_side.h"
-#include "geometry/box_tree.h"
-#include "geometry/near_boxes.h"
-#include "geometry/pair_memory.h"
-#include "geometry/support_groups.h"
+#include "cluster/cluster_contact_batch.h"
+#include "cluster/joint_end.h"
+#include "geometry/bvh.h"
+#include "geometry/bvh4.h"
+#include "geometry/pair_cache.h"
+#include "geometry/support_points.h"
 
 /* In reference mode 1. */
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4

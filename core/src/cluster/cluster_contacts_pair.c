@@ -1,6 +1,6 @@
 /* What is known of pairs from step to step, and the contacts that they get. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "cluster/cluster_contacts_pair.h"
 

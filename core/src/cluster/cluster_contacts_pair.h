@@ -2,7 +2,7 @@
 #define PLII_CLUSTER_CONTACTS_PAIR_H
 
 /* A pair of a cluster and what it meets: what the step before knew of it, and its contacts as they are made. Goes after
-   "math/lanes.h". */
+   "math/simd_float4.h". */
 
 #include "cluster/cluster_near_nodes.h"
 

@@ -1,7 +1,7 @@
 /* Clusters of a body: adding and removing them, their settings, and what a user sees of them. */
 
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 #include "math/range.h"
 

@@ -1,7 +1,7 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/edge_set.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 
 /* Everything that one generation needs besides the clusters themselves. */

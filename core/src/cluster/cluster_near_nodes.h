@@ -2,7 +2,7 @@
 #define PLII_CLUSTER_NEAR_NODES_H
 
 /* Of the nodes of a cluster within the margin of the other side, a few that lie far from each other. Goes after
-   "math/lanes.h". */
+   "math/simd_float4.h". */
 
 #include "cluster/cluster_contacts_impl.h"
 

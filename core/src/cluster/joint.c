@@ -4,7 +4,7 @@
 #include "base/handle.h"
 #include "base/id_pool.h"
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "cluster/joint_impl.h"
 #include "math/range.h"
 

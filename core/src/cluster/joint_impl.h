@@ -3,7 +3,7 @@
 
 /* Joints of a body: one list for all kinds, each kind a file with a class. */
 
-#include "cluster/joint_side.h"
+#include "cluster/joint_end.h"
 #include "pliant/joint.h"
 
 typedef struct plii_joint plii_joint;

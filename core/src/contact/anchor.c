@@ -7,8 +7,8 @@
 #include "base/handle.h"
 #include "base/id_pool.h"
 #include "body/body_impl.h"
-#include "body/hold.h"
-#include "body/world_impl.h"
+#include "body/node_constraint.h"
+#include "body/world_state.h"
 #include "contact/anchor_impl.h"
 #include "math/range.h"
 

@@ -2,7 +2,7 @@
 
 #include "contact/contact_order.h"
 
-#include "body/world_impl.h"
+#include "body/world_state.h"
 
 #include <string.h>
 

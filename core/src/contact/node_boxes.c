@@ -2,7 +2,7 @@
 
 #include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "geometry/fat_box.h"
+#include "geometry/fat_aabb.h"
 #include "math/bounds.h"
 #include "pliant/bullet_reference.h"
 #include "pliant/contact.h"

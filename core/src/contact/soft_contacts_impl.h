@@ -5,8 +5,8 @@
    (soft_contacts_find.c) and the solve (soft_contacts_solve.c). */
 
 #include "body/body_impl.h"
-#include "geometry/box_tree.h"
-#include "geometry/near_boxes.h"
+#include "geometry/bvh.h"
+#include "geometry/bvh4.h"
 #include "pliant/contact.h"
 
 typedef struct plii_soft_contact {

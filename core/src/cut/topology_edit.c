@@ -4,7 +4,7 @@
 
 #include "cut/topology_edit.h"
 
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
 

@@ -1,11 +1,11 @@
 /* Pose matching: nodes are pulled towards the rest shape in its best-fitting place (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/polar.h"
 #include "pliant/pose.h"
 

@@ -4,7 +4,7 @@
 
 #include "body/body_impl.h"
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "pliant/body.h"
 
 /* Of the reference length, in each step: errors that are left after a step are at most about so large. */

@@ -3,10 +3,10 @@
    nodes: a light node cannot hold back a heavy body. */
 
 #include "body/body_impl.h"
-#include "body/hold.h"
+#include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/range.h"
 #include "pliant/tether.h"
 

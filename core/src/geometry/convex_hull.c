@@ -4,7 +4,7 @@
 
 #include "geometry/convex_hull.h"
 
-#include "geometry/orientation.h"
+#include "geometry/orient3d.h"
 #include "math/vec.h"
 
 #include <limits.h>

@@ -3,8 +3,8 @@
 
 /* Distance of two convex cores with the nearest points, or that they overlap. */
 
-#include "geometry/convex_support.h"
-#include "math/vec_double.h"
+#include "geometry/support_map.h"
+#include "math/dvec3.h"
 
 typedef enum plii_convex_relation {
     PLII_CONVEX_SEPARATED,

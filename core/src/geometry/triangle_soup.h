@@ -4,7 +4,7 @@
 /* Triangles without connections, for questions that do not need any, with a tree over them. */
 
 #include "base/context.h"
-#include "geometry/box_tree.h"
+#include "geometry/bvh.h"
 #include "math/vec.h"
 
 typedef struct plii_soup_triangle {

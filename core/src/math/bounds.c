@@ -1,6 +1,6 @@
 /* Boxes along the axes. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "math/bounds.h"
 

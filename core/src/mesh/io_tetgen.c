@@ -1,6 +1,6 @@
 /* TetGen's text files: .node, .ele and, when it is there, .face. */
 
-#include "geometry/orientation.h"
+#include "geometry/orient3d.h"
 #include "mesh/io_text.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"

@@ -4,7 +4,7 @@
 /* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
    their solve (plii_self_faces_solve.c). */
 
-#include "geometry/box_tree.h"
+#include "geometry/bvh.h"
 #include "self_collision/self_collision_impl.h"
 
 typedef struct plii_self_faces_pair {

@@ -2,7 +2,7 @@
    nearer than `distance` in the time around a moment u only if at u they are nearer than
    distance + margin_i + margin_j + (what they travel against each other between u and either end). */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "self_collision/self_node_pairs.h"
 

@@ -8,7 +8,7 @@
    kept out of the common search and get one each. */
 
 #include "body/link_graph.h"
-#include "geometry/node_hash.h"
+#include "geometry/spatial_hash.h"
 #include "self_collision/self_collision_impl.h"
 
 typedef struct plii_self_pair {

@@ -1,6 +1,6 @@
 /* Box around the origin, with sharp edges. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "math/range.h"
 #include "shape/shape_impl.h"

@@ -1,6 +1,6 @@
 /* Convex hull of points, grown by a radius. Inside the hull the nearest side counts, outside the nearest triangle. */
 
-#include "geometry/box_tree.h"
+#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "geometry/convex_hull.h"
 #include "math/bounds.h"

@@ -1,7 +1,7 @@
 /* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
    gradient of the interpolant. How the samples come about: mesh_sampling.c. */
 
-#include "geometry/mesh_sampling.h"
+#include "geometry/sdf_grid.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "shape/shape_impl.h"

@@ -5,7 +5,7 @@
    a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
    first `thickness` is inside; farther behind there is nothing. */
 
-#include "geometry/box_tree.h"
+#include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "math/bounds.h"
 #include "math/range.h"

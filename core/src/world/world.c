@@ -1,7 +1,7 @@
 /* The world: lists of bodies and rigid proxies, the order of a step, and which pairs meet. */
 
 #include "body/pipeline.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "math/bounds.h"
 
 #include "math/range.h"

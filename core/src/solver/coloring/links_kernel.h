@@ -4,7 +4,7 @@
 /* Lengths of links by colours, eight at a time, as the position-based solver and XPBD want them; one kernel per
    instruction set, from links_kernel.inl. */
 
-#include "solver/coloring/link_colors.h"
+#include "solver/coloring/link_coloring.h"
 
 /* In place of a rest length: nothing moves. */
 #define PLII_LINKS_NO_LINK (-INFINITY)

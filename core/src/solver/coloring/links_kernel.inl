@@ -5,7 +5,7 @@
    A link is a long chain of operations, so a few groups are solved round by round: there is always enough to do that
    waits for nothing. Which constraint it is and which pairs of nodes have links are constants where it counts. */
 
-#include "math/simd.h"
+#include "math/simd_float8.h"
 #include "solver/coloring/links_kernel.h"
 
 /* Groups; of registers of four floats there are too few for the nodes of one. */

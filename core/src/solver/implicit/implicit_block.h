@@ -3,7 +3,7 @@
 
 /* Diagonal 3x3 blocks of the implicit system. */
 
-#include "math/vec_double.h"
+#include "math/dvec3.h"
 
 #include <stdbool.h>
 

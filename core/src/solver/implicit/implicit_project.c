@@ -3,7 +3,7 @@
    nodes that it holds. The projection does not lengthen errors in that norm and a Jacobi sweep shortens them, hence
    sweeps with projections converge wherever sweeps do. */
 
-#include "solver/implicit/implicit_holds.h"
+#include "solver/implicit/implicit_constraints.h"
 
 enum { IMPLICIT_SHARED_PASSES = 8, IMPLICIT_SLIDE_PASSES = 3 };
 

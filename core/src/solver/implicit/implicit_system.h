@@ -7,7 +7,7 @@
 #include "body/link_graph.h"
 #include "pliant/implicit.h"
 #include "solver/implicit/implicit_block.h"
-#include "solver/implicit/implicit_holds.h"
+#include "solver/implicit/implicit_constraints.h"
 
 /* One half of a spring as its node sees it: h^2 J_ij + h c u u^T = axis axis^T + isotropic I. */
 typedef struct plii_implicit_half {

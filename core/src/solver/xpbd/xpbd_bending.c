@@ -2,7 +2,7 @@
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
 #include "math/range.h"
-#include "solver/coloring/constraint_order.h"
+#include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 typedef struct xpbd_hinge {

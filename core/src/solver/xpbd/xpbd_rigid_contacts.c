@@ -3,7 +3,7 @@
    positions; their planes move with the rigid body. */
 
 #include "body/substep_rigid.h"
-#include "body/world_impl.h"
+#include "body/world_state.h"
 #include "pliant/contact.h"
 #include "solver/xpbd/xpbd_contact.h"
 #include "solver/xpbd/xpbd_impl.h"

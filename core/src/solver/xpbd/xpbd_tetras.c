@@ -1,10 +1,10 @@
 /* XPBD: volumes of tetrahedra, C = (x_b - x_a) . ((x_c - x_a) x (x_d - x_a)) / 6 - rest volume, four of a colour at a
    time. The volume is signed, so an inverted tetrahedron turns back. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "math/range.h"
-#include "solver/coloring/constraint_order.h"
+#include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 enum { XPBD_TETRAS_GRAIN = 64 }; /* groups; some microseconds */

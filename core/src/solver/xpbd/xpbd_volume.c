@@ -1,7 +1,7 @@
 /* XPBD: volume inside the faces, C = volume - pressure ratio * rest volume; one constraint on all nodes of the
    surface. */
 
-#include "math/lanes.h"
+#include "math/simd_float4.h"
 
 #include "math/range.h"
 #include "solver/xpbd/xpbd_impl.h"

@@ -1,0 +1,21 @@
+#ifndef PLII_NODE_CONSTRAINT_H
+#define PLII_NODE_CONSTRAINT_H
+
+/* What a rigid body demands of one node, in a form that a solver can take into its system instead of running the
+   feature's own position solve; see plii_solver_class.holds_nodes. */
+
+#include "pliant/rigid.h"
+
+typedef struct plii_hold {
+    int node;
+    pli_rigid* rigid;
+    bool is_anchor;
+    pli_vec3 pivot;  /* anchors: the point that the node is held at, in the frame of the rigid body */
+    pli_vec3 normal; /* contacts, and what follows: out of the rigid body, unit */
+    float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
+    float friction;  /* Coulomb's coefficient of the pair */
+    float hardness;  /* share of the error at the start of the step that goes in one step */
+    float influence; /* [0, 1] share of what would hold the node wholly */
+} plii_hold;
+
+#endif

@@ -1,0 +1,60 @@
+#ifndef PLII_WORLD_STATE_H
+#define PLII_WORLD_STATE_H
+
+#include "base/context.h"
+#include "base/handle.h"
+#include "body/body_impl.h"
+#include "body/rigid_impl.h"
+#include "pliant/world.h"
+
+struct pli_world {
+    uint32_t magic;
+    pli_context* context;
+    pli_world_def def;
+    bool is_stepping;
+    bool wants_room; /* what features make room for has changed since the last step, or there was no memory for it */
+    /* As of when room was made. */
+    int most_nodes, most_faces; /* of a body */
+    bool has_convex_shapes, has_other_shapes;
+    int joint_iterations; /* of the joint solve in progress */
+    pli_body** bodies;
+    int body_count, body_capacity;
+    pli_body** sweep; /* [body_count] sorted by the lower x bound */
+    int sweep_capacity;
+    pli_rigid** rigids;
+    int rigid_count, rigid_capacity;
+    pli_event* events;
+    int event_count, event_capacity;
+    plii_shortage shortage;  /* of memory in this step, the first; count 0: none */
+    pli_profile_fn* profile; /* NULL: off */
+    void* profile_user;
+};
+
+/* Bodies and rigid proxies keep their place in the list as `world_index`; removal closes the gap, order is kept. */
+pli_status plii_world_add_body(pli_world* world, pli_body* body);
+void plii_world_remove_body(pli_world* world, pli_body* body);
+pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
+void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
+/* The last allocation failed, and not only room for later is missing: the step tells. */
+void plii_world_note_shortage(pli_world* world);
+void plii_world_add_event(pli_world* world, pli_event event);
+/* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
+void plii_world_add_anchors_lost(pli_body* body);
+
+static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
+    if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
+}
+
+/* PLI_OK, or the error of a null or wrong handle. */
+static inline pli_status plii_check_world(const pli_world* world, const char* function) {
+    return plii_check_handle(world, PLII_HANDLE_WORLD, NULL, NULL, function);
+}
+/* The same for a call that changes something, which must not come from a callback ... */
+static inline pli_status plii_check_world_change(const pli_world* world, const char* function) {
+    PLII_TRY(plii_check_world(world, function));
+    return plii_check_change(world->context, function);
+}
+/* ... nor between predict and solve. */
+pli_status plii_check_world_idle(const pli_world* world, const char* function);
+
+#endif

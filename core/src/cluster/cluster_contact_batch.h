@@ -1,0 +1,82 @@
+#ifndef PLII_CLUSTER_CONTACT_BATCH_H
+#define PLII_CLUSTER_CONTACT_BATCH_H
+
+/* Data of contacts that are solved side by side, see cluster_contact_groups.h. */
+
+#include "cluster/joint_end.h"
+
+enum { PLII_GROUP_LANES = 4 };
+
+/* Of each lane, by components. */
+typedef struct plii_group_vec3 {
+    float x[PLII_GROUP_LANES], y[PLII_GROUP_LANES], z[PLII_GROUP_LANES];
+} plii_group_vec3;
+
+static inline void plii_group_vec3_set(plii_group_vec3* target, int lane, pli_vec3 v) {
+    target->x[lane] = v.x;
+    target->y[lane] = v.y;
+    target->z[lane] = v.z;
+}
+
+/* Of each lane on side 0, then of each on side 1. */
+typedef struct plii_group_sides3 {
+    float x[2 * PLII_GROUP_LANES], y[2 * PLII_GROUP_LANES], z[2 * PLII_GROUP_LANES];
+} plii_group_sides3;
+
+/* One contact of each pair of a group; lanes without one have no mass. Directions are the normal, from side 1 to side
+   0, and two tangents. */
+typedef struct plii_contact_block {
+    plii_group_vec3 directions[3];
+    plii_group_sides3 arms;
+    plii_group_sides3 turns[3];            /* angular velocity per impulse along the directions */
+    float masses[3][PLII_GROUP_LANES];     /* that impulses along the directions meet, kg; 0 where nothing can move */
+    float impulses[3][PLII_GROUP_LANES];   /* along the directions so far, N s */
+    float wanted_speeds[PLII_GROUP_LANES]; /* along the normal, m/s */
+    float drifts[PLII_GROUP_LANES];        /* displacing impulse along the normal, at the end of the step, N s */
+} plii_contact_block;
+
+typedef struct plii_cluster_contact plii_cluster_contact;
+
+/* One side of four pairs. */
+typedef struct plii_group_side {
+    pli_vec4* linear[PLII_GROUP_LANES]; /* the velocities that are read and changed */
+    pli_vec4* angular[PLII_GROUP_LANES];
+    plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
+} plii_group_side;
+
+typedef struct plii_contact_group {
+    const plii_cluster_contact* contacts[PLII_GROUP_LANES]; /* the first of each pair */
+    int counts[PLII_GROUP_LANES];                           /* of contacts; 0 for a lane that is free */
+    int lane_count;
+    int block_count, first_block;
+    plii_group_side sides[2];
+    plii_group_sides3 inverse_masses;  /* along the axes, of side 1 negative, as the impulse on it is */
+    float frictions[PLII_GROUP_LANES]; /* Coulomb's coefficient */
+    float limits[PLII_GROUP_LANES];    /* of the impulse along the normal, N s */
+    bool is_split;                     /* some rigid body is in more than one lane */
+    float shares[PLII_GROUP_LANES];    /* of the change of velocity of side 1, that its body gets */
+} plii_contact_group;
+
+/* A rigid body while contacts are solved. */
+typedef struct plii_group_rigid {
+    pli_rigid* rigid; /* NULL: not met in this step */
+    pli_vec4 linear_velocity, angular_velocity;
+    uint64_t open_groups; /* as in plii_cluster */
+} plii_group_rigid;
+
+typedef struct plii_groups_kernel plii_groups_kernel;
+
+typedef struct plii_contact_groups {
+    const plii_groups_kernel* kernel; /* of the step in progress */
+    plii_contact_group* groups;
+    int count, capacity;
+    plii_contact_block* blocks;
+    int block_count, block_capacity;
+    plii_group_rigid* rigids; /* [rigid_count] by their place in the world */
+    int rigid_count, rigid_capacity;
+    pli_vec4 still[2];                    /* velocities of what does not move */
+    int open[64];                         /* the groups that take more pairs, by the bits of open_groups */
+    uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
+} plii_contact_groups;
+
+#endif

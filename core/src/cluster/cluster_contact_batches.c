@@ -1,0 +1,229 @@
+/* Contacts as the iterations see them: how the normal and two tangents move their sides. Impulses are summed over the
+   iterations, the sum along the normal pushes only, and friction is bounded by it (Catto, "Iterative dynamics with
+   temporal coherence", 2005). A contact is a long chain of operations that waits for the one before, so pairs that have
+   nothing movable in common are found first come, first served, and solved four at a time. */
+
+#include "cluster/cluster_contact_batches.h"
+
+#include "cluster/cluster_contact_kernel.h"
+#include "cluster/cluster_contacts_impl.h"
+
+#define GROUPS_MAX_COUNT 7 /* of contacts of a pair; more are taken as another pair */
+/* How much heavier than a cluster a rigid body must be to be in more than one lane. */
+#define GROUPS_HEAVIER 16.0f
+
+// ----------------------------------------------------------------------------------------------------------- grouping
+
+bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups, int rigid_count) {
+    groups->count = groups->block_count = groups->rigid_count = 0;
+    groups->open_groups = 0;
+    for (int i = 0; i < 8; ++i) {
+        groups->open_counts[i] = 0;
+    }
+    groups->still[0] = groups->still[1] = (pli_vec4){0, 0, 0, 0};
+    if (!PLII_RESERVE(context, &groups->rigids, &groups->rigid_capacity, rigid_count)) { return false; }
+    groups->rigid_count = rigid_count;
+    for (int i = 0; i < rigid_count; ++i) {
+        groups->rigids[i].rigid = NULL;
+    }
+    return true;
+}
+
+static plii_group_rigid* groups_rigid(const plii_contact_groups* groups, const plii_joint_target* target) {
+    return target->rigid != NULL ? &groups->rigids[target->rigid->world_index] : NULL;
+}
+
+/* Of what an impulse moves; NULL when it moves nothing. */
+static uint64_t* groups_marks(const plii_contact_groups* groups, const plii_joint_target* target) {
+    if (target->cluster != NULL) { return &target->cluster->open_groups; }
+    if (target->rigid == NULL || target->rigid->state.inverse_mass == 0.0f) { return NULL; }
+    return &groups_rigid(groups, target)->open_groups;
+}
+
+/* By what a De Bruijn sequence has at its top once the bit has moved it (Leiserson, Prokop, Randall, "Using de Bruijn
+   sequences to index a 1 in a computer word", 1998). */
+static int groups_lowest_bit(uint64_t bits) {
+    static const uint8_t places[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
+                                       62, 55, 59, 36, 53, 51, 43, 22, 45, 39, 33, 30, 24, 18, 12, 5,
+                                       63, 47, 56, 27, 60, 41, 37, 16, 54, 35, 52, 21, 44, 32, 23, 11,
+                                       46, 26, 40, 15, 34, 20, 31, 10, 25, 14, 19, 9,  13, 8,  7,  6};
+    return places[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
+}
+
+static void groups_close(plii_contact_groups* groups, int place) {
+    const plii_contact_group* group = &groups->groups[groups->open[place]];
+    const uint64_t others = ~(UINT64_C(1) << place);
+    for (int lane = 0; lane < group->lane_count; ++lane) {
+        for (int side = 0; side < 2; ++side) {
+            uint64_t* marks = groups_marks(groups, &group->contacts[lane]->targets[side]);
+            if (marks != NULL) { *marks &= others; }
+        }
+    }
+    groups->open_groups &= others;
+    groups->open_counts[group->block_count] &= others;
+}
+
+/* The bit of a group that takes the pair, or PLI_NULL_INDEX: first one whose pairs have as many contacts. */
+static int groups_find_open(const plii_contact_groups* groups, uint64_t taken, int count) {
+    for (int blocks = count; blocks <= GROUPS_MAX_COUNT; ++blocks) {
+        const uint64_t fit = groups->open_counts[blocks] & ~taken;
+        if (fit != 0) { return groups_lowest_bit(fit); }
+    }
+    return PLI_NULL_INDEX;
+}
+
+static int groups_open(pli_context* context, plii_contact_groups* groups, int count) {
+    if (!PLII_RESERVE(context, &groups->groups, &groups->capacity, groups->count + 1)) { return PLI_NULL_INDEX; }
+    int place = 0;
+    if (groups->open_groups == UINT64_MAX) {
+        /* The first to have been opened. */
+        for (int i = 1; i < 64; ++i) {
+            if (groups->open[i] < groups->open[place]) { place = i; }
+        }
+        groups_close(groups, place);
+    } else {
+        place = groups_lowest_bit(~groups->open_groups);
+    }
+    plii_contact_group* group = &groups->groups[groups->count];
+    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
+        group->counts[lane] = 0;
+    }
+    group->lane_count = 0;
+    group->block_count = count;
+    groups->open[place] = groups->count++;
+    groups->open_groups |= UINT64_C(1) << place;
+    groups->open_counts[count] |= UINT64_C(1) << place;
+    return place;
+}
+
+static void groups_meet_rigid(plii_contact_groups* groups, const plii_joint_target* target) {
+    plii_group_rigid* met = groups_rigid(groups, target);
+    if (met == NULL || met->rigid != NULL) { return; }
+    met->rigid = target->rigid;
+    met->open_groups = 0;
+}
+
+/* A rigid body may be in several lanes, each of which then has a share of its mass, and moves as their mean (Tonge,
+   Benevolenski, Voroshilov, "Mass splitting for jitter-free parallel rigid body simulation", 2012). Where the cluster
+   is much lighter, that changes little for it. */
+static bool groups_may_share(const plii_cluster_contact* contact) {
+    const plii_cluster* cluster = contact->targets[0].cluster;
+    const pli_rigid* rigid = contact->targets[1].rigid;
+    return cluster != NULL && rigid != NULL && rigid->state.inverse_mass * GROUPS_HEAVIER <= cluster->inverse_mass;
+}
+
+static bool groups_add_pair(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
+                            int count) {
+    groups_meet_rigid(groups, &contacts->targets[1]);
+    uint64_t* const marks[2] = {groups_marks(groups, &contacts->targets[0]),
+                                groups_marks(groups, &contacts->targets[1])};
+    uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
+    if (marks[1] != NULL && !groups_may_share(contacts)) { taken |= *marks[1]; }
+    int place = groups_find_open(groups, taken, count);
+    if (place == PLI_NULL_INDEX) { place = groups_open(context, groups, count); }
+    if (place == PLI_NULL_INDEX) { return false; }
+    plii_contact_group* group = &groups->groups[groups->open[place]];
+    group->contacts[group->lane_count] = contacts;
+    group->counts[group->lane_count++] = count;
+    if (group->lane_count == PLII_GROUP_LANES) {
+        groups_close(groups, place);
+        return true;
+    }
+    for (int side = 0; side < 2; ++side) {
+        if (marks[side] != NULL) { *marks[side] |= UINT64_C(1) << place; }
+    }
+    return true;
+}
+
+bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
+                             int count) {
+    for (int first = 0; first < count; first += GROUPS_MAX_COUNT) {
+        const int rest = count - first;
+        if (!groups_add_pair(context, groups, contacts + first, rest < GROUPS_MAX_COUNT ? rest : GROUPS_MAX_COUNT)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// -------------------------------------------------------------------------------------------------------------- steps
+
+static const plii_groups_kernel* groups_kernel(const pli_context* context) {
+#if PLIANT_SIMD_X86
+    if (context->simd == PLI_SIMD_AVX2) { return &plii_groups_kernel_avx2; }
+#else
+    (void)context;
+#endif
+    return &plii_groups_kernel_base;
+}
+
+static pli_vec4 groups_with_zero(pli_vec3 v) {
+    return (pli_vec4){v.x, v.y, v.z, 0.0f};
+}
+
+static void groups_read_rigids(plii_contact_groups* groups) {
+    for (int i = 0; i < groups->rigid_count; ++i) {
+        plii_group_rigid* met = &groups->rigids[i];
+        if (met->rigid == NULL) { continue; }
+        met->linear_velocity = groups_with_zero(met->rigid->state.linear_velocity);
+        met->angular_velocity = groups_with_zero(met->rigid->state.angular_velocity);
+    }
+}
+
+bool plii_contact_groups_prepare(pli_context* context, plii_contact_groups* groups, const plii_step* step) {
+    while (groups->open_groups != 0) {
+        groups_close(groups, groups_lowest_bit(groups->open_groups));
+    }
+    int block_count = 0;
+    for (int i = 0; i < groups->count; ++i) {
+        groups->groups[i].first_block = block_count;
+        block_count += groups->groups[i].block_count;
+    }
+    if (!PLII_RESERVE(context, &groups->blocks, &groups->block_capacity, block_count)) {
+        groups->count = 0;
+        return false;
+    }
+    groups->block_count = block_count;
+    groups_read_rigids(groups);
+    groups->kernel = groups_kernel(context);
+    groups->kernel->prepare(groups, step);
+    return true;
+}
+
+void plii_contact_groups_solve(plii_contact_groups* groups) {
+    if (groups->count == 0) { return; }
+    groups_read_rigids(groups); /* joints may have moved them */
+    groups->kernel->solve(groups);
+    for (int i = 0; i < groups->rigid_count; ++i) {
+        const plii_group_rigid* met = &groups->rigids[i];
+        if (met->rigid == NULL || met->rigid->state.inverse_mass == 0.0f) { continue; }
+        met->rigid->state.linear_velocity = plii_xyz(met->linear_velocity);
+        met->rigid->state.angular_velocity = plii_xyz(met->angular_velocity);
+    }
+}
+
+void plii_contact_groups_finish(plii_contact_groups* groups) {
+    if (groups->count == 0) { return; }
+    groups->kernel->finish(groups);
+    groups->count = 0;
+}
+
+// ------------------------------------------------------------------------------------------------------------- memory
+
+/* Four contacts to a block, in some disorder. */
+bool plii_contact_groups_reserve(pli_context* context, plii_contact_groups* groups, int contacts) {
+    return PLII_RESERVE(context, &groups->groups, &groups->capacity, contacts / 4 + 1) &&
+           PLII_RESERVE(context, &groups->blocks, &groups->block_capacity, contacts / 2 + 1);
+}
+
+void plii_contact_groups_release(pli_context* context, plii_contact_groups* groups) {
+    plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
+    plii_release(context, groups->blocks, (size_t)groups->block_capacity * sizeof *groups->blocks);
+    plii_release(context, groups->rigids, (size_t)groups->rigid_capacity * sizeof *groups->rigids);
+    *groups = (plii_contact_groups){0};
+}
+
+size_t plii_contact_groups_bytes(const plii_contact_groups* groups) {
+    return (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->block_capacity * sizeof *groups->blocks +
+           (size_t)groups->rigid_capacity * sizeof *groups->rigids;
+}

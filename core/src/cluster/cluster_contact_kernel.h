@@ -1,0 +1,17 @@
+#ifndef PLII_CLUSTER_CONTACT_KERNEL_H
+#define PLII_CLUSTER_CONTACT_KERNEL_H
+
+/* What groups of contacts do in a step, with the instructions of every processor of the target or with more, from
+   cluster_groups_kernel.inl; all with the same results. */
+
+#include "cluster/cluster_contact_batch.h"
+
+struct plii_groups_kernel {
+    void (*prepare)(plii_contact_groups* groups, const plii_step* step); /* fills the blocks */
+    void (*solve)(plii_contact_groups* groups);  /* one iteration, on the clusters and on groups->rigids */
+    void (*finish)(plii_contact_groups* groups); /* adds to the impulses of the clusters */
+};
+
+extern const plii_groups_kernel plii_groups_kernel_base, plii_groups_kernel_avx2;
+
+#endif

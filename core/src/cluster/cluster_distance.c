@@ -1,0 +1,319 @@
+/* Distances of clusters from rigid shapes and from each other, by the user's function or by that of the core. */
+
+#include "math/simd_float4.h"
+
+#include "cluster/cluster_contacts_impl.h"
+
+#include "body/world_state.h"
+#include "geometry/convex_penetration.h"
+#include "math/bounds.h"
+#include "shape/shape_impl.h"
+
+/* Of the distance: contacts need no more, and round shapes take twice as many steps to the usual one. */
+#define CLUSTER_CONTACTS_GAP 1e-4
+#define CLUSTER_CONTACTS_NODE_GAP 1e-3f /* of the margin: how exact the answer of the deepest node must be */
+#define CLUSTER_CONTACTS_SAME_WAY 0.9f  /* cosine of how far the way out of an overlap may turn */
+#define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
+
+static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
+    const plii_cluster_hull* hull = user;
+    const pli_vec4* positions = hull->body->positions;
+    if (hull->groups->node_count > 0) { return plii_support_groups_query(positions, hull->groups, direction); }
+    const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
+    float best = -INFINITY;
+    int farthest = members[0].node;
+    for (int i = 0; i < hull->cluster->member_count; ++i) {
+        const float along = pli_vec3_dot(plii_xyz(positions[members[i].node]), direction);
+        if (along > best) {
+            best = along;
+            farthest = members[i].node;
+        }
+    }
+    return farthest;
+}
+
+static pli_vec3 cluster_hull_point(const void* user, int node) {
+    const plii_cluster_hull* hull = user;
+    return pli_vec3_sub(plii_xyz(hull->body->positions[node]), hull->origin);
+}
+
+static const plii_convex_vertices cluster_hull_vertices = {cluster_hull_farthest, cluster_hull_point};
+
+static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
+    return cluster_hull_point(user, cluster_hull_farthest(user, direction));
+}
+
+typedef struct rigid_hull {
+    const pli_shape* shape;
+    pli_transform pose; /* in the frame that both sides are given in */
+} rigid_hull;
+
+static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
+    const rigid_hull* hull = user;
+    const pli_vec3 local = pli_mat3_transpose_mul_vec3(hull->pose.rotation, direction);
+    return pli_transform_point(hull->pose, hull->shape->def.support(hull->shape->def.user, local));
+}
+
+void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state) {
+    for (int i = 0; i < state->hull_count; ++i) {
+        plii_support_groups_release(body->context, &state->hulls[i]);
+    }
+    plii_release(body->context, state->hulls, (size_t)state->hull_count * sizeof *state->hulls);
+    state->hulls = NULL;
+    state->hull_count = 0;
+    state->has_hulls = state->has_tree = false;
+}
+
+bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* state) {
+    plii_clusters* clusters = plii_body_clusters(body);
+    state->clusters = clusters;
+    if (state->has_hulls && state->hull_count == clusters->count) { return true; }
+    /* Clusters were added, or memory ran out half way. */
+    if (state->hull_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
+    plii_cluster_contacts_drop_groups(body, state);
+    state->hulls = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->hulls);
+    if (state->hulls == NULL && clusters->count > 0) { return false; }
+    state->hull_count = clusters->count;
+    for (int i = 0; i < clusters->count; ++i) {
+        const plii_cluster* cluster = &clusters->items[i];
+        if (!cluster->settings.collides) { continue; }
+        if (!plii_support_groups_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
+                                        (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
+                                        &state->hulls[i])) {
+            return false;
+        }
+    }
+    state->has_hulls = true;
+    return true;
+}
+
+plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
+                                             pli_vec3 origin) {
+    const plii_clusters* clusters = state->clusters;
+    plii_support_groups* groups = &state->hulls[cluster];
+    if (groups->node_count > 0 && !groups->is_current) { plii_support_groups_update(body->positions, groups); }
+    return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
+}
+
+float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
+    if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
+    return plii_support_groups_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
+}
+
+plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
+    return (plii_convex){.support = cluster_hull_support,
+                         .user = hull,
+                         .centre = pli_vec3_sub(hull->cluster->frame.origin, hull->origin)};
+}
+
+/* Most pairs that are too far apart were so before, in a direction that still may show it. */
+static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
+    return !state->def.disable_contact_cache && cache != NULL && cache->count == 1 && !cache->has_vertices;
+}
+
+static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
+                                     pli_vec3 origin, plii_convex_cache* cache, float max_distance,
+                                     pli_cluster_contact* info) {
+    plii_convex_options options = plii_convex_options_default();
+    options.max_distance = max_distance;
+    if (!state->def.disable_contact_cache) {
+        options.gap = CLUSTER_CONTACTS_GAP;
+        options.follows_way = true;
+    }
+#if PLIANT_WITH_CCD
+    options.penetration = state->def.accurate_penetration ? plii_penetration_epa : plii_penetration_mpr;
+#endif
+    plii_convex_result result;
+    plii_convex_distance(a, b, &options, cache, &result);
+    const bool is_known = result.relation == PLII_CONVEX_SEPARATED || result.relation == PLII_CONVEX_OVERLAPPING;
+    if (!is_known || !(result.distance < max_distance)) { return false; }
+    info->witness = pli_vec3_add(result.point_a, origin);
+    info->other_witness = pli_vec3_add(result.point_b, origin);
+    info->normal = result.normal;
+    info->distance = result.distance;
+    return true;
+}
+
+bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, float margin) {
+    const plii_gjk_query query = {.a = a,
+                                  .b = b,
+                                  .max_distance = (double)margin,
+                                  .enough = (double)margin,
+                                  .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
+    plii_gjk_result result;
+    plii_gjk_run(&query, NULL, &result);
+    return result.relation == PLII_CONVEX_OVERLAPPING ||
+           (result.relation == PLII_CONVEX_SEPARATED && result.distance < (double)margin);
+}
+
+/* Steps towards a point, before GJK is asked. */
+#define CLUSTER_CONTACTS_APPROACHES 6
+
+static pli_vec3 cluster_point_support(const void* user, pli_vec3 direction) {
+    (void)direction;
+    return *(const pli_vec3*)user;
+}
+
+/* The hull ends before the point along a direction; of any length. */
+static bool cluster_hull_ends_before(const plii_cluster_hull* hull, pli_vec3 point, pli_vec3 direction, float margin) {
+    const float end = plii_cluster_hull_reach(hull, direction);
+    return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
+}
+
+typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
+
+/* Goes towards the point from a point of the hull, which lies `gap` before it (Gilbert, "An iterative procedure for
+   computing the minimum of a quadratic form on a convex set", 1966). In the frame of the hull. */
+static near_answer cluster_hull_approach(pli_vec3 point, const plii_cluster_hull* hull, const plii_convex* convex,
+                                         pli_vec3 gap, float margin) {
+    for (int i = 0; i < CLUSTER_CONTACTS_APPROACHES; ++i) {
+        const pli_vec3 end = convex->support(hull, gap);
+        const float squared = pli_vec3_length_squared(gap);
+        if (pli_vec3_dot(pli_vec3_sub(point, end), gap) > margin * sqrtf(squared)) { return NEAR_NO; }
+        const pli_vec3 way = pli_vec3_sub(end, pli_vec3_sub(point, gap));
+        const float along = pli_vec3_dot(gap, way), length_squared = pli_vec3_length_squared(way);
+        if (!(along > 0.0f)) { return NEAR_UNKNOWN; }
+        gap = pli_vec3_sub(gap, pli_vec3_scale(way, along < length_squared ? along / length_squared : 1.0f));
+        if (pli_vec3_length_squared(gap) < margin * margin) { return NEAR_YES; }
+    }
+    return NEAR_UNKNOWN;
+}
+
+/* What is easy to see first. */
+bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin) {
+    if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
+        return false;
+    }
+    pli_vec3 gap;
+    if (plii_support_groups_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
+    point = pli_vec3_sub(point, hull->origin);
+    const plii_convex a = {.support = cluster_point_support, .user = &point, .centre = point};
+    const plii_convex b = plii_cluster_hull_convex(hull);
+    if (cluster_hull_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin)) { return false; }
+    const near_answer answer = cluster_hull_approach(point, hull, &b, gap, margin);
+    return answer != NEAR_UNKNOWN ? answer == NEAR_YES : plii_cluster_contacts_are_near(&a, &b, margin);
+}
+
+pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {
+    const rigid_hull hull = {info->rigid->shapes[info->shape], plii_rigid_shape_transform(info->rigid, info->shape)};
+    return rigid_hull_support(&hull, direction);
+}
+
+void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster_contact* info, int first,
+                                         plii_measured_nodes* nodes) {
+    const pli_shape* shape = info->rigid->shapes[info->shape];
+    const pli_transform pose = plii_rigid_shape_transform(info->rigid, info->shape);
+    const plii_clusters* clusters = plii_body_clusters(body);
+    const plii_cluster* cluster = &clusters->items[info->cluster];
+    const int rest = cluster->member_count - first;
+    const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
+    pli_vec3 points[PLII_MEASURED_NODES];
+    const plii_cluster_member* members = &clusters->members[cluster->first_member + first];
+    const plii_vec3x4 origin = plii_vec3x4_all(pose.origin);
+    const plii_vec3x4 rows[3] = {plii_vec3x4_all(pose.rotation.rows[0]), plii_vec3x4_all(pose.rotation.rows[1]),
+                                 plii_vec3x4_all(pose.rotation.rows[2])};
+    for (int i = 0; i < count; i += PLII_LANES) {
+        plii_float4 records[PLII_LANES];
+        for (int k = 0; k < PLII_LANES; ++k) {
+            records[k] = plii_float4_from(&body->positions[members[i + k < count ? i + k : i].node]);
+        }
+        plii_float4_turn(records);
+        const plii_vec3x4 arm = plii_vec3x4_sub((plii_vec3x4){records[0], records[1], records[2]}, origin);
+        plii_vec3x4_to(&points[i], plii_vec3x4_add(plii_vec3x4_add(plii_vec3x4_scale(rows[0], arm.x),
+                                                                   plii_vec3x4_scale(rows[1], arm.y)),
+                                                   plii_vec3x4_scale(rows[2], arm.z)));
+    }
+    shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
+    nodes->first = first;
+    nodes->count = count;
+}
+
+typedef enum rigid_answer { RIGID_APART, RIGID_NEAR, RIGID_UNKNOWN } rigid_answer;
+
+/* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
+   it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
+   given from its origin, as is the core. */
+static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
+                                                     const rigid_hull* hard, float max_distance,
+                                                     plii_convex_cache* cache, pli_cluster_contact* info,
+                                                     plii_measured_nodes* nodes) {
+    if (soft->cluster->member_count > PLII_MEASURED_NODES) { return RIGID_UNKNOWN; }
+    plii_cluster_contacts_measure_nodes(body, info, 0, nodes);
+    int deepest = 0;
+    for (int i = 1; i < nodes->count; ++i) {
+        if (nodes->distances[i] < nodes->distances[deepest]) { deepest = i; }
+    }
+    const pli_vec3 n = pli_mat3_mul_vec3(hard->pose.rotation, nodes->normals[deepest]);
+    if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return RIGID_UNKNOWN; }
+    const float end = pli_vec3_dot(rigid_hull_support(hard, n), n);
+    const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
+    if (gap > max_distance) {
+        if (cache != NULL) {
+            cache->as.directions[0] = n;
+            cache->count = 1;
+            cache->has_vertices = false;
+        }
+        return RIGID_APART;
+    }
+    const float distance = nodes->distances[deepest] + hard->shape->def.radius;
+    if (!(distance < max_distance && distance - gap <= CLUSTER_CONTACTS_NODE_GAP * body->collision_margin)) {
+        return RIGID_UNKNOWN;
+    }
+    /* Out the way it came in, though the other side may have become nearer. */
+    if (distance < 0.0f && cache != NULL && cache->has_normal &&
+        !(pli_vec3_dot(n, cache->normal) > CLUSTER_CONTACTS_SAME_WAY)) {
+        return RIGID_UNKNOWN;
+    }
+    info->witness = plii_cluster_node(body, soft->clusters, soft->cluster, deepest);
+    info->other_witness = pli_vec3_sub(info->witness, pli_vec3_scale(n, distance));
+    info->normal = n;
+    info->distance = distance;
+    if (cache != NULL) {
+        cache->normal = n;
+        cache->has_normal = true;
+    }
+    return RIGID_NEAR;
+}
+
+bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
+                                         float max_distance, pli_cluster_contact* info, plii_measured_nodes* nodes) {
+    if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
+    const pli_shape* shape = info->rigid->shapes[info->shape];
+    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
+    const plii_cluster_hull soft = plii_cluster_contacts_hull(body, state, info->cluster, origin);
+    rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
+    hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
+    if (cluster_contacts_were_apart(state, cache)) {
+        const pli_vec3 n = cache->as.directions[0];
+        const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
+        if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
+    }
+    if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
+        const rigid_answer answer =
+            cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
+        if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
+    }
+    const plii_convex a = plii_cluster_hull_convex(&soft);
+    const plii_convex b = {
+        .support = rigid_hull_support, .user = &hard, .centre = hard.pose.origin, .radius = shape->def.radius};
+    return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
+}
+
+bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts* state,
+                                           plii_cluster_contacts* other_state, plii_convex_cache* cache,
+                                           float max_distance, pli_cluster_contact* info) {
+    if (state->def.distance != NULL) { return state->def.distance(body, info, state->def.distance_user); }
+    const pli_vec3 origin = state->clusters->items[info->cluster].frame.origin;
+    const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
+    const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
+    if (cluster_contacts_were_apart(state, cache)) {
+        const pli_vec3 n = cache->as.directions[0];
+        const float end = plii_cluster_hull_reach(&hull_b, n);
+        if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
+    }
+    plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
+    if (!state->def.disable_contact_cache && !state->clusters->def.reference_mode) {
+        a.vertices = b.vertices = &cluster_hull_vertices;
+    }
+    return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
+}

@@ -1,5 +1,0 @@
-/* Groups of contacts in AVX2. */
-
-#include "cluster/cluster_groups_kernel.inl"
-
-const plii_groups_kernel plii_groups_kernel_avx2 = {groups_prepare, groups_solve, groups_finish};

@@ -1,0 +1,95 @@
+/* Ends of joints and of cluster contacts. */
+
+#include "cluster/joint_end.h"
+
+static plii_joint_side joint_side_fixed(pli_transform frame) {
+    return (plii_joint_side){.frame = frame, .inverse_inertia = plii_mat3_diagonal(0, 0, 0)};
+}
+
+plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
+    plii_clusters* clusters = plii_body_clusters(body);
+    plii_cluster* item = &clusters->items[cluster];
+    plii_cluster_take_frame(body, clusters, item);
+    plii_joint_side side = joint_side_fixed(item->frame);
+    side.rest_centre = item->rest_centre;
+    /* A frozen body takes no impulses. */
+    if (body->is_frozen) { return side; }
+    side.target.cluster = item;
+    side.inverse_mass = item->inverse_mass;
+    side.inverse_inertia = item->inverse_inertia;
+    return side;
+}
+
+plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid) {
+    return (plii_joint_side){.target = {.rigid = rigid},
+                             .frame = rigid->state.pose,
+                             .inverse_mass = rigid->state.inverse_mass,
+                             .inverse_inertia = rigid->state.inverse_inertia_world};
+}
+
+plii_joint_side plii_joint_side_of_world(void) {
+    return joint_side_fixed(pli_transform_identity());
+}
+
+static pli_mat3 joint_side_response(const plii_joint_side* side, pli_vec3 r) {
+    const pli_mat3 cross = plii_mat3_cross(r);
+    const pli_mat3 turn = pli_mat3_mul(pli_mat3_mul(cross, side->inverse_inertia), cross);
+    pli_mat3 response = plii_mat3_diagonal(side->inverse_mass, side->inverse_mass, side->inverse_mass);
+    for (int i = 0; i < 3; ++i) {
+        response.rows[i] = pli_vec3_sub(response.rows[i], turn.rows[i]);
+    }
+    return response;
+}
+
+static pli_mat3 joint_finite_inverse(pli_mat3 m) {
+    const pli_mat3 inverse = plii_mat3_inverse(m);
+    return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
+}
+
+pli_mat3 plii_joint_impulse_matrix(const plii_joint_side* a, pli_vec3 r_a, const plii_joint_side* b, pli_vec3 r_b) {
+    return joint_finite_inverse(plii_mat3_add(joint_side_response(a, r_a), joint_side_response(b, r_b)));
+}
+
+pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_joint_side* b) {
+    return joint_finite_inverse(plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
+}
+
+float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction) {
+    const pli_vec3 turn = pli_vec3_cross(offset, direction);
+    return side->inverse_mass * pli_vec3_length_squared(direction) +
+           pli_vec3_dot(turn, pli_mat3_mul_vec3(side->inverse_inertia, turn));
+}
+
+pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target) {
+    if (target->rigid != NULL) { return target->rigid->state.angular_velocity; }
+    return target->cluster != NULL ? plii_xyz(target->cluster->angular_velocity) : pli_vec3_make(0, 0, 0);
+}
+
+void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
+    if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
+    plii_cluster* cluster = target->cluster;
+    if (cluster == NULL) { return; }
+    cluster->drift_impulse = pli_vec3_add(cluster->drift_impulse, pli_vec3_scale(impulse, cluster->inverse_mass));
+    cluster->angular_drift_impulse = pli_vec3_add(
+        cluster->angular_drift_impulse, pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse)));
+    cluster->drift_impulse_count += 1;
+}
+
+void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 impulse) {
+    if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
+    plii_cluster* cluster = target->cluster;
+    if (cluster == NULL) { return; }
+    const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
+    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), turn));
+    cluster->velocity_impulse_count += 1;
+}
+
+void plii_joint_apply_torque_drift(const plii_joint_target* target, pli_vec3 impulse) {
+    if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
+    plii_cluster* cluster = target->cluster;
+    if (cluster == NULL) { return; }
+    cluster->angular_drift_impulse =
+        pli_vec3_add(cluster->angular_drift_impulse, pli_mat3_mul_vec3(cluster->inverse_inertia, impulse));
+    cluster->drift_impulse_count += 1;
+}

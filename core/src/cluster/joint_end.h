@@ -1,0 +1,64 @@
+#ifndef PLII_JOINT_END_H
+#define PLII_JOINT_END_H
+
+/* One end of a joint or of a cluster contact while a step is solved: a cluster, a rigid body, or something that does
+   not move. Bullet: btSoftBody::Body, in its order of operations. */
+
+#include "body/rigid_impl.h"
+#include "cluster/cluster_impl.h"
+
+/* What impulses act on. */
+typedef struct plii_joint_target {
+    plii_cluster* cluster; /* or NULL */
+    pli_rigid* rigid;      /* or NULL */
+} plii_joint_target;
+
+typedef struct plii_joint_side {
+    plii_joint_target target;
+    pli_transform frame;  /* at the time of plii_joint_side_of_ */
+    pli_vec3 rest_centre; /* of the cluster; zero else */
+    float inverse_mass;
+    pli_mat3 inverse_inertia;
+} plii_joint_side;
+
+plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster);
+plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid);
+plii_joint_side plii_joint_side_of_world(void);
+
+/* Impulse per unit of relative velocity at offsets r_a and r_b; zero when neither side can move.
+   Bullet: ImpulseMatrix(ima, iia, ra, imb, iib, rb) */
+pli_mat3 plii_joint_impulse_matrix(const plii_joint_side* a, pli_vec3 r_a, const plii_joint_side* b, pli_vec3 r_b);
+/* Bullet: AngularImpulseMatrix */
+pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_joint_side* b);
+
+/* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
+float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction);
+
+static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, pli_vec3 offset) {
+    if (target->rigid != NULL) { return plii_rigid_velocity_at(target->rigid, offset); }
+    if (target->cluster == NULL) { return pli_vec3_make(0, 0, 0); }
+    const plii_cluster* cluster = target->cluster;
+    return pli_vec3_add(plii_xyz(cluster->linear_velocity),
+                        pli_vec3_cross(plii_xyz(cluster->angular_velocity), offset));
+}
+pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target);
+
+/* Velocity impulses change the velocity at once; drift impulses move the nodes of a cluster at the end of the step,
+   and are velocity impulses for a rigid body. */
+static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset) {
+    if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
+    plii_cluster* cluster = target->cluster;
+    if (cluster == NULL) { return; }
+    const pli_vec3 change = pli_vec3_scale(impulse, cluster->inverse_mass);
+    const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse));
+    cluster->velocity_impulse = pli_vec3_add(cluster->velocity_impulse, change);
+    plii_set_xyz(&cluster->linear_velocity, pli_vec3_add(plii_xyz(cluster->linear_velocity), change));
+    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), turn));
+    cluster->velocity_impulse_count += 1;
+}
+void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);
+void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 impulse);
+void plii_joint_apply_torque_drift(const plii_joint_target* target, pli_vec3 impulse);
+
+#endif

@@ -1,0 +1,531 @@
+/* Contacts of faces (of links where a body has no faces) with convex rigid shapes and with the triangles of meshes,
+   which btSoftBody lacks.
+
+   Conservative advancement finds where on the way of a step a face comes near a shape; the normal of that moment makes
+   the contact, which keeps the face on the side that it came from however fast the two are. A face that overlaps a core
+   at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
+
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "contact/face_rigid_impl.h"
+#include "math/bounds.h"
+#include "math/range.h"
+#include "shape/shape_impl.h"
+
+#define RIGID_FACES_MAX_TARGETS 8
+#define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
+#define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
+
+pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
+    pli_rigid_face_contacts_def def = {0};
+    def.friction = 0.2f;
+    def.dynamic_hardness = 1.0f;
+    def.static_hardness = 0.1f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+// --------------------------------------------------------------------------------------------------- elements in reach
+
+/* One that has a new pose since the collision was moved by its host, and will once more be moved by what the solve
+   changed; see pli_rigid_needs_reintegration. */
+pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_meeting* meeting, float dt) {
+    const pli_rigid* rigid = meeting->rigid;
+    const pli_rigid_state* state = &rigid->state;
+    if (rigid->pose_version == meeting->pose_version) {
+        return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    }
+    const pli_vec3 linear = pli_vec3_sub(state->linear_velocity, rigid->given_linear_velocity);
+    const pli_vec3 angular = pli_vec3_sub(state->angular_velocity, rigid->given_angular_velocity);
+    return plii_rigid_advance(state->pose, linear, angular, dt);
+}
+
+/* How far a point at the distance `reach` from the centre may leave the box around both ends of its way. */
+static float rigid_faces_bulge(float reach, float angle) {
+    return angle < 3.0f ? reach * (1.0f - cosf(0.5f * angle)) : 2.0f * reach;
+}
+
+plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int meeting_index) {
+    const plii_rigid_faces_meeting* meeting = &state->meetings[meeting_index];
+    const pli_shape* shape = meeting->shape;
+    plii_rigid_faces_pass pass = {.body = body,
+                                  .state = state,
+                                  .meeting = meeting,
+                                  .meeting_index = meeting_index,
+                                  .has_links = body->topology->face_count == 0,
+                                  .begin = meeting->begin,
+                                  .end = plii_rigid_faces_end_pose(meeting, body->step.dt),
+                                  .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
+    const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), meeting->shape_pose);
+    pass.core = (plii_face_core){.shape = shape,
+                                 .pose = meeting->shape_pose,
+                                 .rotation = pass.begin.rotation,
+                                 .turn = pli_vec3_scale(meeting->rigid->state.angular_velocity, body->step.dt),
+                                 .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
+    const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
+    pass.bounds.min = plii_vec3_min(before.min, after.min);
+    pass.bounds.max = plii_vec3_max(before.max, after.max);
+    pass.bounds = plii_bounds_grow(pass.bounds, rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.turn)));
+    return pass;
+}
+
+static bool rigid_faces_is_anchored(const pli_body* body, const int* nodes, const pli_rigid* rigid) {
+    if (body->anchored == NULL) { return false; }
+    for (int k = 0; k < 3; ++k) {
+        if (body->anchored[nodes[k]] != 0 && body->is_anchored_to(body, nodes[k], rigid)) { return true; }
+    }
+    return false;
+}
+
+plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element) {
+    const int part = pass->triangle != NULL ? pass->triangle->index : 0;
+    return (plii_pair_key){element, pass->meeting->shape_index, pass->meeting->rigid, part};
+}
+
+static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* end) {
+    pli_bounds all = {plii_vec3_min(begin[0], end[0]), plii_vec3_max(begin[0], end[0])};
+    for (int k = 1; k < 3; ++k) {
+        all.min = plii_vec3_min(all.min, plii_vec3_min(begin[k], end[k]));
+        all.max = plii_vec3_max(all.max, plii_vec3_max(begin[k], end[k]));
+    }
+    return all;
+}
+
+static pli_status rigid_faces_visit_way(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                        plii_face_way* way, plii_rigid_faces_visit_fn* visit) {
+    const plii_convex_cache* side = plii_pair_memory_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+    way->has_side = side != NULL && side->has_normal;
+    if (way->has_side) { way->side = side->normal; }
+    return visit(pass, element, nodes, way);
+}
+
+typedef struct rigid_faces_triangles {
+    const plii_rigid_faces_pass* pass;
+    int element;
+    const int* nodes;
+    const plii_face_way* way;
+    plii_rigid_faces_visit_fn* visit;
+    pli_status status;
+} rigid_faces_triangles;
+
+static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void* context) {
+    rigid_faces_triangles* all = context;
+    if (all->status != PLI_OK) { return; }
+    plii_rigid_faces_pass pass = *all->pass;
+    pass.triangle = triangle;
+    pass.core.triangle = triangle->corners;
+    pass.core.reach = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const pli_vec3 corner = pli_transform_point(pass.core.pose, triangle->corners[k]);
+        pass.core.reach = plii_max(pass.core.reach, pli_vec3_length(corner));
+    }
+    plii_face_way way = *all->way;
+    way.core = &pass.core;
+    all->status = rigid_faces_visit_way(&pass, all->element, all->nodes, &way, all->visit);
+}
+
+/* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
+static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
+                                              const int* nodes, const plii_face_way* way,
+                                              plii_rigid_faces_visit_fn* visit) {
+    const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
+    const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
+    pli_vec3 begin[3], end[3];
+    float farthest = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        begin[k] = pli_transform_inverse_point(before, way->begin[k]);
+        end[k] = pli_transform_inverse_point(after, way->end[k]);
+        farthest = plii_max(farthest, plii_max(pli_vec3_length(way->begin[k]), pli_vec3_length(way->end[k])));
+    }
+    const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.turn));
+    const pli_shape* shape = pass->meeting->shape;
+    rigid_faces_triangles all = {pass, element, nodes, way, visit, PLI_OK};
+    shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
+                     rigid_faces_visit_triangle, &all);
+    return all.status;
+}
+
+static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach, int element,
+                                            const int* nodes, plii_rigid_faces_visit_fn* visit) {
+    const pli_body* body = pass->body;
+    pli_vec3 begin[3], end[3];
+    for (int k = 0; k < 3; ++k) {
+        begin[k] = plii_xyz(body->previous[nodes[k]]);
+        end[k] = plii_xyz(body->positions[nodes[k]]);
+    }
+    if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
+        return PLI_OK;
+    }
+    plii_face_way way = {.core = &pass->core, .is_link = pass->has_links};
+    for (int k = 0; k < 3; ++k) {
+        way.begin[k] = pli_vec3_sub(begin[k], pass->begin.origin);
+        way.end[k] = pli_vec3_sub(end[k], pass->end.origin);
+    }
+    if (rigid_faces_is_anchored(body, nodes, pass->meeting->rigid)) { return PLI_OK; }
+    if (pass->meeting->shape->triangles != NULL) {
+        return rigid_faces_visit_triangles(pass, reach, element, nodes, &way, visit);
+    }
+    return rigid_faces_visit_way(pass, element, nodes, &way, visit);
+}
+
+pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
+    const pli_body* body = pass->body;
+    if (!pass->has_links) {
+        for (int i = 0; i < body->topology->face_count; ++i) {
+            PLII_TRY(rigid_faces_visit_element(pass, reach, i, body->topology->faces[i], visit));
+        }
+        return PLI_OK;
+    }
+    for (int i = 0; i < body->link_count; ++i) {
+        const bool is_bending = body->link_tags != NULL && (body->link_tags[i] & PLII_LINK_TAG_BENDING) != 0;
+        const int nodes[3] = {body->links[i].nodes[0], body->links[i].nodes[1], body->links[i].nodes[1]};
+        if (!is_bending) { PLII_TRY(rigid_faces_visit_element(pass, reach, i, nodes, visit)); }
+    }
+    return PLI_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------- making contacts
+
+/* Friction as for node contacts. */
+static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigid_face_contact* contact) {
+    const pli_vec3 rigid_motion =
+        pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), pass->body->step.dt);
+    const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(pass->body->positions, contact), contact->start);
+    const pli_vec3 motion = pli_vec3_sub(face_motion, rigid_motion);
+    const float along_normal = pli_vec3_dot(motion, contact->normal);
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(contact->normal, along_normal));
+    const float friction = pass->state->def.friction * contact->rigid->friction;
+    const bool sticks = pli_vec3_length_squared(sliding) < along_normal * friction * along_normal * friction;
+    return sticks ? 0.0f : 1.0f - friction;
+}
+
+static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                  const plii_face_moment* moment, float end_gap, float target_gap) {
+    pli_body* body = pass->body;
+    plii_rigid_faces* state = pass->state;
+    pli_rigid* rigid = pass->meeting->rigid;
+    plii_rigid_face_contact contact = {.rigid = rigid,
+                                       .meeting = pass->meeting_index,
+                                       .shape = pass->meeting->shape_index,
+                                       .element = element,
+                                       .nodes = {nodes[0], nodes[1], nodes[2]},
+                                       .weights = moment->weights,
+                                       .normal = moment->normal,
+                                       .core_point = moment->core_point,
+                                       .distance = end_gap,
+                                       .target = target_gap};
+    contact.is_triangle = pass->triangle != NULL;
+    for (int k = 0; k < 3 && contact.is_triangle; ++k) {
+        contact.triangle[k] = pass->triangle->corners[k];
+    }
+    const bool can_move = body->positions[nodes[0]].w * moment->weights.x > 0.0f ||
+                          body->positions[nodes[1]].w * moment->weights.y > 0.0f ||
+                          body->positions[nodes[2]].w * moment->weights.z > 0.0f;
+    if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
+    contact.start = plii_rigid_faces_point(body->previous, &contact);
+    plii_rigid_faces_prepare_contact(body, pass->meeting, pass->end, &contact);
+    contact.slip = rigid_faces_slip(pass, &contact);
+    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    state->contacts[state->count++] = contact;
+    plii_rigid_touch(rigid);
+    return PLI_OK;
+}
+
+/* Distance of the surfaces along the normal at the end, minus the margin. */
+static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_way* way,
+                                 const plii_face_moment* moment) {
+    return pli_vec3_dot(moment->normal, plii_face_blend(way->end, moment->weights)) -
+           plii_face_core_height(&pass->core, 1.0f, moment->normal) - pass->radius - pass->body->collision_margin;
+}
+
+static float rigid_faces_slack(const pli_body* body, const plii_face_way* way) {
+    const pli_bounds swept = rigid_faces_bounds_of(way->begin, way->end);
+    const float size = pli_vec3_length(pli_vec3_sub(swept.max, swept.min));
+    return plii_max(0.5f * body->collision_margin, RIGID_FACES_SMALLEST_SLACK * size);
+}
+
+static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float begin_gap) {
+    const pli_rigid_face_contacts_def* def = &pass->state->def;
+    const bool is_dynamic = pass->meeting->rigid->kind == PLI_RIGID_DYNAMIC;
+    return plii_min(begin_gap, 0.0f) * (1.0f - (is_dynamic ? def->dynamic_hardness : def->static_hardness));
+}
+
+/* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
+static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_way* way, float max_distance,
+                              plii_face_moment* moment) {
+    if (pass->triangle == NULL) { return plii_face_way_begin(way, max_distance, moment); }
+    const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
+    const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
+    plii_face_way known = *way;
+    if (!plii_face_way_begin(&known, max_distance, moment)) { return false; }
+    if (moment->is_overlapping && !known.has_side) {
+        known.has_side = true;
+        known.side = front;
+        return plii_face_way_begin(&known, max_distance, moment);
+    }
+    return pli_vec3_dot(moment->normal, front) > 0.0f;
+}
+
+/* Whether another triangle is nearer to the point of the face: that one makes the contact. What is left takes its
+   normal from the whole mesh, so that faces do not catch on the edges between triangles. */
+static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_moment* moment) {
+    if (pass->triangle == NULL || moment->is_overlapping) { return false; }
+    const plii_face_core* core = &pass->core;
+    const pli_transform begin = {core->rotation, {0, 0, 0}};
+    const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, moment->time);
+    const pli_transform pose = pli_transform_mul(turned, core->pose);
+    const pli_vec3 local = pli_transform_inverse_point(pose, moment->point);
+    pli_vec3 local_normal;
+    const float distance = plii_shape_distance(core->shape, local, &local_normal);
+    if (distance < 0.999f * moment->distance - 1e-6f * pli_vec3_length(local)) { return true; }
+    const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, local_normal);
+    if (pli_vec3_dot(normal, moment->normal) > RIGID_FACES_SAME_NORMAL) { moment->normal = normal; }
+    return false;
+}
+
+/* The first moment at which face and shape are near. */
+static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                              const plii_face_way* way) {
+    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
+    const float target = pass->radius + margin + slack;
+    plii_face_moment moment;
+    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
+    if (!plii_face_way_advance(way, target, 0.25f * slack, &moment) || !plii_face_way_weigh(way, &moment)) {
+        return PLI_OK;
+    }
+    if (rigid_faces_is_covered(pass, &moment)) { return PLI_OK; }
+    const float end_gap = rigid_faces_end_gap(pass, way, &moment);
+    if (!plii_is_finite(end_gap)) { return PLI_OK; }
+    return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
+}
+
+/* A face that passed the core where no point told so on its way. */
+static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                         const plii_face_way* way, pli_vec3 side, float target_gap) {
+    plii_face_way end = *way;
+    end.has_side = true;
+    end.side = side;
+    plii_face_moment moment;
+    if (!plii_face_way_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
+    if (!plii_face_way_weigh(way, &moment)) { return PLI_OK; }
+    const float end_gap = rigid_faces_end_gap(pass, way, &moment);
+    if (!(end_gap < target_gap)) { return PLI_OK; }
+    return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
+}
+
+/* Only what is too near at the end counts, and what is near from the start must come nearer. */
+static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                             const plii_face_way* way) {
+    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
+    float target = pass->radius + margin + slack;
+    plii_face_moment moment;
+    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
+    if (!moment.is_overlapping) {
+        target = plii_min(target, 0.5f * moment.distance);
+        float tolerance = plii_min(0.25f * slack, 0.25f * target);
+        for (int i = 0; i < RIGID_FACES_MAX_TARGETS; ++i) {
+            if (!plii_face_way_advance(way, target, tolerance, &moment)) { return PLI_OK; }
+            if (!plii_face_way_weigh(way, &moment)) { return PLI_OK; }
+            plii_face_moment touch = moment;
+            if (rigid_faces_is_covered(pass, &touch)) { return PLI_OK; }
+            const float end_gap = rigid_faces_end_gap(pass, way, &touch);
+            if (end_gap < target_gap) { return rigid_faces_add(pass, element, nodes, &touch, end_gap, target_gap); }
+            /* This point of the face gets out of the way in time, others may not. */
+            target *= 0.5f;
+            tolerance = 0.25f * target;
+        }
+    }
+    return rigid_faces_review_end(pass, element, nodes, way, moment.normal, target_gap);
+}
+
+static float rigid_faces_reach(const pli_body* body) {
+    return 1.5f * body->collision_margin;
+}
+
+int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
+    const int before = state->count;
+    for (int i = 0; i < state->meeting_count; ++i) {
+        const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
+    }
+    return state->count - before;
+}
+
+void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count) {
+    while (state->meeting_count > count) {
+        plii_shape_release(state->meetings[--state->meeting_count].shape);
+    }
+}
+
+static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
+    if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
+    const int count = state->meeting_count;
+    if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    state->meetings[count] = (plii_rigid_faces_meeting){.rigid = rigid,
+                                                        .shape_index = index,
+                                                        .shape = rigid->shapes[index],
+                                                        .shape_pose = rigid->shape_poses[index],
+                                                        .pose_version = rigid->pose_version,
+                                                        .begin = rigid->state.pose};
+    const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
+    if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
+    plii_shape_retain(rigid->shapes[index]);
+    ++state->meeting_count;
+    return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
+}
+
+static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
+    plii_rigid_faces* state = data;
+    const int before = state->count, meetings_before = state->meeting_count;
+    const bool was_touched = rigid->was_touched;
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_status status = rigid_faces_collide_shape(body, state, rigid, i);
+        if (status != PLI_OK) {
+            state->count = before;
+            plii_rigid_faces_forget_meetings(state, meetings_before);
+            rigid->was_touched = was_touched;
+            return status;
+        }
+    }
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- the feature
+
+static void rigid_faces_forget_all(plii_rigid_faces* state) {
+    state->count = 0;
+    plii_rigid_faces_forget_meetings(state, 0);
+}
+
+static void rigid_faces_clear(pli_body* body, void* data, const plii_step* step) {
+    (void)body;
+    (void)step;
+    rigid_faces_forget_all(data);
+}
+
+static void rigid_faces_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+    plii_rigid_faces* state = data;
+    plii_pair_memory_release(body->context, &state->memory);
+    int kept = 0;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static pli_status rigid_faces_enable(pli_body* body, void* data) {
+    (void)data;
+    ++body->sweeping_features;
+    return PLI_OK;
+}
+
+static void rigid_faces_disable(pli_body* body, void* data) {
+    plii_rigid_faces* state = data;
+    --body->sweeping_features;
+    rigid_faces_forget_all(state);
+    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_release(body->context, state->meetings, (size_t)state->meeting_capacity * sizeof *state->meetings);
+    plii_pair_memory_release(body->context, &state->memory);
+}
+
+static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
+    const plii_rigid_faces* state = data;
+    (void)body;
+    return (size_t)state->capacity * sizeof *state->contacts +
+           (size_t)state->meeting_capacity * sizeof *state->meetings + plii_pair_memory_bytes(&state->memory);
+}
+
+static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    (void)change;
+    (void)blocks;
+    rigid_faces_forget_all(data);
+    plii_pair_memory_release(body->context, &((plii_rigid_faces*)data)->memory);
+}
+
+/* After contacts of nodes with rigid bodies. */
+enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
+
+static const plii_feature_class rigid_faces_class = {
+    .name = "rigid_face_contacts",
+    .state_size = sizeof(plii_rigid_faces),
+    .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
+               [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
+               [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},
+               [PLII_STAGE_FINISH] = {plii_rigid_faces_finish, RIGID_FACES_ORDER}},
+    .enable = rigid_faces_enable,
+    .disable = rigid_faces_disable,
+    .collide_rigid = rigid_faces_collide,
+    .forget_rigid = rigid_faces_forget_rigid,
+    .bytes = rigid_faces_bytes,
+    .topology_commit = rigid_faces_topology_commit,
+};
+
+static pli_status rigid_faces_check_hardness(pli_context* context, float hardness, const char* name,
+                                             const char* function) {
+    if (!plii_is_finite(hardness)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "%s is not finite", name);
+    }
+    if (!(hardness >= 0.0f && hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in [0, 1]", name, (double)hardness);
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_face_contacts_def* def,
+                                        const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_face_contacts_def_default()");
+    }
+    if (!plii_is_finite(def->friction)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction is not finite");
+    }
+    if (!(def->friction >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
+                         (double)def->friction);
+    }
+    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    PLII_TRY(rigid_faces_check_hardness(context, def->dynamic_hardness, "dynamic_hardness", function));
+    return rigid_faces_check_hardness(context, def->static_hardness, "static_hardness", function);
+}
+
+pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
+    PLII_TRY(rigid_faces_check_def(body->context, &used, __func__));
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &rigid_faces_class, &state));
+    ((plii_rigid_faces*)state)->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_rigid_face_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &rigid_faces_class);
+    return PLI_OK;
+}
+
+int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const plii_rigid_faces* state = plii_feature_state(body, &rigid_faces_class);
+    if (state == NULL) { return 0; }
+    const bool has_links = body->topology->face_count == 0;
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        const plii_rigid_face_contact* contact = &state->contacts[i];
+        contacts[i].face = has_links ? PLI_NULL_INDEX : contact->element;
+        contacts[i].link = has_links ? contact->element : PLI_NULL_INDEX;
+        contacts[i].weights[0] = contact->weights.x;
+        contacts[i].weights[1] = contact->weights.y;
+        contacts[i].weights[2] = contact->weights.z;
+        contacts[i].rigid = contact->rigid;
+        contacts[i].shape = contact->shape;
+        contacts[i].normal = contact->normal;
+        contacts[i].distance = contact->distance;
+    }
+    return state->count;
+}

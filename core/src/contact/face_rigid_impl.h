@@ -1,0 +1,96 @@
+#ifndef PLII_FACE_RIGID_IMPL_H
+#define PLII_FACE_RIGID_IMPL_H
+
+/* Contacts of faces with rigid shapes: state shared by their making (collide_rigid_faces.c) and their solve
+   (solve_rigid_faces.c). */
+
+#include "body/body_impl.h"
+#include "body/rigid_impl.h"
+#include "contact/face_sweep.h"
+#include "geometry/pair_cache.h"
+#include "pliant/contact.h"
+
+typedef struct plii_rigid_face_contact {
+    pli_rigid* rigid;
+    int meeting;        /* while the step lasts */
+    int shape, element; /* index in the rigid body's shapes; face, or link */
+    int nodes[3];
+    pli_vec3 weights;
+    pli_vec3 normal;     /* out of the rigid body */
+    pli_vec3 start;      /* of the step: the witness point of the face */
+    pli_vec3 core_point; /* nearest point of the core, in the frame of the rigid body */
+    bool is_triangle;    /* of a shape that is not convex */
+    pli_vec3 triangle[3];
+    float target; /* of the gap at the end of the step; m, <= 0 */
+    float distance;
+    float slip; /* share of the tangential displacement that stays */
+    float push; /* impulse along the normal in this step; N s */
+    /* For the end of the step as far as it is known; see plii_rigid_faces_prepare. */
+    pli_mat3 impulse_matrix;
+    float normal_response; /* change of the gap per impulse along the normal; m/(N s) */
+    pli_vec3 lever;        /* from the rigid body's centre of mass to its surface, at the start of the step */
+    pli_vec3 base;         /* base + velocity at the lever * dt = that point of the surface at the end of the step */
+} plii_rigid_face_contact;
+
+/* A rigid shape that was met in this step. The host may change the shapes of the rigid body before the solve. */
+typedef struct plii_rigid_faces_meeting {
+    pli_rigid* rigid;
+    int shape_index;
+    pli_shape* shape; /* retained until the end of the step */
+    pli_transform shape_pose;
+    unsigned pose_version;
+    pli_transform begin; /* pose of the rigid body at the start of the step */
+} plii_rigid_faces_meeting;
+
+typedef struct plii_rigid_faces {
+    pli_rigid_face_contacts_def def;
+    plii_rigid_face_contact* contacts;
+    int count, capacity;
+    plii_rigid_faces_meeting* meetings;
+    int meeting_count, meeting_capacity;
+    plii_pair_memory memory; /* sides of pairs at the end of the last step */
+} plii_rigid_faces;
+
+/* One rigid shape and the elements of the body, at one moment of the solve. */
+typedef struct plii_rigid_faces_pass {
+    pli_body* body;
+    plii_rigid_faces* state;
+    const plii_rigid_faces_meeting* meeting;
+    int meeting_index;
+    bool has_links;           /* elements are links */
+    pli_transform begin, end; /* poses of the rigid body */
+    plii_face_core core;
+    float radius;
+    const plii_shape_triangle* triangle; /* the piece that the core is; NULL when the shape is convex */
+    pli_bounds bounds;                   /* of the shape on its way */
+} plii_rigid_faces_pass;
+
+plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int meeting_index);
+
+/* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
+typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                             const plii_face_way* way);
+pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
+
+/* Contacts that the motion before the solve did not foresee. Returns how many there are. */
+int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
+
+plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element);
+
+/* Where the body of the meeting will be at the end of the step. */
+pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_meeting* meeting, float dt);
+
+/* Lever, base and response of a contact, with the rigid body at `end` at the end of the step. */
+void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_meeting* meeting, pli_transform end,
+                                      plii_rigid_face_contact* contact);
+
+/* Stages. */
+void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step);
+void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step);
+void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step);
+
+void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count);
+
+pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);
+
+#endif

@@ -1,0 +1,180 @@
+/* Solve of contacts of faces with rigid shapes.
+
+   Like that of node contacts, with a point of the face in the place of the node, but it looks at the gap between this
+   point and the shape that will be left along the normal at the end of the step: a contact that is not needed does
+   nothing. It has the last word after links, and looks again and again for what the solve itself has brought about. */
+
+#include "body/world_state.h"
+#include "contact/face_rigid_impl.h"
+
+#define RIGID_FACES_LAST_SWEEPS 12
+#define RIGID_FACES_REVIEWS 16
+
+pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact) {
+    pli_vec3 corners[3];
+    for (int k = 0; k < 3; ++k) {
+        corners[k] = plii_xyz(positions[contact->nodes[k]]);
+    }
+    return plii_face_blend(corners, contact->weights);
+}
+
+/* Of the witness point of the face. */
+static float rigid_faces_inverse_mass(const pli_body* body, const plii_rigid_face_contact* contact) {
+    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+    float sum = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        sum += weights[k] * weights[k] * body->positions[contact->nodes[k]].w;
+    }
+    return sum;
+}
+
+/* From the centre of mass to the point of the surface whose tangent plane is at a right angle to the contact's normal,
+   above or below the nearest point of the core. */
+static pli_vec3 rigid_faces_lever(const plii_rigid_faces_meeting* meeting, pli_mat3 rotation,
+                                  const plii_rigid_face_contact* contact) {
+    const plii_face_core core = {.shape = meeting->shape,
+                                 .triangle = contact->is_triangle ? contact->triangle : NULL,
+                                 .pose = meeting->shape_pose,
+                                 .rotation = rotation};
+    const float radius = contact->is_triangle ? 0.0f : meeting->shape->def.radius;
+    const pli_vec3 n = contact->normal;
+    const pli_vec3 arm = pli_mat3_mul_vec3(rotation, contact->core_point);
+    const float height = plii_face_core_height(&core, 0.0f, n) + radius;
+    return pli_vec3_add(arm, pli_vec3_scale(n, height - pli_vec3_dot(n, arm)));
+}
+
+/* Impulses act where the surface is at the start of the step. Acting where it comes to lie, a corner that tips over
+   would be pushed on, and a box that lands on one would start to spin. */
+void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_meeting* meeting, pli_transform end,
+                                      plii_rigid_face_contact* contact) {
+    const pli_rigid* rigid = contact->rigid;
+    const float dt = body->step.dt;
+    const pli_vec3 surface = pli_vec3_add(end.origin, rigid_faces_lever(meeting, end.rotation, contact));
+    contact->lever = rigid_faces_lever(meeting, meeting->begin.rotation, contact);
+    contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), dt));
+    contact->impulse_matrix =
+        plii_impulse_matrix(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,
+                            rigid->state.inverse_inertia_world, contact->lever);
+    const pli_vec3 torque = pli_vec3_cross(contact->lever, contact->normal);
+    const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
+    contact->normal_response =
+        dt * (rigid_faces_inverse_mass(body, contact) + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
+}
+
+/* Contacts stand in the order of the meetings, those of reviews behind them. */
+void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step) {
+    plii_rigid_faces* state = data;
+    int meeting = PLI_NULL_INDEX;
+    pli_transform end = pli_transform_identity();
+    for (int i = 0; i < state->count; ++i) {
+        plii_rigid_face_contact* contact = &state->contacts[i];
+        if (contact->meeting != meeting) {
+            meeting = contact->meeting;
+            end = plii_rigid_faces_end_pose(&state->meetings[meeting], step->dt);
+        }
+        plii_rigid_faces_prepare_contact(body, &state->meetings[meeting], end, contact);
+    }
+}
+
+static void rigid_faces_move_node(pli_body* body, int node, pli_vec3 change, float dt, bool with_velocities) {
+    pli_vec4* position = &body->positions[node];
+    plii_set_xyz(position, pli_vec3_add(plii_xyz(*position), pli_vec3_scale(change, dt)));
+    if (with_velocities) {
+        pli_vec4* velocity = &body->velocities[node];
+        plii_set_xyz(velocity, pli_vec3_add(plii_xyz(*velocity), change));
+    }
+}
+
+/* Impulse from the face to the rigid body; zero when nothing is to be done. A contact that has pushed too much, because
+   others have pushed since, takes back what it can: that keeps the torques of contacts around a body in balance. */
+static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_contact* contact, float dt) {
+    const pli_vec3 n = contact->normal;
+    const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
+    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), dt);
+    const pli_vec3 apart = pli_vec3_sub(point, pli_vec3_add(contact->base, rigid_motion));
+    const float error = pli_vec3_dot(n, apart) - body->collision_margin - contact->target;
+    if (!(error < 0.0f)) { return pli_vec3_scale(n, plii_min(error / contact->normal_response, contact->push)); }
+    const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(point, contact->start), rigid_motion);
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
+    return pli_mat3_mul_vec3(contact->impulse_matrix,
+                             pli_vec3_add(pli_vec3_scale(sliding, 1.0f - contact->slip), pli_vec3_scale(n, error)));
+}
+
+/* False when no contact had anything to do. */
+static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, float dt, bool with_velocities) {
+    bool has_acted = false;
+    for (int i = 0; i < state->count; ++i) {
+        plii_rigid_face_contact* contact = &state->contacts[i];
+        const pli_vec3 impulse = rigid_faces_impulse(body, contact, dt);
+        if (!(pli_vec3_length_squared(impulse) > 0.0f)) { continue; }
+        contact->push = plii_max(contact->push - pli_vec3_dot(impulse, contact->normal), 0.0f);
+        const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
+        for (int k = 0; k < 3; ++k) {
+            const int node = contact->nodes[k];
+            const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
+            rigid_faces_move_node(body, node, change, dt, with_velocities);
+        }
+        plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
+        contact->rigid->needs_reintegration = true;
+        has_acted = true;
+    }
+    return has_acted;
+}
+
+void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step) {
+    (void)rigid_faces_sweep(body, data, step->dt, false);
+}
+
+// ------------------------------------------------------------------------------------------------------------- memory
+
+static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 normal) {
+    const pli_mat3 rotation = pli_mat3_mul(pass->end.rotation, pass->core.pose.rotation);
+    return pli_vec3_dot(normal, pli_mat3_mul_vec3(rotation, pass->triangle->normal)) > 0.0f;
+}
+
+/* The side at the end of the step; a face that overlaps keeps the one that it had. */
+static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                               const plii_face_way* way) {
+    (void)nodes;
+    plii_face_way free = *way;
+    free.has_side = false;
+    plii_face_moment moment;
+    const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_way_length(way);
+    if (!plii_face_way_end(&free, reach, &moment)) { return PLI_OK; }
+    if (moment.is_overlapping && !way->has_side && !plii_face_way_begin(way, reach, &moment)) { return PLI_OK; }
+    if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
+    plii_convex_cache* cache =
+        plii_pair_memory_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
+    if (cache == NULL) { return PLI_OK; }
+    if (!(moment.is_overlapping && way->has_side)) { cache->normal = moment.normal; }
+    cache->has_normal = true;
+    return PLI_OK;
+}
+
+static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
+    for (int i = 0; i < state->meeting_count; ++i) {
+        const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
+        (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------------- finish
+
+/* Links that were solved after the contacts may have pulled faces through a body. Drift iterations lose the start of
+   the step, without which only the contacts that there are can be solved. */
+void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) {
+    plii_rigid_faces* state = data;
+    if (state->meeting_count == 0 && state->memory.before_count == 0) { return; }
+    const bool has_start = body->solver.drift_iterations == 0;
+    for (int i = 0;; ++i) {
+        plii_rigid_faces_prepare(body, state, step);
+        for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
+            if (!rigid_faces_sweep(body, state, step->dt, true)) { break; }
+        }
+        if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
+    }
+    if (has_start) { rigid_faces_remember(body, state); }
+    /* Without memory, faces that overlap are pushed out the shortest way. */
+    (void)plii_pair_memory_turn(body->context, &state->memory);
+    plii_rigid_faces_forget_meetings(state, 0);
+}

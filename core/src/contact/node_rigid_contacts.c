@@ -1,0 +1,482 @@
+/* Contacts of nodes with rigid bodies by signed distance (btSoftColliders::CollideSDF_RS, btSoftBody::checkContact)
+   and their position solve (btSoftBody::PSolve_RContacts). Given the same distances, all results equal Bullet's bit
+   for bit, but for the order of the contacts: shape by shape, ascending nodes. */
+
+#include "body/pipeline.h"
+#include "body/rigid_lanes.h"
+#include "math/bounds.h"
+
+#include "body/body_impl.h"
+#include "body/node_constraint.h"
+#include "body/world_state.h"
+#include "contact/contact_order.h"
+#include "math/range.h"
+#include "pliant/bullet_reference.h"
+#include "pliant/contact.h"
+#include "shape/shape_impl.h"
+
+/* Nodes whose distances are asked in one call. */
+#define RIGID_CONTACTS_BATCH 64
+
+/* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
+#define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
+
+typedef struct rigid_contact {
+    pli_rigid* rigid;
+    int node, shape;
+    pli_vec4 normal;    /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
+    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
+    pli_vec4 lever; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
+    bool is_still;  /* the rigid body neither moves nor takes impulses */
+} rigid_contact;
+
+/* In w of the columns. */
+enum {
+    RIGID_CONTACT_SLIP,     /* share of the tangential displacement that stays. Bullet: c3 */
+    RIGID_CONTACT_HARDNESS, /* Bullet: c4 */
+    RIGID_CONTACT_DISTANCE
+};
+
+typedef struct rigid_contacts_state {
+    pli_rigid_contacts_def def;
+    rigid_contact* contacts;
+    int count, capacity;
+} rigid_contacts_state;
+
+pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
+    pli_rigid_contacts_def def = {0};
+    def.friction = 0.2f;
+    def.dynamic_hardness = 1.0f;
+    def.static_hardness = 0.1f;
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+// ------------------------------------------------------------------------------------------------ making contacts
+
+/* A body that meets a shape of a rigid body, and what all contacts of the two have in common. */
+typedef struct rigid_contacts_meeting {
+    pli_body* body;
+    rigid_contacts_state* state;
+    pli_rigid* rigid;
+    int shape;
+    bool is_still;           /* see rigid_contact */
+    const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
+} rigid_contacts_meeting;
+
+/* The impulse matrix for a rigid body that nothing moves. */
+static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inverse_mass) {
+    const float cofactor = inverse_mass * inverse_mass;
+    const float own = inverse_dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
+    return (plii_lanes_mat3){
+        {plii_lanes_xyzw(own, 0, 0, 0), plii_lanes_xyzw(0, own, 0, 0), plii_lanes_xyzw(0, 0, own, 0)}};
+}
+
+/* One node closer than the margin. */
+static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int node, plii_float4 normal,
+                                     float distance) {
+    const pli_body* body = meeting->body;
+    rigid_contacts_state* state = meeting->state;
+    pli_rigid* rigid = meeting->rigid;
+    const float dt = body->step.dt, node_inverse_mass = body->positions[node].w;
+    const float rigid_inverse_mass = rigid->state.inverse_mass;
+    if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
+    if (state->count == state->capacity &&
+        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    rigid_contact* contact = &state->contacts[state->count++];
+    contact->rigid = rigid;
+    contact->node = node;
+    contact->shape = meeting->shape;
+    contact->is_still = meeting->is_still;
+    const plii_float4 x = plii_float4_from(&body->positions[node]);
+    plii_float4_to(&contact->normal, normal);
+    contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
+    const plii_float4 lever = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
+    plii_float4_to(&contact->lever, lever);
+    contact->lever.w = node_inverse_mass * dt;
+
+    plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
+    plii_lanes_mat3 matrix;
+    if (meeting->is_still) {
+        matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
+    } else {
+        const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, lever);
+        motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
+        matrix = plii_lanes_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
+                                           &rigid->state.inverse_inertia_world, lever);
+    }
+    plii_float4_to(&contact->matrix[0], matrix.columns[0]);
+    plii_float4_to(&contact->matrix[1], matrix.columns[1]);
+    plii_float4_to(&contact->matrix[2], matrix.columns[2]);
+    /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
+       may exceed 1, as in Bullet; the sliding is then reversed. */
+    const float along_normal = plii_lanes_dot(motion, normal), friction = state->def.friction * rigid->friction;
+    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
+    contact->matrix[RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
+    contact->matrix[RIGID_CONTACT_HARDNESS].w =
+        rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+    contact->matrix[RIGID_CONTACT_DISTANCE].w = distance;
+    return PLI_OK;
+}
+
+/* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
+static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, const plii_lanes_mat3* rotation,
+                                       int count, const int* nodes, const pli_vec3* points) {
+    const pli_body* body = meeting->body;
+    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
+    const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
+    float distances[RIGID_CONTACTS_BATCH];
+    pli_vec3 normals[RIGID_CONTACTS_BATCH];
+    shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
+    for (int i = 0; i < count; ++i) {
+        const float distance = distances[i] - margin;
+        if (!(distance < reach) || !plii_is_within(distance, RIGID_CONTACTS_MAX_DEPTH)) { continue; }
+        const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
+        if (!plii_lanes_xyz_finite(local)) { continue; }
+        const plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
+        PLII_TRY(rigid_contacts_add(meeting, nodes[i], normal, distance));
+    }
+    return PLI_OK;
+}
+
+/* As Bullet chooses the nodes. */
+static pli_status rigid_contacts_collide_boxes(const rigid_contacts_meeting* meeting) {
+    const pli_body* body = meeting->body;
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
+    const pli_bounds local = plii_shape_source_bounds(meeting->rigid->shapes[meeting->shape]);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
+    pli_bounds search;
+    plii_lanes_to_vec3(&search.min, bounds.low);
+    plii_lanes_to_vec3(&search.max, bounds.high);
+    search = plii_bounds_grow(search, body->collision_margin);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!plii_bounds_overlap(meeting->boxes[i], search)) { continue; }
+        if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
+        const plii_float4 x = plii_float4_from(&body->positions[i]);
+        pli_vec3 point;
+        plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
+        PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, 1, &i, &point));
+    }
+    return PLI_OK;
+}
+
+static pli_status rigid_contacts_collide_shape(const rigid_contacts_meeting* meeting) {
+    if (meeting->boxes != NULL) { return rigid_contacts_collide_boxes(meeting); }
+    const pli_body* body = meeting->body;
+    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
+    const pli_bounds local = shape->def.bounds(shape->def.user);
+    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
+    const plii_float4 reach = plii_float4_all(body->collision_margin * (1.0f + body->solver_class->contact_reach));
+    const plii_float4 low = plii_float4_sub(bounds.low, reach), high = plii_float4_add(bounds.high, reach);
+    const plii_mask4 overlaps = plii_lanes_both(plii_lanes_at_most(low, plii_lanes_from_vec3(&body->bounds.max)),
+                                                plii_lanes_at_most(plii_lanes_from_vec3(&body->bounds.min), high));
+    if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
+    const pli_vec4* restrict positions = body->positions;
+    const uint8_t* restrict anchored = body->anchored;
+    const int node_count = body->node_count;
+    int nodes[RIGID_CONTACTS_BATCH];
+    pli_vec3 points[RIGID_CONTACTS_BATCH];
+    int count = 0;
+    for (int i = 0; i < node_count; ++i) {
+        const plii_float4 x = plii_float4_from(&positions[i]);
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(low, x), plii_lanes_at_most(x, high));
+        if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
+        if (anchored != NULL && anchored[i] != 0) { continue; }
+        nodes[count] = i;
+        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
+        if (count == RIGID_CONTACTS_BATCH) {
+            PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points));
+            count = 0;
+        }
+    }
+    return count > 0 ? rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points) : PLI_OK;
+}
+
+static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
+    rigid_contacts_state* state = data;
+    const int before = state->count;
+    const pli_rigid_state* motion = &rigid->state;
+    rigid_contacts_meeting meeting = {.body = body, .state = state, .rigid = rigid};
+    if (body->node_boxes != NULL) {
+        /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
+        meeting.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
+    }
+    meeting.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
+                       plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        meeting.shape = i;
+        const pli_status status = rigid_contacts_collide_shape(&meeting);
+        if (status != PLI_OK) {
+            state->count = before;
+            return status;
+        }
+    }
+    if (state->count > before) { plii_rigid_touch(rigid); }
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------------------- solving
+
+/* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. For a rigid body
+   that is still it leaves out products by zero. */
+PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float margin, plii_float4 x,
+                                             plii_float4 motion, plii_float4* impulse) {
+    const plii_float4 normal = plii_float4_from(&contact->normal);
+    const float along_normal = plii_lanes_dot(motion, normal);
+    if (!(along_normal <= PLII_EPSILON)) { return false; }
+    const float gap = plii_min(plii_lanes_dot(x, normal) + contact->normal.w, margin);
+    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const plii_float4 slip = plii_float4_all(contact->matrix[RIGID_CONTACT_SLIP].w);
+    const plii_float4 pull = plii_float4_all(gap * contact->matrix[RIGID_CONTACT_HARDNESS].w);
+    const plii_float4 error =
+        plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, slip)), plii_float4_mul(normal, pull));
+    if (contact->is_still) {
+        *impulse = plii_lanes_xyz(plii_float4_mul(plii_float4_all(contact->matrix[0].x), error));
+        return true;
+    }
+    const plii_lanes_mat3 matrix = {{plii_float4_from(&contact->matrix[0]), plii_float4_from(&contact->matrix[1]),
+                                     plii_float4_from(&contact->matrix[2])}};
+    *impulse = plii_lanes_xyz(plii_lanes_mat3_mul(&matrix, error));
+    return true;
+}
+
+/* Four contacts with still rigid bodies, of four nodes, as the search lists them. */
+static bool rigid_contacts_are_alike(const rigid_contact* c) {
+    return c[0].is_still && c[1].is_still && c[2].is_still && c[3].is_still && c[0].node < c[1].node &&
+           c[1].node < c[2].node && c[2].node < c[3].node;
+}
+
+/* What rigid_contacts_solve does with each of them. */
+static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* positions, const pli_vec4* previous,
+                                      float margin) {
+    const plii_float4 records[PLII_LANES] = {
+        plii_float4_from(&positions[c[0].node]), plii_float4_from(&positions[c[1].node]),
+        plii_float4_from(&positions[c[2].node]), plii_float4_from(&positions[c[3].node])};
+    plii_float4 x[PLII_LANES] = {records[0], records[1], records[2], records[3]};
+    plii_float4 moved[PLII_LANES] = {plii_float4_sub(records[0], plii_float4_from(&previous[c[0].node])),
+                                     plii_float4_sub(records[1], plii_float4_from(&previous[c[1].node])),
+                                     plii_float4_sub(records[2], plii_float4_from(&previous[c[2].node])),
+                                     plii_float4_sub(records[3], plii_float4_from(&previous[c[3].node]))};
+    plii_float4 planes[PLII_LANES] = {plii_float4_from(&c[0].normal), plii_float4_from(&c[1].normal),
+                                      plii_float4_from(&c[2].normal), plii_float4_from(&c[3].normal)};
+    plii_float4_turn(x);
+    plii_float4_turn(moved);
+    plii_float4_turn(planes);
+    const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
+    const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
+    const plii_mask4 acts = plii_lanes_at_most(along_normal, plii_float4_all(PLII_EPSILON));
+    if (plii_lanes_bits(acts) == 0) { return; }
+    const plii_float4 height = plii_float4_add(plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal), planes[3]);
+    const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
+    const plii_float4 slip = plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_SLIP].w, c[1].matrix[RIGID_CONTACT_SLIP].w,
+                                             c[2].matrix[RIGID_CONTACT_SLIP].w, c[3].matrix[RIGID_CONTACT_SLIP].w);
+    const plii_float4 hardness =
+        plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_HARDNESS].w, c[1].matrix[RIGID_CONTACT_HARDNESS].w,
+                        c[2].matrix[RIGID_CONTACT_HARDNESS].w, c[3].matrix[RIGID_CONTACT_HARDNESS].w);
+    const plii_float4 own = plii_lanes_xyzw(c[0].matrix[0].x, c[1].matrix[0].x, c[2].matrix[0].x, c[3].matrix[0].x);
+    const plii_float4 per_impulse = plii_lanes_xyzw(c[0].lever.w, c[1].lever.w, c[2].lever.w, c[3].lever.w);
+    const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
+    const plii_vec3x4 error = plii_vec3x4_add(plii_vec3x4_sub(motion, plii_vec3x4_scale(sliding, slip)),
+                                              plii_vec3x4_scale(normal, plii_float4_mul(gap, hardness)));
+    const plii_vec3x4 pushed = plii_vec3x4_scale(plii_vec3x4_scale(error, own), per_impulse);
+    const plii_float4 zero = plii_float4_all(0.0f);
+    plii_float4 pushes[PLII_LANES] = {plii_lanes_select(acts, pushed.x, zero), plii_lanes_select(acts, pushed.y, zero),
+                                      plii_lanes_select(acts, pushed.z, zero), zero};
+    plii_float4_turn(pushes);
+    plii_float4_to(&positions[c[0].node], plii_float4_sub(records[0], pushes[0]));
+    plii_float4_to(&positions[c[1].node], plii_float4_sub(records[1], pushes[1]));
+    plii_float4_to(&positions[c[2].node], plii_float4_sub(records[2], pushes[2]));
+    plii_float4_to(&positions[c[3].node], plii_float4_sub(records[3], pushes[3]));
+}
+
+static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+    const rigid_contacts_state* state = data;
+    if (body->solver_class->holds_nodes) { return; }
+    for (int i = 0; i < state->count; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        if (state->count - i >= PLII_LANES && rigid_contacts_are_alike(contact)) {
+            rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
+            i += PLII_LANES - 1;
+            continue;
+        }
+        const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
+        const plii_float4 lever = plii_float4_from(&contact->lever);
+        plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])), impulse;
+        if (!contact->is_still) {
+            const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, lever);
+            motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(step->dt)));
+        }
+        if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
+        const plii_float4 pushed = plii_float4_mul(impulse, plii_lanes_all_w(lever));
+        plii_float4_to(&body->positions[contact->node], plii_float4_sub(x, pushed));
+        if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, lever); }
+    }
+}
+
+static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_step* step) {
+    if (!((const rigid_contacts_state*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
+}
+
+static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity, plii_hold* holds) {
+    const rigid_contacts_state* state = data;
+    (void)body;
+    for (int i = 0; i < state->count && i < capacity; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        holds[i] = (plii_hold){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
+        holds[i].offset = contact->normal.w;
+        holds[i].friction = state->def.friction * contact->rigid->friction;
+        holds[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
+        holds[i].influence = 1.0f;
+    }
+    return state->count;
+}
+
+// ---------------------------------------------------------------------------------------------------- the feature
+
+static void rigid_contacts_clear(pli_body* body, void* data, const plii_step* step) {
+    (void)body;
+    (void)step;
+    ((rigid_contacts_state*)data)->count = 0;
+}
+
+static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+    rigid_contacts_state* state = data;
+    (void)body;
+    int kept = 0;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
+    }
+    state->count = kept;
+}
+
+static void rigid_contacts_make_room(pli_body* body, void* data) {
+    rigid_contacts_state* state = data;
+    if (body->world->rigid_count == 0) { return; }
+    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, plii_body_contact_room(body));
+}
+
+static void rigid_contacts_disable(pli_body* body, void* data) {
+    rigid_contacts_state* state = data;
+    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+}
+
+static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
+    const rigid_contacts_state* state = data;
+    (void)body;
+    return (size_t)state->capacity * sizeof *state->contacts;
+}
+
+static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                           void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
+    ((rigid_contacts_state*)data)->count = 0;
+}
+
+/* After anchors and before the links, or, which Bullet has not, after the links. */
+enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
+
+static const plii_feature_class rigid_contacts_class = {
+    .name = "rigid_contacts",
+    .state_size = sizeof(rigid_contacts_state),
+    .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
+               [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
+    .disable = rigid_contacts_disable,
+    .collide_rigid = rigid_contacts_collide,
+    .list_holds = rigid_contacts_list_holds,
+    .forget_rigid = rigid_contacts_forget_rigid,
+    .bytes = rigid_contacts_bytes,
+    .make_room = rigid_contacts_make_room,
+    .topology_commit = rigid_contacts_topology_commit,
+};
+
+static void rigid_contacts_solve_last(pli_body* body, void* data, const plii_step* step) {
+    (void)data;
+    rigid_contacts_solve(body, plii_feature_state(body, &rigid_contacts_class), step);
+}
+
+static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_contacts_class, NULL};
+
+/* Their solve at another place of the iteration. */
+static const plii_feature_class rigid_contacts_last_class = {
+    .name = "rigid_contacts_last",
+    .needs = rigid_contacts_last_needs,
+    .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
+};
+
+static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,
+                                           const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function,
+                         "def was not made by pli_rigid_contacts_def_default");
+    }
+    if (!plii_is_finite(def->friction) || !plii_is_finite(def->dynamic_hardness) ||
+        !plii_is_finite(def->static_hardness)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction or a hardness is not finite");
+    }
+    if (!(def->friction >= 0.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
+                         (double)def->friction);
+    }
+    if (!(def->dynamic_hardness >= 0.0f && def->dynamic_hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "dynamic_hardness is %g, not in [0, 1]",
+                         (double)def->dynamic_hardness);
+    }
+    if (!(def->static_hardness >= 0.0f && def->static_hardness <= 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "static_hardness is %g, not in [0, 1]",
+                         (double)def->static_hardness);
+    }
+    return plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function);
+}
+
+pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
+    PLII_TRY(rigid_contacts_check_def(body->context, &used, __func__));
+    const bool was_enabled = plii_feature_is_enabled(body, &rigid_contacts_class);
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
+    if (used.after_links) {
+        const pli_status status = plii_feature_enable(body, &rigid_contacts_last_class, NULL);
+        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &rigid_contacts_class); }
+        PLII_TRY(status);
+    } else {
+        plii_feature_disable(body, &rigid_contacts_last_class);
+    }
+    ((rigid_contacts_state*)state)->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_rigid_contacts(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &rigid_contacts_last_class);
+    plii_feature_disable(body, &rigid_contacts_class);
+    return PLI_OK;
+}
+
+int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    if (state == NULL) { return 0; }
+    for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
+        const rigid_contact* contact = &state->contacts[i];
+        contacts[i].node = contact->node;
+        contacts[i].rigid = contact->rigid;
+        contacts[i].shape = contact->shape;
+        contacts[i].normal = plii_xyz(contact->normal);
+        contacts[i].distance = contact->matrix[RIGID_CONTACT_DISTANCE].w;
+    }
+    return state->count;
+}
+
+pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
+}

@@ -1,0 +1,315 @@
+/* Lift and drag of nodes or faces that move relative to the wind.
+   Bullet: addAeroForceToNode and addAeroForceToFace, in their order of operations. Two classes, because the vertex
+   models act before pressure and the face models after it. Formulas are written for four areas at a time. */
+
+#include "math/simd_float4.h"
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "math/range.h"
+#include "pliant/forces.h"
+
+#include <string.h>
+
+/* Cosine of 10 degrees: below this angle of attack a lift-drag model has no lift. */
+#define AERO_MAX_LIFT_COSINE 0.98480f
+
+typedef struct aero_state {
+    pli_aero_model model;
+    float lift, drag;
+    pli_vec3 wind;
+} aero_state;
+
+PLII_SIMD_INLINE plii_vec3x4 aero_face_wind(plii_vec3x4 normal, plii_vec3x4 velocity) {
+    const plii_mask4 is_away = plii_lanes_less(plii_vec3x4_dot(normal, velocity), plii_float4_all(0.0f));
+    return plii_vec3x4_select(is_away, plii_vec3x4_neg(normal), normal);
+}
+
+PLII_SIMD_INLINE plii_vec3x4 aero_divide(plii_vec3x4 a, plii_float4 s) {
+    return plii_vec3x4_scale(a, plii_float4_div(plii_float4_all(1.0f), s));
+}
+
+/* Lift-drag models: forces on an area that moves at `velocity` relative to the air. */
+PLII_SIMD_INLINE void aero_lift_and_drag(const aero_state* aero, float density, plii_float4 doubled_area,
+                                         plii_vec3x4 normal, plii_vec3x4 velocity, plii_vec3x4* lift,
+                                         plii_vec3x4* drag) {
+    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity), speed = plii_float4_sqrt(speed_squared);
+    const plii_vec3x4 direction = aero_divide(velocity, speed);
+    normal = aero_face_wind(normal, velocity);
+    const plii_float4 cosine = plii_vec3x4_dot(normal, direction);
+    const plii_float4 area = plii_float4_mul(plii_float4_all(0.5f), doubled_area);
+
+    const plii_float4 drag_share = plii_float4_mul(plii_float4_all(0.5f * aero->drag * density), speed_squared);
+    *drag = plii_vec3x4_scale(plii_vec3x4_neg(direction), plii_float4_mul(plii_float4_mul(drag_share, area), cosine));
+    const plii_mask4 has_lift =
+        plii_lanes_both(plii_lanes_less(zero, cosine), plii_lanes_less(cosine, plii_float4_all(AERO_MAX_LIFT_COSINE)));
+    *lift = (plii_vec3x4){zero, zero, zero};
+    if (plii_lanes_bits(has_lift) == 0) { return; }
+    const plii_vec3x4 upward = plii_vec3x4_cross(plii_vec3x4_cross(normal, direction), direction);
+    const plii_float4 lift_share = plii_float4_mul(plii_float4_all(0.5f * aero->lift * density), speed);
+    const plii_float4 sine = plii_float4_sqrt(plii_float4_sub(one, plii_float4_mul(cosine, cosine)));
+    const plii_float4 scale = plii_float4_mul(plii_float4_mul(lift_share, area), sine);
+    *lift = plii_vec3x4_select(has_lift, plii_vec3x4_scale(upward, scale), *lift);
+}
+
+/* Drag that would do more than stop the node within the step is cut to 80 % of that. */
+PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 velocity, plii_float4 inverse_mass,
+                                             float dt) {
+    const plii_vec3x4 change = plii_vec3x4_scale(plii_vec3x4_scale(drag, inverse_mass), plii_float4_all(dt));
+    const plii_float4 change_squared = plii_vec3x4_dot(change, change);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
+    const plii_mask4 is_cut = plii_lanes_both(plii_lanes_at_most(speed_squared, change_squared),
+                                              plii_lanes_less(plii_float4_all(0.0f), change_squared));
+    if (plii_lanes_bits(is_cut) == 0) { return drag; }
+    const plii_float4 ratio = plii_float4_div(plii_float4_sqrt(speed_squared), plii_float4_sqrt(change_squared));
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, plii_float4_mul(plii_float4_all(0.8f), ratio)), drag);
+}
+
+/* One- and two-sided models: force on a surface, and where it moves against the air with its front; elsewhere there is
+   none. */
+PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float density, plii_float4 doubled_area,
+                                            float area_share, plii_vec3x4 normal, plii_vec3x4 velocity,
+                                            plii_vec3x4* force) {
+    const plii_float4 approach = plii_vec3x4_dot(velocity, normal);
+    const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
+    plii_float4 scale = plii_float4_mul(plii_float4_mul(doubled_area, approach), speed_squared);
+    scale = plii_float4_mul(plii_float4_mul(scale, plii_float4_all(area_share)), plii_float4_all(density));
+    scale = plii_float4_negate(scale);
+    const plii_vec3x4 direction = aero_divide(velocity, plii_float4_sqrt(speed_squared));
+    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, plii_float4_mul(scale, plii_float4_all(aero->lift))),
+                             plii_vec3x4_scale(direction, plii_float4_mul(scale, plii_float4_all(aero->drag))));
+    return plii_lanes_less(plii_float4_all(0.0f), approach);
+}
+
+/* The sum with a force; one that would change the velocity by more than its amount only cancels the velocity along
+   itself. One whose square is too small for a float has no direction. */
+PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force, plii_vec3x4 velocity,
+                                              plii_float4 inverse_mass, float dt) {
+    const plii_float4 response = plii_float4_mul(plii_float4_all(dt), inverse_mass);
+    const plii_vec3x4 change = plii_vec3x4_scale(force, response);
+    const plii_float4 force_squared = plii_vec3x4_dot(force, force);
+    const plii_mask4 is_cut =
+        plii_lanes_both(plii_lanes_less(plii_vec3x4_dot(velocity, velocity), plii_vec3x4_dot(change, change)),
+                        plii_lanes_less(plii_float4_all(0.0f), force_squared));
+    if (plii_lanes_bits(is_cut) == 0) { return plii_vec3x4_add(sum, force); }
+    const plii_vec3x4 axis = aero_divide(force, plii_float4_sqrt(force_squared));
+    const plii_vec3x4 along = plii_vec3x4_scale(axis, plii_vec3x4_dot(velocity, axis));
+    return plii_vec3x4_select(is_cut, plii_vec3x4_sub(sum, aero_divide(along, response)), plii_vec3x4_add(sum, force));
+}
+
+typedef struct aero_nodes {
+    const pli_vec4 *positions, *velocities;
+    const pli_vec3* normals;
+    const float* areas;
+    pli_vec3* forces;
+} aero_nodes;
+
+PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model, float density, float dt,
+                                    aero_nodes nodes) {
+    const plii_float4 inverse_mass =
+        plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
+    const plii_vec3x4 own_velocity = plii_vec3x4_from_records(nodes.velocities, NULL);
+    const plii_vec3x4 wind = plii_vec3x4_all(aero->wind);
+    const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
+    const plii_mask4 moves = plii_lanes_less(plii_float4_all(PLII_EPSILON), plii_vec3x4_dot(velocity, velocity));
+    plii_mask4 is_active = plii_lanes_both(plii_lanes_less(plii_float4_all(0.0f), inverse_mass), moves);
+
+    plii_vec3x4 normal = plii_vec3x4_from(nodes.normals);
+    const plii_float4 areas = plii_float4_load(nodes.areas);
+    const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
+    plii_vec3x4 after;
+    if (model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
+        plii_vec3x4 lift, drag;
+        aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
+        drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
+        after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
+    } else {
+        if (model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+        plii_vec3x4 force;
+        is_active = plii_lanes_both(is_active, aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force));
+        after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
+    }
+    plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
+}
+
+PLII_SIMD_INLINE void aero_run_nodes(pli_body* body, const aero_state* state, pli_aero_model model, float dt) {
+    const aero_state aero = *state;
+    const float density = body->world->def.air_density;
+    int i = 0;
+    for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
+        const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
+                                  &body->forces[i]};
+        aero_run_four(&aero, model, density, dt, nodes);
+    }
+    if (i == body->node_count) { return; }
+    /* The rest, and pinned nodes beside them. */
+    const size_t rest = (size_t)(body->node_count - i);
+    pli_vec4 positions[PLII_LANES] = {0}, velocities[PLII_LANES] = {0};
+    pli_vec3 normals[PLII_LANES] = {0}, forces[PLII_LANES] = {0};
+    float areas[PLII_LANES] = {0};
+    memcpy(positions, &body->positions[i], rest * sizeof *positions);
+    memcpy(velocities, &body->velocities[i], rest * sizeof *velocities);
+    memcpy(normals, &body->normals[i], rest * sizeof *normals);
+    memcpy(areas, &body->areas[i], rest * sizeof *areas);
+    memcpy(forces, &body->forces[i], rest * sizeof *forces);
+    aero_run_four(&aero, model, density, dt, (aero_nodes){positions, velocities, normals, areas, forces});
+    memcpy(&body->forces[i], forces, rest * sizeof *forces);
+}
+
+static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
+    const pli_aero_model model = ((const aero_state*)state)->model;
+    switch (model) {
+    case PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG:
+        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG, step->dt);
+        break;
+    case PLI_AERO_VERTEX_TWO_SIDED:
+        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED, step->dt);
+        break;
+    default:
+        aero_run_nodes(body, state, model, step->dt);
+        break;
+    }
+}
+
+/* One face at a time, since faces share nodes: all lanes are equal. */
+static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
+    const aero_state* aero = state;
+    const float density = body->world->def.air_density;
+    const plii_topology* topology = body->topology;
+    for (int f = 0; f < topology->face_count; ++f) {
+        const int* nodes = topology->faces[f];
+        const pli_vec3 sum =
+            pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[nodes[0]]), plii_xyz(body->velocities[nodes[1]])),
+                         plii_xyz(body->velocities[nodes[2]]));
+        const pli_vec3 motion = pli_vec3_sub(plii_vec3_divide(sum, 3.0f), aero->wind);
+        if (!(pli_vec3_length_squared(motion) > PLII_EPSILON)) { continue; }
+
+        const plii_vec3x4 velocity = plii_vec3x4_all(motion);
+        const plii_float4 area = plii_float4_all(body->face_areas[f]), three = plii_float4_all(3.0f);
+        plii_vec3x4 normal = plii_vec3x4_all(body->face_normals[f]);
+        const bool has_lift = aero->model == PLI_AERO_FACE_TWO_SIDED_LIFT_DRAG;
+        plii_vec3x4 lift, force; /* force: the drag, with lift */
+        if (has_lift) {
+            aero_lift_and_drag(aero, density, area, normal, velocity, &lift, &force);
+            lift = aero_divide(lift, three);
+        } else {
+            if (aero->model == PLI_AERO_FACE_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+            const plii_mask4 is_front = aero_resistance(aero, density, area, 1.0f, normal, velocity, &force);
+            if (plii_lanes_bits(is_front) == 0) { continue; }
+            lift = velocity; /* not used */
+        }
+        force = aero_divide(force, three);
+        for (int k = 0; k < 3; ++k) {
+            const float inverse_mass = body->positions[nodes[k]].w;
+            /* A pinned node has no response to divide by. */
+            if (!(inverse_mass > 0.0f)) { continue; }
+            const plii_vec3x4 own_velocity = plii_vec3x4_all(plii_xyz(body->velocities[nodes[k]]));
+            const plii_float4 response = plii_float4_all(inverse_mass);
+            plii_vec3x4 total = plii_vec3x4_all(body->forces[nodes[k]]);
+            if (has_lift) {
+                /* As in Bullet, what one node limits stays limited for the next. */
+                force = aero_limit_drag(force, own_velocity, response, step->dt);
+                total = plii_vec3x4_add(plii_vec3x4_add(total, force), lift);
+            } else {
+                total = aero_add_clamped(total, force, own_velocity, response, step->dt);
+            }
+            body->forces[nodes[k]] = plii_vec3x4_first(total);
+        }
+    }
+}
+
+/* Of faces after pressure and volume, as in Bullet. */
+enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
+
+static const plii_feature_class* const aero_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
+                                                       NULL};
+static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
+                                                            &plii_face_normals_class, &plii_areas_class, NULL};
+
+static const plii_feature_class aero_vertex_class = {
+    .name = "vertex aerodynamics",
+    .state_size = sizeof(aero_state),
+    .needs = aero_needs,
+    .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
+};
+
+static const plii_feature_class aero_face_class = {
+    .name = "face aerodynamics",
+    .state_size = sizeof(aero_state),
+    .needs = aero_face_needs,
+    .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},
+};
+
+pli_aero_def pli_aero_def_default(void) {
+    pli_aero_def def = {0};
+    def.cookie = PLII_DEF_COOKIE;
+    return def;
+}
+
+static pli_status aero_check(pli_context* context, const pli_aero_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_aero_def_default");
+    }
+    const int model = (int)def->model;
+    if (model < (int)PLI_AERO_VERTEX_POINT || model > (int)PLI_AERO_FACE_ONE_SIDED) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no model %d, the last one is %d", model,
+                         (int)PLI_AERO_FACE_ONE_SIDED);
+    }
+    if (!plii_is_finite(def->lift) || !plii_is_finite(def->drag)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "lift is %g and drag is %g", (double)def->lift,
+                         (double)def->drag);
+    }
+    if (def->lift < 0.0f || def->drag < 0.0f) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "lift is %g and drag is %g, at least 0 is allowed",
+                         (double)def->lift, (double)def->drag);
+    }
+    if (!plii_vec3_is_finite(def->wind)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "wind is (%g, %g, %g)", (double)def->wind.x,
+                         (double)def->wind.y, (double)def->wind.z);
+    }
+    PLII_TRY(plii_check_within(context, def->lift, PLI_MAX_FACTOR, "lift", function));
+    PLII_TRY(plii_check_within(context, def->drag, PLI_MAX_FACTOR, "drag", function));
+    return plii_check_vec3_within(context, def->wind, PLI_MAX_SPEED, "wind", function);
+}
+
+pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
+    PLII_TRY(aero_check(body->context, &used, __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
+    }
+    const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
+    plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
+    aero_state* aero = state;
+    aero->model = used.model;
+    aero->lift = used.lift;
+    aero->drag = used.drag;
+    aero->wind = used.wind;
+    return PLI_OK;
+}
+
+pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (!plii_vec3_is_finite(wind)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "wind is (%g, %g, %g)", (double)wind.x, (double)wind.y,
+                         (double)wind.z);
+    }
+    PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
+    aero_state* aero = plii_feature_state(body, &aero_vertex_class);
+    if (aero == NULL) { aero = plii_feature_state(body, &aero_face_class); }
+    if (aero == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "aerodynamics are not enabled"); }
+    aero->wind = wind;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_aero(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &aero_vertex_class);
+    plii_feature_disable(body, &aero_face_class);
+    return PLI_OK;
+}

@@ -1,0 +1,78 @@
+/* Conservation of volume: each node gets normal * area * (rest volume - volume) * coefficient.
+   Bullet: kVC in btSoftBody::applyForces, with the rest volume of setPose(true, false). */
+
+#include "body/pipeline.h"
+#include "pliant/forces.h"
+
+#include "body/body_impl.h"
+#include "body/world_state.h"
+#include "math/range.h"
+
+typedef struct volume_state {
+    float coefficient;
+    float rest_volume; /* m^3 */
+} volume_state;
+
+/* Change of the volume in a step by a unit of pressure: steps add dt^2 w times the force to positions. */
+static float volume_response(const pli_body* body, float dt) {
+    float sum = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += body->positions[i].w * body->areas[i] * body->areas[i];
+    }
+    return dt * dt * sum;
+}
+
+/* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
+   overshoot more than the one before; btSoftBody explodes there. */
+static void volume_run(pli_body* body, void* state, const plii_step* step) {
+    const volume_state* volume = state;
+    const float response = volume_response(body, step->dt);
+    const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.reference_mode;
+    const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
+    const float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
+    plii_forces_add_along_normals(body, scale);
+}
+
+static pli_status volume_enable(pli_body* body, void* state) {
+    ((volume_state*)state)->rest_volume = plii_body_volume(body);
+    return PLI_OK;
+}
+
+static const plii_feature_class* const volume_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
+                                                         NULL};
+
+enum { VOLUME_ORDER = 30 }; /* after pressure */
+
+static const plii_feature_class volume_class = {
+    .name = "volume",
+    .state_size = sizeof(volume_state),
+    .needs = volume_needs,
+    .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
+    .enable = volume_enable,
+};
+
+pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    if (!plii_is_finite(coefficient)) {
+        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
+    }
+    if (coefficient < 0.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "coefficient is %g, at least 0 is allowed",
+                         (double)coefficient);
+    }
+    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    if (body->topology->face_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH,
+                         "conservation of volume acts on faces, the body has none");
+    }
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &volume_class, &state));
+    ((volume_state*)state)->coefficient = coefficient;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_volume_conservation(pli_body* body) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    plii_feature_disable(body, &volume_class);
+    return PLI_OK;
+}

@@ -1,0 +1,253 @@
+/* Signed distances on a grid from a triangle soup.
+
+   Inside is where the winding number is above one half either way, so that holes, parts turned over, parts inside of
+   others and parts that cross each other do no harm. Distances are exact in the blocks of samples near the surface;
+   farther away the nearest triangles of the blocks' centres are handed from sample to sample in sweeps. Where the sign
+   changes far from any triangle there is a hole: the solid gets a surface there, and the distances around are lowered
+   to it. */
+
+#include "geometry/sdf_grid.h"
+
+#include "geometry/winding_number.h"
+
+/* Samples along the edge of a block. */
+#define SAMPLING_BLOCK 4
+/* From the centre of a block to its corner samples, in cells. */
+#define SAMPLING_BLOCK_RADIUS 2.6f
+/* Blocks with a sample this near to the surface are exact, in cells. */
+#define SAMPLING_BAND 1.5f
+/* Winding numbers farther than this from one half hold for a whole block away from the surface. */
+#define SAMPLING_CLEAR 0.25f
+/* So far from a triangle its two sides are looked at, in cells. */
+#define SAMPLING_SIDE 0.05f
+/* Where no sample has a winding number above this the triangles are a sheet rather than a solid. */
+#define SAMPLING_ENCLOSED 0.75f
+/* Neighbours of different sign whose distances sum up to more cells than this have no surface between them. Exact
+   distances give 1 at most, and more where rounding took a sample on the surface to the other side. */
+#define SAMPLING_HOLE 1.5f
+
+typedef struct sampling_grid {
+    const plii_soup* soup;
+    plii_winding winding;
+    int counts[3];
+    size_t strides[3];
+    float* distances;
+    int* nearest; /* triangle of each sample; -1 - triangle where the distance is exact */
+    bool* is_inside;
+    float highest_winding; /* of all samples, either way */
+} sampling_grid;
+
+static bool sampling_is_solid(float winding) {
+    return fabsf(winding) > 0.5f;
+}
+
+static pli_vec3 sampling_point(int i, int j, int k) {
+    return pli_vec3_make((float)i, (float)j, (float)k);
+}
+
+static size_t sampling_index(const sampling_grid* grid, int i, int j, int k) {
+    return (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
+}
+
+// ------------------------------------------------------------------------------------------------ walls inside
+
+/* Whether both sides of a triangle are solid at one of its points. */
+static bool sampling_is_inner(const plii_winding* winding, pli_vec3 point, pli_vec3 side) {
+    return sampling_is_solid(plii_winding_at(winding, pli_vec3_add(point, side))) &&
+           sampling_is_solid(plii_winding_at(winding, pli_vec3_sub(point, side)));
+}
+
+/* Walls inside of the solid, where parts overlap, are not its surface. False when nothing else is there. */
+static bool sampling_hide_inner_triangles(plii_soup* soup, const plii_winding* winding) {
+    bool has_surface = false;
+    for (int i = 0; i < soup->count; ++i) {
+        const pli_vec3* c = soup->triangles[i].corners;
+        const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(c[1], c[0]), pli_vec3_sub(c[2], c[0]));
+        const pli_vec3 side = pli_vec3_scale(cross, SAMPLING_SIDE / pli_vec3_length(cross));
+        const pli_vec3 centre = pli_vec3_scale(pli_vec3_add(c[0], pli_vec3_add(c[1], c[2])), 1.0f / 3.0f);
+        bool is_hidden = sampling_is_inner(winding, centre, side);
+        for (int k = 0; k < 3 && is_hidden; ++k) {
+            is_hidden = sampling_is_inner(winding, pli_vec3_lerp(centre, c[k], 0.95f), side);
+        }
+        soup->triangles[i].is_hidden = is_hidden;
+        has_surface = has_surface || !is_hidden;
+    }
+    return has_surface;
+}
+
+// ---------------------------------------------------------------------------------------------------- blocks
+
+static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
+    int end[3];
+    for (int axis = 0; axis < 3; ++axis) {
+        end[axis] =
+            first[axis] + SAMPLING_BLOCK < grid->counts[axis] ? first[axis] + SAMPLING_BLOCK : grid->counts[axis];
+    }
+    const float half = 0.5f * (float)(SAMPLING_BLOCK - 1);
+    const pli_vec3 centre = pli_vec3_add(sampling_point(first[0], first[1], first[2]), pli_vec3_make(half, half, half));
+    float centre_distance;
+    const int centre_nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
+    const bool is_near = centre_distance <= SAMPLING_BLOCK_RADIUS + SAMPLING_BAND;
+    float winding = is_near ? 0.5f : fabsf(plii_winding_at(&grid->winding, centre));
+    const bool is_clear = fabsf(winding - 0.5f) > SAMPLING_CLEAR;
+    int nearest = centre_nearest;
+    for (int k = first[2]; k < end[2]; ++k) {
+        for (int j = first[1]; j < end[1]; ++j) {
+            for (int i = first[0]; i < end[0]; ++i) {
+                const size_t at = sampling_index(grid, i, j, k);
+                const pli_vec3 p = sampling_point(i, j, k);
+                if (is_near) {
+                    nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
+                    grid->nearest[at] = -1 - nearest;
+                } else {
+                    grid->nearest[at] = centre_nearest;
+                    grid->distances[at] = plii_soup_distance(grid->soup, centre_nearest, p);
+                }
+                if (!is_clear) { winding = fabsf(plii_winding_at(&grid->winding, p)); }
+                grid->is_inside[at] = sampling_is_solid(winding);
+                grid->highest_winding = plii_max(grid->highest_winding, winding);
+            }
+        }
+    }
+}
+
+static void sampling_fill_blocks(sampling_grid* grid) {
+    int first[3];
+    for (first[2] = 0; first[2] < grid->counts[2]; first[2] += SAMPLING_BLOCK) {
+        for (first[1] = 0; first[1] < grid->counts[1]; first[1] += SAMPLING_BLOCK) {
+            for (first[0] = 0; first[0] < grid->counts[0]; first[0] += SAMPLING_BLOCK) {
+                sampling_fill_block(grid, first);
+            }
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------- sweeps
+
+/* Whether the nearest triangle of a neighbour is nearer than the sample's own. */
+static void sampling_take(sampling_grid* grid, size_t at, pli_vec3 p, size_t neighbour) {
+    const int other = grid->nearest[neighbour];
+    const int triangle = other < 0 ? -1 - other : other;
+    if (triangle == grid->nearest[at]) { return; }
+    const float distance = plii_soup_distance(grid->soup, triangle, p);
+    if (!(distance < grid->distances[at])) { return; }
+    grid->distances[at] = distance;
+    grid->nearest[at] = triangle;
+}
+
+/* One pass over the grid; bit `axis` of `direction`: backward along that axis. */
+static void sampling_sweep(sampling_grid* grid, int direction) {
+    for (int kk = 0; kk < grid->counts[2]; ++kk) {
+        const int k = (direction & 4) != 0 ? grid->counts[2] - 1 - kk : kk;
+        for (int jj = 0; jj < grid->counts[1]; ++jj) {
+            const int j = (direction & 2) != 0 ? grid->counts[1] - 1 - jj : jj;
+            for (int ii = 0; ii < grid->counts[0]; ++ii) {
+                const int i = (direction & 1) != 0 ? grid->counts[0] - 1 - ii : ii;
+                const size_t at = sampling_index(grid, i, j, k);
+                if (grid->nearest[at] < 0) { continue; }
+                const pli_vec3 p = sampling_point(i, j, k);
+                const int steps[3] = {ii, jj, kk};
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (steps[axis] == 0) { continue; }
+                    const bool is_backward = (direction >> axis & 1) != 0;
+                    sampling_take(grid, at, p, is_backward ? at + grid->strides[axis] : at - grid->strides[axis]);
+                }
+            }
+        }
+    }
+}
+
+// ----------------------------------------------------------------------------------------------------- holes
+
+/* Both sides of a change of sign that no triangle explains. */
+static bool sampling_find_holes(sampling_grid* grid) {
+    bool has_holes = false;
+    for (int k = 0; k < grid->counts[2]; ++k) {
+        for (int j = 0; j < grid->counts[1]; ++j) {
+            for (int i = 0; i < grid->counts[0]; ++i) {
+                const size_t at = sampling_index(grid, i, j, k);
+                const int place[3] = {i, j, k};
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (place[axis] + 1 == grid->counts[axis]) { continue; }
+                    const size_t next = at + grid->strides[axis];
+                    if (grid->is_inside[at] == grid->is_inside[next]) { continue; }
+                    if (grid->distances[at] + grid->distances[next] <= SAMPLING_HOLE) { continue; }
+                    grid->distances[at] = plii_min(grid->distances[at], 0.5f);
+                    grid->distances[next] = plii_min(grid->distances[next], 0.5f);
+                    has_holes = true;
+                }
+            }
+        }
+    }
+    return has_holes;
+}
+
+/* No distance may exceed that of a neighbour by more than the way there: half of the 26 neighbours in the order of the
+   samples, the other half in the opposite order (Borgefors, Distance transformations in digital images, 1986). */
+static void sampling_lower(sampling_grid* grid, bool is_backward) {
+    const float lengths[4] = {0.0f, 1.0f, 1.41421356f, 1.73205081f};
+    for (int kk = 0; kk < grid->counts[2]; ++kk) {
+        const int k = is_backward ? grid->counts[2] - 1 - kk : kk;
+        for (int jj = 0; jj < grid->counts[1]; ++jj) {
+            const int j = is_backward ? grid->counts[1] - 1 - jj : jj;
+            for (int ii = 0; ii < grid->counts[0]; ++ii) {
+                const int i = is_backward ? grid->counts[0] - 1 - ii : ii;
+                float* distance = &grid->distances[sampling_index(grid, i, j, k)];
+                /* The 13 neighbours before this one are the first of the 27 places around it. */
+                for (int n = 0; n < 13; ++n) {
+                    const int sign = is_backward ? -1 : 1;
+                    const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
+                    const int x = i + sign * dx, y = j + sign * dy, z = k + sign * dz;
+                    if (x < 0 || y < 0 || z < 0 || x >= grid->counts[0] || y >= grid->counts[1] ||
+                        z >= grid->counts[2]) {
+                        continue;
+                    }
+                    const float way = lengths[dx * dx + dy * dy + dz * dz];
+                    *distance = plii_min(*distance, grid->distances[sampling_index(grid, x, y, z)] + way);
+                }
+            }
+        }
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------- all
+
+/* False when nothing is inside. */
+static bool sampling_fill(sampling_grid* grid, size_t count) {
+    sampling_fill_blocks(grid);
+    if (grid->highest_winding < SAMPLING_ENCLOSED) { return false; }
+    for (int direction = 0; direction < 8; ++direction) {
+        sampling_sweep(grid, direction);
+    }
+    if (sampling_find_holes(grid)) {
+        sampling_lower(grid, false);
+        sampling_lower(grid, true);
+    }
+    for (size_t i = 0; i < count; ++i) {
+        if (grid->is_inside[i]) { grid->distances[i] = -grid->distances[i]; }
+    }
+    return true;
+}
+
+pli_status plii_mesh_sampling_run(plii_soup* soup, const plii_mesh_sampling* sampling) {
+    if (soup->count == 0) { return PLI_ERROR_INVALID_MESH; }
+    sampling_grid grid = {.soup = soup, .distances = sampling->samples};
+    size_t count = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+        grid.counts[axis] = sampling->counts[axis];
+        grid.strides[axis] = count;
+        count *= (size_t)sampling->counts[axis];
+    }
+    grid.nearest = plii_allocate(soup->context, count * sizeof *grid.nearest);
+    grid.is_inside = plii_allocate(soup->context, count * sizeof *grid.is_inside);
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (grid.nearest != NULL && grid.is_inside != NULL && plii_winding_build(&grid.winding, soup)) {
+        status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid, count)
+                     ? PLI_OK
+                     : PLI_ERROR_INVALID_MESH;
+    }
+    plii_winding_free(&grid.winding);
+    plii_release(soup->context, grid.is_inside, count * sizeof *grid.is_inside);
+    plii_release(soup->context, grid.nearest, count * sizeof *grid.nearest);
+    return status;
+}

@@ -1,0 +1,44 @@
+#ifndef PLII_DVEC3_H
+#define PLII_DVEC3_H
+
+/* Vectors in double, for geometry whose decisions must survive cancellation. */
+
+#include "pliant/math.h"
+
+typedef struct plii_dvec3 {
+    double x, y, z;
+} plii_dvec3;
+
+static inline plii_dvec3 plii_dvec3_make(double x, double y, double z) {
+    const plii_dvec3 v = {x, y, z};
+    return v;
+}
+static inline plii_dvec3 plii_dvec3_from(pli_vec3 v) {
+    return plii_dvec3_make((double)v.x, (double)v.y, (double)v.z);
+}
+static inline pli_vec3 plii_dvec3_to_float(plii_dvec3 v) {
+    return pli_vec3_make((float)v.x, (float)v.y, (float)v.z);
+}
+static inline plii_dvec3 plii_dvec3_add(plii_dvec3 a, plii_dvec3 b) {
+    return plii_dvec3_make(a.x + b.x, a.y + b.y, a.z + b.z);
+}
+static inline plii_dvec3 plii_dvec3_sub(plii_dvec3 a, plii_dvec3 b) {
+    return plii_dvec3_make(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+static inline plii_dvec3 plii_dvec3_scale(plii_dvec3 a, double s) {
+    return plii_dvec3_make(a.x * s, a.y * s, a.z * s);
+}
+static inline plii_dvec3 plii_dvec3_add_scaled(plii_dvec3 a, plii_dvec3 b, double s) {
+    return plii_dvec3_make(a.x + b.x * s, a.y + b.y * s, a.z + b.z * s);
+}
+static inline double plii_dvec3_dot(plii_dvec3 a, plii_dvec3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static inline plii_dvec3 plii_dvec3_cross(plii_dvec3 a, plii_dvec3 b) {
+    return plii_dvec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+static inline double plii_dvec3_length(plii_dvec3 a) {
+    return sqrt(plii_dvec3_dot(a, a));
+}
+
+#endif

@@ -1,0 +1,319 @@
+#ifndef PLII_SIMD_FLOAT4_H
+#define PLII_SIMD_FLOAT4_H
+
+/* Four floats at a time: the record of a node, or one component of four nodes. Results are those of the same operations
+   one by one, which IEEE 754 rounds correctly, so they have the same bits everywhere. Operators are the compiler's, by
+   the vector extensions of gcc and clang; only what those do not have, or not as well, is told for an instruction set.
+   Masks have all bits or none set in a lane. */
+
+#include "math/vec.h"
+
+#include <string.h>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+/* Vectors passed through memory would cost more than the arithmetic. With checks of each access inlined code grows so
+   much that compilers need half a minute for a kernel; there speed does not matter. */
+#if defined(__SANITIZE_ADDRESS__)
+#define PLII_SIMD_IS_CHECKED 1
+#elif defined(__has_feature)
+#define PLII_SIMD_IS_CHECKED __has_feature(address_sanitizer)
+#else
+#define PLII_SIMD_IS_CHECKED 0
+#endif
+#if defined(__GNUC__) && !PLII_SIMD_IS_CHECKED
+#define PLII_SIMD_INLINE static inline __attribute__((always_inline))
+#else
+#define PLII_SIMD_INLINE static inline
+#endif
+
+enum { PLII_LANES = 4, PLII_LANES_XYZ = 7 };
+
+typedef float plii_float4 __attribute__((vector_size(16)));
+typedef int32_t plii_mask4 __attribute__((vector_size(16)));
+
+#define PLII_SHUFFLE(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+
+PLII_SIMD_INLINE plii_float4 plii_float4_load(const float* source) {
+    plii_float4 a;
+    memcpy(&a, source, sizeof a);
+    return a;
+}
+PLII_SIMD_INLINE void plii_float4_store(float* target, plii_float4 a) {
+    memcpy(target, &a, sizeof a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_from(const pli_vec4* record) {
+    plii_float4 a;
+    memcpy(&a, record, sizeof a);
+    return a;
+}
+PLII_SIMD_INLINE void plii_float4_to(pli_vec4* record, plii_float4 a) {
+    memcpy(record, &a, sizeof a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
+    return (plii_float4){value, value, value, value};
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
+    return (plii_float4){x, y, z, w};
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
+    return a + b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
+    return a - b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
+    return a * b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
+    return a / b;
+}
+PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
+    return -a;
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
+    return a < b;
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
+    return a <= b;
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
+    return a & b;
+}
+PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
+    return a | b;
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return (plii_float4)((mask & (plii_mask4)yes) | (~mask & (plii_mask4)no));
+}
+/* `value` where a > b, else 0. */
+PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
+    return (plii_float4)((a > b) & (plii_mask4)value);
+}
+/* copysignf */
+PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
+    return plii_lanes_select((plii_mask4)plii_float4_all(-0.0f), sign, size);
+}
+/* x, y, z, 0 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
+    return (plii_float4)((plii_mask4)a & (plii_mask4){-1, -1, -1, 0});
+}
+/* y, z, x, w */
+PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {
+    return PLII_SHUFFLE(a, a, 1, 2, 0, 3);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_x(plii_float4 a) {
+    return PLII_SHUFFLE(a, a, 0, 0, 0, 0);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_y(plii_float4 a) {
+    return PLII_SHUFFLE(a, a, 1, 1, 1, 1);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_z(plii_float4 a) {
+    return PLII_SHUFFLE(a, a, 2, 2, 2, 2);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_all_w(plii_float4 a) {
+    return PLII_SHUFFLE(a, a, 3, 3, 3, 3);
+}
+PLII_SIMD_INLINE float plii_lanes_first(plii_float4 a) {
+    return a[0];
+}
+/* (x + y) + z */
+PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
+    return a[0] + a[1] + a[2];
+}
+/* Four records to components, and back. */
+PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+    const plii_float4 xy01 = PLII_SHUFFLE(r[0], r[1], 0, 4, 1, 5), zw01 = PLII_SHUFFLE(r[0], r[1], 2, 6, 3, 7);
+    const plii_float4 xy23 = PLII_SHUFFLE(r[2], r[3], 0, 4, 1, 5), zw23 = PLII_SHUFFLE(r[2], r[3], 2, 6, 3, 7);
+    r[0] = PLII_SHUFFLE(xy01, xy23, 0, 1, 4, 5);
+    r[1] = PLII_SHUFFLE(xy01, xy23, 2, 3, 6, 7);
+    r[2] = PLII_SHUFFLE(zw01, zw23, 0, 1, 4, 5);
+    r[3] = PLII_SHUFFLE(zw01, zw23, 2, 3, 6, 7);
+}
+
+/* plii_float4_sqrt; a < b ? a : b, and a > b ? a : b, also where one is NaN; bit k of an int for lane k of a mask;
+   vectors in memory, w: 0 */
+#if defined(__SSE2__)
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return _mm_sqrt_ps(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return _mm_min_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return _mm_max_ps(a, b);
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return _mm_movemask_ps((plii_float4)mask);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    const __m128i xy = _mm_loadl_epi64((const __m128i*)(const void*)source);
+    return _mm_movelh_ps(_mm_castsi128_ps(xy), _mm_load_ss(&source->z));
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    _mm_storel_pi((__m64*)(void*)target, a);
+    _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
+}
+#else
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+#if defined(__ARM_NEON) && defined(__aarch64__)
+    return (plii_float4)vsqrtq_f32((float32x4_t)a);
+#else
+    return (plii_float4){sqrtf(a[0]), sqrtf(a[1]), sqrtf(a[2]), sqrtf(a[3])};
+#endif
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return plii_lanes_select(a < b, a, b);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return plii_lanes_select(a > b, a, b);
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    const plii_mask4 bits = mask & (plii_mask4){1, 2, 4, 8};
+    return bits[0] | bits[1] | bits[2] | bits[3];
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    return (plii_float4){source->x, source->y, source->z, 0.0f};
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    *target = pli_vec3_make(a[0], a[1], a[2]);
+}
+#endif
+
+/* pli_vec3_cross; w: 0 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
+    const plii_float4 zxy =
+        plii_float4_sub(plii_float4_mul(a, plii_lanes_yzx(b)), plii_float4_mul(plii_lanes_yzx(a), b));
+    return plii_lanes_yzx(zxy);
+}
+PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
+    return plii_lanes_sum(plii_float4_mul(a, b));
+}
+/* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
+PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
+    return plii_lanes_at_most(plii_float4_sub(a, a), plii_float4_all(0.0f));
+}
+
+/* x, y and z are finite. */
+PLII_SIMD_INLINE bool plii_lanes_xyz_finite(plii_float4 a) {
+    return (plii_lanes_bits(plii_lanes_finite(a)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+}
+
+/* A matrix by columns; w of each is what its user puts there. */
+typedef struct plii_lanes_mat3 {
+    plii_float4 columns[3];
+} plii_lanes_mat3;
+
+PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
+    plii_float4 rows[4] = {plii_lanes_from_vec3(&m->rows[0]), plii_lanes_from_vec3(&m->rows[1]),
+                           plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)};
+    plii_float4_turn(rows);
+    return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
+}
+/* pli_mat3_mul_vec3 */
+PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_float4 v) {
+    return plii_float4_add(plii_float4_add(plii_float4_mul(m->columns[0], plii_lanes_all_x(v)),
+                                           plii_float4_mul(m->columns[1], plii_lanes_all_y(v))),
+                           plii_float4_mul(m->columns[2], plii_lanes_all_z(v)));
+}
+
+typedef struct plii_lanes_bounds {
+    plii_float4 low, high;
+} plii_lanes_bounds;
+
+/* One axis: rows times its range, 0 where they do not see the axis, whose infinity must not come in. */
+PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_add_axis(plii_lanes_bounds sum, plii_float4 weights, float min,
+                                                              float max) {
+    const plii_float4 zero = plii_float4_all(0.0f);
+    const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
+    const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
+    const plii_mask4 is_blind = plii_lanes_both(plii_lanes_at_most(weights, zero), plii_lanes_at_most(zero, weights));
+    const plii_mask4 is_positive = plii_lanes_less(zero, weights);
+    const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
+    const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
+    return (plii_lanes_bounds){plii_float4_add(sum.low, plii_lanes_select(is_blind, zero, least)),
+                               plii_float4_add(sum.high, plii_lanes_select(is_blind, zero, most))};
+}
+
+/* plii_bounds_transform */
+PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_transform(const pli_bounds* local, const plii_lanes_mat3* rotation,
+                                                               plii_float4 origin) {
+    plii_lanes_bounds sum = {origin, origin};
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[0], local->min.x, local->max.x);
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[1], local->min.y, local->max.y);
+    sum = plii_lanes_bounds_add_axis(sum, rotation->columns[2], local->min.z, local->max.z);
+    /* Where infinities met there is no number. */
+    const plii_float4 least = plii_float4_all(-INFINITY), most = plii_float4_all(INFINITY);
+    return (plii_lanes_bounds){plii_lanes_select(plii_lanes_at_most(sum.low, sum.low), sum.low, least),
+                               plii_lanes_select(plii_lanes_at_most(sum.high, sum.high), sum.high, most)};
+}
+
+/* Vectors of four nodes by components. */
+typedef struct plii_vec3x4 {
+    plii_float4 x, y, z;
+} plii_vec3x4;
+
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_add(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_add(a.x, b.x), plii_float4_add(a.y, b.y), plii_float4_add(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_sub(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_sub(a.x, b.x), plii_float4_sub(a.y, b.y), plii_float4_sub(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_scale(plii_vec3x4 a, plii_float4 s) {
+    return (plii_vec3x4){plii_float4_mul(a.x, s), plii_float4_mul(a.y, s), plii_float4_mul(a.z, s)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_neg(plii_vec3x4 a) {
+    return (plii_vec3x4){plii_float4_negate(a.x), plii_float4_negate(a.y), plii_float4_negate(a.z)};
+}
+PLII_SIMD_INLINE plii_float4 plii_vec3x4_dot(plii_vec3x4 a, plii_vec3x4 b) {
+    return plii_float4_add(plii_float4_add(plii_float4_mul(a.x, b.x), plii_float4_mul(a.y, b.y)),
+                           plii_float4_mul(a.z, b.z));
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_cross(plii_vec3x4 a, plii_vec3x4 b) {
+    return (plii_vec3x4){plii_float4_sub(plii_float4_mul(a.y, b.z), plii_float4_mul(a.z, b.y)),
+                         plii_float4_sub(plii_float4_mul(a.z, b.x), plii_float4_mul(a.x, b.z)),
+                         plii_float4_sub(plii_float4_mul(a.x, b.y), plii_float4_mul(a.y, b.x))};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_select(plii_mask4 mask, plii_vec3x4 yes, plii_vec3x4 no) {
+    return (plii_vec3x4){plii_lanes_select(mask, yes.x, no.x), plii_lanes_select(mask, yes.y, no.y),
+                         plii_lanes_select(mask, yes.z, no.z)};
+}
+/* The same vector four times, and the first of four. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_all(pli_vec3 a) {
+    return (plii_vec3x4){plii_float4_all(a.x), plii_float4_all(a.y), plii_float4_all(a.z)};
+}
+PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
+    return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
+}
+/* Of four records; their w goes to `w`, which may be NULL. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, plii_float4* w) {
+    plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
+                           plii_float4_from(&records[3])};
+    plii_float4_turn(rows);
+    if (w != NULL) { *w = rows[3]; }
+    return (plii_vec3x4){rows[0], rows[1], rows[2]};
+}
+/* Of four vectors one after the other. */
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from(const pli_vec3* vectors) {
+    const float* source = &vectors->x;
+    const plii_float4 a = plii_float4_load(source), b = plii_float4_load(source + 4), c = plii_float4_load(source + 8);
+    const plii_float4 yz = PLII_SHUFFLE(a, b, 1, 2, 4, 5); /* of the first two */
+    const plii_float4 xy = PLII_SHUFFLE(b, c, 2, 3, 5, 6); /* of the last two */
+    return (plii_vec3x4){PLII_SHUFFLE(a, xy, 0, 3, 4, 6), PLII_SHUFFLE(yz, xy, 0, 2, 5, 7),
+                         PLII_SHUFFLE(yz, c, 1, 3, 4, 7)};
+}
+PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
+    float* target = &vectors->x;
+    const plii_float4 xy = PLII_SHUFFLE(v.x, v.y, 0, 2, 4, 6); /* of the vectors 0, 2 */
+    const plii_float4 yz = PLII_SHUFFLE(v.y, v.z, 1, 3, 5, 7); /* 1, 3 */
+    const plii_float4 zx = PLII_SHUFFLE(v.z, v.x, 0, 2, 5, 7); /* z of 0, 2, x of 1, 3 */
+    plii_float4_store(target, PLII_SHUFFLE(xy, zx, 0, 2, 4, 6));
+    plii_float4_store(target + 4, PLII_SHUFFLE(yz, xy, 0, 2, 5, 7));
+    plii_float4_store(target + 8, PLII_SHUFFLE(zx, yz, 1, 3, 5, 7));
+}
+
+#endif

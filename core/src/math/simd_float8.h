@@ -1,0 +1,238 @@
+#ifndef PLII_SIMD_FLOAT8_H
+#define PLII_SIMD_FLOAT8_H
+
+/* Eight floats at a time: one register where the compiler has AVX2, else two of lanes.h, with the same results. What is
+   worth it is compiled with AVX2 in a source file of its own and chosen at run time. */
+
+#include "math/simd_float4.h"
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+
+enum { PLII_FLOAT8_IS_ONE = 1 }; /* register */
+
+typedef float plii_float8 __attribute__((vector_size(32)));
+typedef int32_t plii_mask8 __attribute__((vector_size(32)));
+
+PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+}
+PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
+    return _mm256_castps256_ps128(a);
+}
+PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
+    return _mm256_extractf128_ps(a, 1);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
+    return _mm256_loadu_ps(source);
+}
+PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
+    _mm256_storeu_ps(target, a);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
+    return a + b;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
+    return a - b;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
+    return a * b;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
+    return a / b;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
+    return _mm256_sqrt_ps(a);
+}
+/* plii_lanes_min and plii_lanes_max */
+PLII_SIMD_INLINE plii_float8 plii_float8_min(plii_float8 a, plii_float8 b) {
+    return _mm256_min_ps(a, b);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_max(plii_float8 a, plii_float8 b) {
+    return _mm256_max_ps(a, b);
+}
+/* `value` where a > b, else 0. */
+PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
+    return (plii_float8)((a > b) & (plii_mask8)value);
+}
+/* a < b ? yes : no */
+PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
+    return _mm256_blendv_ps(no, yes, (plii_float8)(a < b));
+}
+/* Bit k where a < b in lane k. */
+PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
+    return _mm256_movemask_ps((plii_float8)(a < b));
+}
+/* plii_float4_turn of both halves. */
+PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
+    const plii_float8 xy01 = _mm256_unpacklo_ps(r[0], r[1]), zw01 = _mm256_unpackhi_ps(r[0], r[1]);
+    const plii_float8 xy23 = _mm256_unpacklo_ps(r[2], r[3]), zw23 = _mm256_unpackhi_ps(r[2], r[3]);
+    r[0] = _mm256_shuffle_ps(xy01, xy23, 0x44);
+    r[1] = _mm256_shuffle_ps(xy01, xy23, 0xee);
+    r[2] = _mm256_shuffle_ps(zw01, zw23, 0x44);
+    r[3] = _mm256_shuffle_ps(zw01, zw23, 0xee);
+}
+
+#else
+
+enum { PLII_FLOAT8_IS_ONE = 0 };
+
+typedef struct plii_float8 {
+    plii_float4 low, high;
+} plii_float8;
+
+PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
+    return (plii_float8){low, high};
+}
+PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
+    return a.low;
+}
+PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
+    return a.high;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
+    return (plii_float8){plii_float4_load(source), plii_float4_load(source + PLII_LANES)};
+}
+PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
+    plii_float4_store(target, a.low);
+    plii_float4_store(target + PLII_LANES, a.high);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
+    return (plii_float8){a.low + b.low, a.high + b.high};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
+    return (plii_float8){a.low - b.low, a.high - b.high};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
+    return (plii_float8){a.low * b.low, a.high * b.high};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
+    return (plii_float8){a.low / b.low, a.high / b.high};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
+    return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_min(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_lanes_min(a.low, b.low), plii_lanes_min(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_max(plii_float8 a, plii_float8 b) {
+    return (plii_float8){plii_lanes_max(a.low, b.low), plii_lanes_max(a.high, b.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
+    return (plii_float8){plii_float4_where_greater(a.low, b.low, value.low),
+                         plii_float4_where_greater(a.high, b.high, value.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
+    return (plii_float8){plii_lanes_select(a.low < b.low, yes.low, no.low),
+                         plii_lanes_select(a.high < b.high, yes.high, no.high)};
+}
+PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
+    return plii_lanes_bits(a.low < b.low) | plii_lanes_bits(a.high < b.high) << PLII_LANES;
+}
+PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
+    plii_float4 low[4] = {r[0].low, r[1].low, r[2].low, r[3].low};
+    plii_float4 high[4] = {r[0].high, r[1].high, r[2].high, r[3].high};
+    plii_float4_turn(low);
+    plii_float4_turn(high);
+    r[0] = (plii_float8){low[0], high[0]};
+    r[1] = (plii_float8){low[1], high[1]};
+    r[2] = (plii_float8){low[2], high[2]};
+    r[3] = (plii_float8){low[3], high[3]};
+}
+
+#endif
+
+/* Of what is called in many places: inline where vectors stay in registers, elsewhere it would only be large. */
+#if defined(__AVX2__)
+#define PLII_SIMD_LARGE PLII_SIMD_INLINE
+#else
+#define PLII_SIMD_LARGE static
+#endif
+
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return plii_float8_of(plii_float4_all(value), plii_float4_all(value));
+}
+
+/* Eight vectors by components. */
+typedef struct plii_vec3x8 {
+    plii_float8 x, y, z;
+} plii_vec3x8;
+
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_of(plii_vec3x4 low, plii_vec3x4 high) {
+    return (plii_vec3x8){plii_float8_of(low.x, high.x), plii_float8_of(low.y, high.y), plii_float8_of(low.z, high.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_low(plii_vec3x8 a) {
+    return (plii_vec3x4){plii_float8_low(a.x), plii_float8_low(a.y), plii_float8_low(a.z)};
+}
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x8_high(plii_vec3x8 a) {
+    return (plii_vec3x4){plii_float8_high(a.x), plii_float8_high(a.y), plii_float8_high(a.z)};
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_all(pli_vec3 a) {
+    return (plii_vec3x8){plii_float8_all(a.x), plii_float8_all(a.y), plii_float8_all(a.z)};
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_add(plii_vec3x8 a, plii_vec3x8 b) {
+    return (plii_vec3x8){plii_float8_add(a.x, b.x), plii_float8_add(a.y, b.y), plii_float8_add(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_sub(plii_vec3x8 a, plii_vec3x8 b) {
+    return (plii_vec3x8){plii_float8_sub(a.x, b.x), plii_float8_sub(a.y, b.y), plii_float8_sub(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_mul(plii_vec3x8 a, plii_vec3x8 b) {
+    return (plii_vec3x8){plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y), plii_float8_mul(a.z, b.z)};
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_scale(plii_vec3x8 a, plii_float8 s) {
+    return (plii_vec3x8){plii_float8_mul(a.x, s), plii_float8_mul(a.y, s), plii_float8_mul(a.z, s)};
+}
+PLII_SIMD_INLINE plii_float8 plii_vec3x8_dot(plii_vec3x8 a, plii_vec3x8 b) {
+    return plii_float8_add(plii_float8_add(plii_float8_mul(a.x, b.x), plii_float8_mul(a.y, b.y)),
+                           plii_float8_mul(a.z, b.z));
+}
+PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_cross(plii_vec3x8 a, plii_vec3x8 b) {
+    return (plii_vec3x8){plii_float8_sub(plii_float8_mul(a.y, b.z), plii_float8_mul(a.z, b.y)),
+                         plii_float8_sub(plii_float8_mul(a.z, b.x), plii_float8_mul(a.x, b.z)),
+                         plii_float8_sub(plii_float8_mul(a.x, b.y), plii_float8_mul(a.y, b.x))};
+}
+
+/* Eight records by components. Lane k < 4 holds record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register
+   of eight. */
+typedef struct plii_records8 {
+    plii_float8 x, y, z, w;
+} plii_records8;
+
+/* The record in a lane. */
+static inline int plii_simd_record(int lane) {
+    return lane < 4 ? 2 * lane : 2 * lane - 7;
+}
+/* Records are named by their place, which is twice their index: a processor that multiplies addresses by eight at most
+   needs no shift then. */
+static inline uint32_t plii_simd_place(int index) {
+    return 2u * (uint32_t)index;
+}
+PLII_SIMD_INLINE const pli_vec4* plii_simd_at(const pli_vec4* records, uint32_t place) {
+    return (const pli_vec4*)(const void*)((const char*)records + 8 * (size_t)place);
+}
+PLII_SIMD_INLINE plii_float8 plii_simd_load_two(const pli_vec4* records, const uint32_t places[2]) {
+    return plii_float8_of(plii_float4_from(plii_simd_at(records, places[0])),
+                          plii_float4_from(plii_simd_at(records, places[1])));
+}
+PLII_SIMD_INLINE void plii_simd_store_two(pli_vec4* records, const uint32_t places[2], plii_float8 a) {
+    plii_float4_to((pli_vec4*)plii_simd_at(records, places[0]), plii_float8_low(a));
+    plii_float4_to((pli_vec4*)plii_simd_at(records, places[1]), plii_float8_high(a));
+}
+
+PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
+    plii_float8 r[4] = {plii_simd_load_two(records, places), plii_simd_load_two(records, places + 2),
+                        plii_simd_load_two(records, places + 4), plii_simd_load_two(records, places + 6)};
+    plii_float8_turn(r);
+    return (plii_records8){r[0], r[1], r[2], r[3]};
+}
+/* In the order of the records: of two at the same place the later one stays. */
+PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const uint32_t* places, plii_records8 a) {
+    plii_float8 r[4] = {a.x, a.y, a.z, a.w};
+    plii_float8_turn(r);
+    plii_simd_store_two(records, places, r[0]);
+    plii_simd_store_two(records, places + 2, r[1]);
+    plii_simd_store_two(records, places + 4, r[2]);
+    plii_simd_store_two(records, places + 6, r[3]);
+}
+
+#endif

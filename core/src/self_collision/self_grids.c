@@ -1,0 +1,176 @@
+/* Self-collision of nodes by two grids, the second shifted by half a cell: only nodes in one cell are compared, once
+   per grid, after each step. Kang, "Efficient Methods for Cloth Animation and Collision Handling". A pair that lies
+   across a wall of both grids is not seen. */
+
+#include "body/link_graph.h"
+#include "body/pipeline.h"
+#include "geometry/spatial_hash.h"
+#include "math/range.h"
+#include "self_collision/self_collision_impl.h"
+
+typedef struct self_grids_state {
+    pli_self_grids_def def;
+    pli_vec3* positions; /* [node_count] where pairs were looked for */
+    plii_node_hash hash;
+    plii_node_pairs pairs;
+    pli_self_grids_report report;
+} self_grids_state;
+
+static const plii_feature_class self_grids_class;
+
+// ------------------------------------------------------------------------------------------------------ the response
+
+static bool self_grids_are_linked(const plii_link_graph* graph, int a, int b) {
+    for (int k = graph->begin[a]; k < graph->begin[a + 1]; ++k) {
+        if (graph->halves[k].neighbour == b) { return true; }
+    }
+    return false;
+}
+
+/* Both ends move away from the common centre of mass, and lose what brings them nearer to it. */
+static void self_grids_part(pli_body* body, const self_grids_state* state, int a, int b) {
+    pli_vec4 *x = body->positions, *v = body->velocities;
+    const float weight = x[a].w + x[b].w, distance = state->def.distance;
+    const pli_vec3 apart = pli_vec3_sub(plii_xyz(x[b]), plii_xyz(x[a]));
+    const float squared = pli_vec3_length_squared(apart);
+    if (!(squared < distance * distance) || !(weight > 0.0f)) { return; }
+    const float length = sqrtf(squared), share_a = x[a].w / weight, share_b = 1.0f - share_a;
+    const pli_vec3 n = length > 1e-6f * distance ? plii_vec3_divide(apart, length) : plii_self_direction(a, b);
+    const float move = length - 2.0f * state->def.separation * distance;
+    plii_set_xyz(&x[a], pli_vec3_add(plii_xyz(x[a]), pli_vec3_scale(n, move * share_a)));
+    plii_set_xyz(&x[b], pli_vec3_sub(plii_xyz(x[b]), pli_vec3_scale(n, move * share_b)));
+    const float approach = pli_vec3_dot(pli_vec3_sub(plii_xyz(v[b]), plii_xyz(v[a])), n);
+    if (approach < 0.0f) {
+        plii_set_xyz(&v[a], pli_vec3_add(plii_xyz(v[a]), pli_vec3_scale(n, approach * share_a)));
+        plii_set_xyz(&v[b], pli_vec3_sub(plii_xyz(v[b]), pli_vec3_scale(n, approach * share_b)));
+    }
+}
+
+/* `seen`: the grid before, whose pairs are done, or NULL. False when pairs were left out. */
+static bool self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_node_hash* seen) {
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+    plii_node_pairs* pairs = &state->pairs;
+    pairs->count = 0;
+    const bool has_all = plii_node_hash_find_in_cell(body->context, &state->hash, node, state->positions[node],
+                                                     state->def.distance, pairs);
+    for (int k = 0; k < pairs->count; ++k) {
+        const int other = pairs->pairs[k].other;
+        if (self_grids_are_linked(graph, node, other)) { continue; }
+        if (seen != NULL && plii_node_hash_same_cell(seen, state->positions[node], state->positions[other])) {
+            continue;
+        }
+        state->report.pairs += 1;
+        self_grids_part(body, state, node, other);
+    }
+    return has_all;
+}
+
+/* False when there was no memory for the grid. */
+static bool self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_node_hash* seen) {
+    const bool is_built = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
+                                               state->def.distance, shift);
+    bool has_all = is_built;
+    state->pairs.is_truncated = false;
+    for (int i = 0; i < state->hash.count; ++i) {
+        has_all = self_grids_part_near(body, state, i, seen) && has_all;
+    }
+    state->report.is_truncated = state->report.is_truncated || !has_all || state->pairs.is_truncated;
+    return is_built;
+}
+
+static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
+    self_grids_state* state = data;
+    (void)step;
+    for (int i = 0; i < body->node_count; ++i) {
+        state->positions[i] = plii_xyz(body->positions[i]);
+    }
+    state->report = (pli_self_grids_report){0};
+    if (!self_grids_solve(body, state, 0.0f, NULL)) { return; }
+    const plii_node_hash first = state->hash; /* its geometry; the tables are built anew */
+    (void)self_grids_solve(body, state, 0.5f * first.cell_size, &first);
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static pli_status self_grids_enable(pli_body* body, void* data) {
+    self_grids_state* state = data;
+    state->positions = plii_allocate(body->context, (size_t)body->node_count * sizeof *state->positions);
+    return state->positions != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static void self_grids_disable(pli_body* body, void* data) {
+    self_grids_state* state = data;
+    plii_release(body->context, state->positions, (size_t)body->node_count * sizeof *state->positions);
+    plii_node_hash_free(body->context, &state->hash);
+    plii_node_pairs_free(body->context, &state->pairs);
+}
+
+static size_t self_grids_bytes(const pli_body* body, const void* data) {
+    const self_grids_state* state = data;
+    return (size_t)body->node_count * sizeof *state->positions + plii_node_hash_bytes(&state->hash) +
+           plii_node_pairs_bytes(&state->pairs);
+}
+
+static int self_grids_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                      size_t* sizes) {
+    (void)body;
+    (void)data;
+    sizes[0] = (size_t)change->node_count * sizeof(pli_vec3);
+    return 1;
+}
+
+static void self_grids_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    self_grids_state* state = data;
+    plii_release(body->context, state->positions, (size_t)change->old_node_count * sizeof *state->positions);
+    state->positions = blocks[0];
+}
+
+static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_class, NULL};
+
+/* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
+enum { SELF_GRIDS_ORDER = 50 };
+
+static const plii_feature_class self_grids_class = {
+    .name = "self-collision by two grids",
+    .state_size = sizeof(self_grids_state),
+    .needs = self_grids_needs,
+    .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
+    .enable = self_grids_enable,
+    .disable = self_grids_disable,
+    .bytes = self_grids_bytes,
+    .topology_blocks = self_grids_topology_blocks,
+    .topology_commit = self_grids_topology_commit,
+};
+
+// --------------------------------------------------------------------------------------------------------- settings
+
+pli_self_grids_def pli_self_grids_def_default(void) {
+    return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
+    if (used.cookie != PLII_DEF_COOKIE) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_grids_def_default()");
+    }
+    PLII_TRY(plii_self_check_value(body, used.distance, 0.0f, PLI_MAX_COORDINATE, true, "distance", __func__));
+    PLII_TRY(plii_self_check_value(body, used.separation, 0.0f, 1.0f, true, "separation", __func__));
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_grids_class, &data));
+    self_grids_state* state = data;
+    state->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_self_grids(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &self_grids_class);
+    return PLI_OK;
+}
+
+pli_self_grids_report pli_body_get_self_grids_report(const pli_body* body) {
+    const self_grids_state* state =
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_grids_class) : NULL;
+    return state != NULL ? state->report : (pli_self_grids_report){0};
+}

@@ -1,0 +1,79 @@
+/* Number of pairs of triangles that cross each other: a box tree gives candidates, and two triangles cross when an edge
+   of one goes through the other. In double, by signs of volumes. */
+
+#include "body/body_impl.h"
+#include "geometry/bvh.h"
+#include "math/dvec3.h"
+#include "pliant/self_collision.h"
+
+/* Six times the signed volume of the tetrahedron. */
+static double crossings_volume(const plii_dvec3 a, plii_dvec3 b, plii_dvec3 c, plii_dvec3 d) {
+    const plii_dvec3 u = plii_dvec3_sub(b, a), v = plii_dvec3_sub(c, a), w = plii_dvec3_sub(d, a);
+    return u.x * (v.y * w.z - v.z * w.y) + u.y * (v.z * w.x - v.x * w.z) + u.z * (v.x * w.y - v.y * w.x);
+}
+
+static bool crossings_edge_through(plii_dvec3 p, plii_dvec3 q, const plii_dvec3 t[3]) {
+    const double from = crossings_volume(t[0], t[1], t[2], p), to = crossings_volume(t[0], t[1], t[2], q);
+    if (!(from * to < 0.0)) { return false; }
+    const double a = crossings_volume(p, q, t[0], t[1]), b = crossings_volume(p, q, t[1], t[2]);
+    const double c = crossings_volume(p, q, t[2], t[0]);
+    return (a > 0.0 && b > 0.0 && c > 0.0) || (a < 0.0 && b < 0.0 && c < 0.0);
+}
+
+typedef struct crossings_search {
+    const pli_body* body;
+    int face, count;
+} crossings_search;
+
+static void crossings_corners(const pli_body* body, int face, plii_dvec3 corners[3]) {
+    for (int k = 0; k < 3; ++k) {
+        corners[k] = plii_dvec3_from(plii_xyz(body->positions[body->topology->faces[face][k]]));
+    }
+}
+
+static void crossings_test(int other, void* user) {
+    crossings_search* search = user;
+    const int(*faces)[3] = (const int(*)[3])search->body->topology->faces;
+    if (other <= search->face) { return; }
+    for (int k = 0; k < 9; ++k) {
+        if (faces[search->face][k / 3] == faces[other][k % 3]) { return; }
+    }
+    plii_dvec3 a[3], b[3];
+    crossings_corners(search->body, search->face, a);
+    crossings_corners(search->body, other, b);
+    bool is_crossing = false;
+    for (int k = 0; k < 3 && !is_crossing; ++k) {
+        is_crossing =
+            crossings_edge_through(a[k], a[(k + 1) % 3], b) || crossings_edge_through(b[k], b[(k + 1) % 3], a);
+    }
+    search->count += is_crossing;
+}
+
+pli_status pli_body_count_crossings(const pli_body* body, int* count) {
+    PLII_TRY(plii_check_body(body, __func__));
+    if (count == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "count is null"); }
+    const plii_topology* topology = body->topology;
+    const size_t size = (size_t)topology->face_count * sizeof(pli_bounds);
+    if (size == 0) {
+        *count = 0;
+        return PLI_OK;
+    }
+    pli_bounds* boxes = plii_allocate(body->context, size);
+    plii_box_tree tree = {0};
+    for (int i = 0; boxes != NULL && i < topology->face_count; ++i) {
+        const pli_vec3 a = plii_xyz(body->positions[topology->faces[i][0]]);
+        const pli_vec3 b = plii_xyz(body->positions[topology->faces[i][1]]);
+        const pli_vec3 c = plii_xyz(body->positions[topology->faces[i][2]]);
+        boxes[i] = (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
+    }
+    const bool has_memory = boxes != NULL && plii_box_tree_build(body->context, &tree, topology->face_count, boxes);
+    crossings_search search = {body, 0, 0};
+    for (; has_memory && search.face < topology->face_count; ++search.face) {
+        plii_box_tree_overlaps(&tree, boxes[search.face], crossings_test, &search);
+    }
+    plii_box_tree_free(body->context, &tree);
+    plii_release(body->context, boxes, size);
+    if (!has_memory) { return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to look for crossings"); }
+    *count = search.count;
+    return PLI_OK;
+}

@@ -1,0 +1,403 @@
+/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their ways; distances at rest count as the
+   thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
+   Physics" 15. */
+
+#include "math/simd_float4.h"
+
+#include "body/pipeline.h"
+#include "math/range.h"
+#include "self_collision/self_node_pairs.h"
+
+typedef struct self_nodes_state {
+    pli_self_collision_def def;
+    pli_vec3 origin; /* of the positions of pairs, which are small that way, and precise */
+    plii_self_node_pairs pairs;
+    plii_self_pair* touching; /* pairs that the last sweep parted */
+    int touching_count, touching_capacity;
+    pli_self_collision_report report;
+} self_nodes_state;
+
+// ------------------------------------------------------------------------------------------------------ the search
+
+/* Takes positions over, relative to the origin. */
+static void self_nodes_take_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
+    state->pairs.at = state->pairs.taken;
+    for (int i = 0; i < body->node_count; ++i) {
+        const plii_float4 base =
+            nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
+        const plii_float4 at = plii_float4_add(plii_float4_sub(base, origin), plii_float4_from(&nodes->offsets[i]));
+        plii_float4_to(&state->pairs.taken[i], at);
+    }
+}
+
+static const plii_link_graph* self_nodes_graph(const pli_body* body) {
+    return plii_feature_state(body, &plii_link_graph_class);
+}
+
+static void self_nodes_start_report(const pli_body* body, self_nodes_state* state) {
+    const int limited = state->report.limited_nodes; /* by the UPDATE stage of this step */
+    state->report = (pli_self_collision_report){.limited_nodes = body->solver_class->has_substeps ? 0 : limited};
+    state->pairs.is_truncated = false;
+    state->pairs.searches = 0;
+}
+
+static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
+    if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+    self_nodes_take_positions(body, state, nodes);
+}
+
+/* After searches: what they found. */
+static void self_nodes_report(pli_body* body, self_nodes_state* state) {
+    const plii_self_node_pairs* pairs = &state->pairs;
+    const bool has_room = !body->solver_class->has_substeps ||
+                          PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->capacity);
+    state->report.pairs = pairs->count;
+    state->report.searches = pairs->searches;
+    state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
+}
+
+/* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are
+   the solver's own; those of the last search are others where that was in a step with substeps. */
+static void self_nodes_begin(pli_body* body, self_nodes_state* state) {
+    const pli_vec3 origin = state->origin;
+    const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
+    self_nodes_start_report(body, state);
+    state->origin = pli_vec3_make(0, 0, 0);
+    state->pairs.at = body->previous;
+    if (had_origin || !plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        state->pairs.thickness = state->def.thickness;
+        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs, origin);
+    }
+    self_nodes_report(body, state);
+}
+
+/* At the start of a step with substeps. */
+static void self_nodes_begin_substeps(pli_body* body, void* data) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = {NULL, body->previous, body->previous};
+    const pli_vec3 origin = state->origin;
+    self_nodes_start_report(body, state);
+    self_nodes_take_positions(body, state, &nodes);
+    if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
+        state->pairs.thickness = state->def.thickness;
+        self_nodes_start_search(body, state, &nodes);
+        plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
+                                         pli_vec3_sub(origin, state->origin));
+    }
+    self_nodes_report(body, state);
+}
+
+// ------------------------------------------------------------------------------------------------------ the solve
+
+static bool self_nodes_is_too_fast(const self_nodes_state* state, const plii_self_nodes* nodes, int node) {
+    const plii_float4 motion =
+        plii_float4_sub(plii_float4_from(&nodes->offsets[node]), plii_float4_from(&nodes->starts[node]));
+    const float limit = state->def.speed_limit_ratio * state->def.thickness;
+    return plii_lanes_dot(motion, motion) > limit * limit;
+}
+
+/* Of a node that is too fast. */
+static float self_nodes_limit_scale(const self_nodes_state* state, const plii_self_nodes* nodes, int node) {
+    return state->def.speed_limit_ratio * state->def.thickness / pli_vec3_length(plii_self_motion(nodes, node));
+}
+
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!self_nodes_is_too_fast(state, nodes, i) || !(nodes->offsets[i].w > 0.0f)) { continue; }
+        const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), self_nodes_limit_scale(state, nodes, i));
+        plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
+        state->report.limited_nodes += 1;
+    }
+}
+
+static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
+    pli_vec4* offset = &nodes->offsets[node];
+    plii_float4_to(offset, plii_float4_add(plii_float4_from(offset), move));
+    if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_add(plii_float4_from(&at[node]), move)); }
+}
+
+static void self_nodes_rub(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float share_a, float friction) {
+    const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
+    const plii_float4 lanes = plii_lanes_from_vec3(&motion);
+    self_nodes_move(nodes, at, a, plii_float4_mul(lanes, plii_float4_all(friction * share_a)));
+    self_nodes_move(nodes, at, b, plii_float4_mul(lanes, plii_float4_all(friction * (share_a - 1.0f))));
+}
+
+/* Of a pair that is too near. True when one of them can move. */
+static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_self_pair pair, plii_float4 apart,
+                            float friction) {
+    const float weight_a = at[pair.a].w, weight_b = at[pair.b].w, weight = weight_a + weight_b;
+    if (!(weight > 0.0f)) { return false; }
+    float distance = sqrtf(plii_lanes_dot(apart, apart)), gap = pair.distance - distance;
+    plii_float4 along = plii_lanes_xyz(apart);
+    if (!(distance > 1e-6f * pair.distance)) {
+        const pli_vec3 direction = plii_self_direction(pair.a, pair.b);
+        along = plii_lanes_from_vec3(&direction);
+        distance = 1.0f;
+    }
+    const float scale = gap / (distance * weight);
+    self_nodes_move(nodes, at, pair.a, plii_float4_mul(along, plii_float4_all(-scale * weight_a)));
+    self_nodes_move(nodes, at, pair.b, plii_float4_mul(along, plii_float4_all(scale * weight_b)));
+    if (friction > 0.0f) { self_nodes_rub(nodes, at, pair.a, pair.b, weight_a / weight, friction); }
+    return true;
+}
+
+static plii_float4 self_nodes_apart(const pli_vec4* at, const plii_self_pair* pair) {
+    return plii_float4_sub(plii_float4_from(&at[pair->b]), plii_float4_from(&at[pair->a]));
+}
+
+/* ratio: of distances, squared. */
+static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, float ratio) {
+    return plii_lanes_dot(apart, apart) < ratio * (pair->distance * pair->distance);
+}
+
+/* Pairs that follow each other in the list share nodes and would wait for each other; taken in turn from some places of
+   the list they do not. The places are near each other, so that nodes stay in the first cache. So many are looked at,
+   without a branch, before those that are too near are parted. */
+enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
+/* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
+   without that, coils of cloth keep trembling. */
+#define SELF_NODES_ALMOST 1.2f
+
+/* Pairs too near, or almost, of a batch. */
+static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count,
+                                const plii_self_pair** near) {
+    const int length = (count + SELF_NODES_PLACES - 1) / SELF_NODES_PLACES;
+    int found = 0;
+    for (int k = 0; k < length; ++k) {
+        for (int place = k; place < count; place += length) {
+            near[found] = &pairs[place];
+            found += self_nodes_is_near(self_nodes_apart(at, &pairs[place]), &pairs[place], SELF_NODES_ALMOST);
+        }
+    }
+    return found;
+}
+
+static void self_nodes_part_found(self_nodes_state* state, const plii_self_nodes* nodes,
+                                  const plii_self_pair* const* near, int count, float friction) {
+    pli_vec4* at = state->pairs.at;
+    for (int k = 0; k < count; ++k) {
+        const plii_float4 apart = self_nodes_apart(at, near[k]);
+        if (!self_nodes_is_near(apart, near[k], 1.0f) || !self_nodes_part(nodes, at, *near[k], apart, friction)) {
+            continue;
+        }
+        if (state->touching_count < state->touching_capacity) { state->touching[state->touching_count++] = *near[k]; }
+        state->report.contacts += 1;
+    }
+}
+
+static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* nodes, float friction) {
+    const plii_self_node_pairs* pairs = &state->pairs;
+    const plii_self_pair* near[SELF_NODES_BATCH];
+    state->touching_count = 0;
+    state->report.contacts = 0;
+    for (int first = 0; first < pairs->count; first += SELF_NODES_BATCH) {
+        const int left = pairs->count - first, count = left < SELF_NODES_BATCH ? left : SELF_NODES_BATCH;
+        const int found = self_nodes_find_near(pairs->at, pairs->pairs + first, count, near);
+        self_nodes_part_found(state, nodes, near, found, friction);
+    }
+}
+
+static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    const plii_step* step = &body->step;
+    state->pairs.at = nodes->offsets;
+    plii_self_node_pairs_follow(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
+    self_nodes_report(body, state);
+    self_nodes_part_all(state, nodes, state->def.friction);
+}
+
+static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    self_nodes_limit(body, data, &nodes);
+}
+
+/* Friction is left to the velocities: moved sideways, nodes would get into others. */
+static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
+    const float done = (float)(substep->index + 1) * substep->dt;
+    self_nodes_take_positions(body, state, &nodes);
+    plii_self_node_pairs_follow(body, self_nodes_graph(body), &state->pairs, &nodes, substep->inverse_dt, done,
+                                body->step.dt - done);
+    self_nodes_report(body, state);
+    self_nodes_part_all(state, &nodes, 0.0f);
+}
+
+static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
+    const plii_float4 sum = plii_float4_add(plii_float4_from(target), plii_float4_mul(change, plii_float4_all(scale)));
+    plii_float4_to(target, sum);
+}
+
+/* Pairs that were parted lose the speed that came of it, and `friction` of the rest of their relative velocity. */
+static void self_nodes_finish(pli_body* body, void* data, const plii_substep* substep) {
+    const self_nodes_state* state = data;
+    pli_vec4* v = body->velocities;
+    (void)substep;
+    for (int i = 0; i < state->touching_count; ++i) {
+        const int a = state->touching[i].a, b = state->touching[i].b;
+        const plii_float4 at_a = plii_float4_from(&state->pairs.at[a]), at_b = plii_float4_from(&state->pairs.at[b]);
+        const plii_float4 apart = plii_lanes_xyz(plii_float4_sub(at_b, at_a));
+        const plii_float4 relative = plii_lanes_xyz(plii_float4_sub(plii_float4_from(&v[b]), plii_float4_from(&v[a])));
+        const float squared = plii_lanes_dot(apart, apart), parting = plii_lanes_dot(relative, apart);
+        if (!(squared > 0.0f)) { continue; }
+        const float weight_a = state->pairs.at[a].w, weight_b = state->pairs.at[b].w;
+        const float inverse = 1.0f / (squared * (weight_a + weight_b)), friction = state->def.friction;
+        const float along = ((parting > 0.0f ? 1.0f : 0.0f) - friction) * parting;
+        /* change * squared */
+        const plii_float4 change = plii_float4_add(plii_float4_mul(apart, plii_float4_all(along)),
+                                                   plii_float4_mul(relative, plii_float4_all(friction * squared)));
+        self_nodes_add(&v[a], change, weight_a * inverse);
+        self_nodes_add(&v[b], change, -weight_b * inverse);
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static void self_nodes_run_update(pli_body* body, void* data, const plii_step* step) {
+    self_nodes_state* state = data;
+    (void)step;
+    if (body->solver_class->has_substeps) { return; }
+    state->report.limited_nodes = 0;
+    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!self_nodes_is_too_fast(state, &nodes, i)) { continue; }
+        const float scale = self_nodes_limit_scale(state, &nodes, i);
+        plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), scale));
+    }
+    self_nodes_limit(body, state, &nodes);
+}
+
+static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
+    (void)step;
+    self_nodes_begin(body, data);
+}
+
+static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    (void)step;
+    self_nodes_solve(body, data, &nodes);
+}
+
+static pli_status self_nodes_enable(pli_body* body, void* data) {
+    self_nodes_state* state = data;
+    size_t sizes[PLII_SELF_NODE_BLOCKS];
+    void* blocks[PLII_SELF_NODE_BLOCKS];
+    bool is_complete = true;
+    plii_self_node_sizes(body->node_count, sizes);
+    for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {
+        blocks[i] = plii_allocate(body->context, sizes[i]);
+        is_complete = is_complete && blocks[i] != NULL;
+    }
+    plii_self_node_take_blocks(&state->pairs, blocks);
+    if (!is_complete) {
+        plii_self_node_release_blocks(body->context, &state->pairs, body->node_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        state->pairs.rest[i] = plii_xyz(body->positions[i]);
+    }
+    return PLI_OK;
+}
+
+static void self_nodes_disable(pli_body* body, void* data) {
+    self_nodes_state* state = data;
+    plii_self_node_release_blocks(body->context, &state->pairs, body->node_count);
+    plii_release(body->context, state->touching, (size_t)state->touching_capacity * sizeof *state->touching);
+    plii_self_node_pairs_release(body->context, &state->pairs);
+}
+
+static size_t self_nodes_bytes(const pli_body* body, const void* data) {
+    const self_nodes_state* state = data;
+    return (size_t)state->touching_capacity * sizeof *state->touching +
+           plii_self_node_pairs_bytes(&state->pairs, body->node_count);
+}
+
+static int self_nodes_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                      size_t* sizes) {
+    (void)body;
+    (void)data;
+    plii_self_node_sizes(change->node_count, sizes);
+    return PLII_SELF_NODE_BLOCKS;
+}
+
+static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    self_nodes_state* state = data;
+    plii_self_carry_rest(body, change, state->pairs.rest, blocks[0]);
+    plii_self_node_release_blocks(body->context, &state->pairs, change->old_node_count);
+    plii_self_node_take_blocks(&state->pairs, blocks);
+    state->report = (pli_self_collision_report){0};
+    state->touching_count = 0;
+}
+
+/* Not in Bullet. Speeds are limited before anything is taken from predicted positions; contacts come after all links
+   and, in substeps, before those with rigid bodies, which have the last word. */
+enum { SELF_NODES_LIMIT_ORDER = 1, SELF_NODES_ORDER = 50, SELF_NODES_SUBSTEP_ORDER = 55 };
+
+static const plii_feature_class self_nodes_class;
+static const plii_substep_class self_nodes_kind = {
+    .order = SELF_NODES_SUBSTEP_ORDER,
+    .klass = &self_nodes_class,
+    .begin = self_nodes_begin_substeps,
+    .restart = self_nodes_restart,
+    .sweep = self_nodes_sweep,
+    .finish = self_nodes_finish,
+};
+static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
+static const plii_feature_class self_nodes_class = {
+    .name = "self-collision of nodes",
+    .state_size = sizeof(self_nodes_state),
+    .needs = self_nodes_needs,
+    .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
+               [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
+               [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
+    .substepped = &self_nodes_kind,
+    .enable = self_nodes_enable,
+    .disable = self_nodes_disable,
+    .bytes = self_nodes_bytes,
+    .topology_blocks = self_nodes_topology_blocks,
+    .topology_commit = self_nodes_topology_commit,
+};
+
+// --------------------------------------------------------------------------------------------------------- settings
+
+pli_self_collision_def pli_self_collision_def_default(void) {
+    return (pli_self_collision_def){
+        .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_status self_nodes_check(const pli_body* body, const pli_self_collision_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_DEF, function, "start from pli_self_collision_def_default()");
+    }
+    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", function));
+    PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", function));
+    return plii_self_check_value(body, def->speed_limit_ratio, 0.0f, PLI_MAX_FACTOR, false, "speed_limit_ratio",
+                                 function);
+}
+
+pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
+    PLII_TRY(self_nodes_check(body, &used, __func__));
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
+    self_nodes_state* state = data;
+    state->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_self_collision(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    plii_feature_disable(body, &self_nodes_class);
+    return PLI_OK;
+}
+
+pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
+    const self_nodes_state* state =
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &self_nodes_class) : NULL;
+    return state != NULL ? state->report : (pli_self_collision_report){0};
+}

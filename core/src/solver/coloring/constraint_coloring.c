@@ -1,0 +1,35 @@
+/* Greedy colouring in the order of constraints. What finds none of the colours free comes last; orders need no proper
+   colouring. */
+
+#include "solver/coloring/constraint_coloring.h"
+
+static int constraint_lowest_free(uint64_t used) {
+    int color = 0;
+    while (color < PLII_CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
+        ++color;
+    }
+    return color;
+}
+
+void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* masks, uint8_t* colors, int* order) {
+    int begin[PLII_CONSTRAINT_COLORS + 1] = {0};
+    for (int i = 0; i < count; ++i) {
+        const int* own = nodes + (int64_t)arity * i;
+        uint64_t used = 0;
+        for (int k = 0; k < arity; ++k) {
+            used |= masks[own[k]];
+        }
+        const int color = constraint_lowest_free(used);
+        for (int k = 0; k < arity; ++k) {
+            masks[own[k]] |= (uint64_t)1 << color;
+        }
+        colors[i] = (uint8_t)color;
+        ++begin[color + 1];
+    }
+    for (int c = 0; c < PLII_CONSTRAINT_COLORS; ++c) {
+        begin[c + 1] += begin[c];
+    }
+    for (int i = 0; i < count; ++i) {
+        order[begin[colors[i]]++] = i;
+    }
+}

@@ -1,0 +1,284 @@
+/* Anchors and contacts for the implicit system: what they ask of the velocities at the end of the step, and the rigid
+   bodies behind them. Baraff and Witkin, "Large Steps in Cloth Simulation", section 5, prescribe velocities likewise;
+   here the rigid body's are unknown too. */
+
+#include "solver/implicit/implicit_constraints.h"
+
+#include "body/rigid_impl.h"
+
+/* m/s: a penetration goes at this speed at most, so that it does not throw nodes off. */
+#define IMPLICIT_RECOVERY_SPEED 1.0
+/* Pinned nodes count as so many times heavier than the rigid body that holds on to them. */
+#define IMPLICIT_PINNED_RATIO 1e6
+#define IMPLICIT_IMMOVABLE 1e30
+
+// ------------------------------------------------------------------------------------------------- rigid bodies
+
+static int holds_find_rigid(const plii_implicit_holds* holds, const pli_rigid* rigid) {
+    for (int i = holds->rigid_count - 1; i >= 0; --i) {
+        if (holds->rigids[i].rigid == rigid) { return i; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+bool plii_implicit_holds_meet(pli_body* body, plii_implicit_holds* holds, pli_rigid* rigid) {
+    if (holds_find_rigid(holds, rigid) != PLI_NULL_INDEX) { return true; }
+    if (!PLII_RESERVE(body->context, &holds->rigids, &holds->rigid_capacity, holds->rigid_count + 1)) { return false; }
+    plii_implicit_rigid* met = &holds->rigids[holds->rigid_count++];
+    *met = (plii_implicit_rigid){.rigid = rigid, .pose = rigid->state.pose, .pose_version = rigid->pose_version};
+    return true;
+}
+
+void plii_implicit_holds_forget(plii_implicit_holds* holds, const pli_rigid* rigid) {
+    const int index = holds_find_rigid(holds, rigid);
+    if (index == PLI_NULL_INDEX) { return; }
+    for (int i = index; i + 1 < holds->rigid_count; ++i) {
+        holds->rigids[i] = holds->rigids[i + 1];
+    }
+    holds->rigid_count -= 1;
+    holds->count = 0;
+}
+
+/* Inverse of a symmetric 3x3 matrix that may have zero rows where axes are locked. */
+static void holds_invert_inertia(double a[3][3], double inertia[6]) {
+    const double trace = a[0][0] + a[1][1] + a[2][2], least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE;
+    const double xx = a[0][0] + least, yy = a[1][1] + least, zz = a[2][2] + least;
+    const double xy = 0.5 * (a[0][1] + a[1][0]), xz = 0.5 * (a[0][2] + a[2][0]), yz = 0.5 * (a[1][2] + a[2][1]);
+    const double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+    const double inverse = 1.0 / (xx * cxx + xy * cxy + xz * cxz);
+    inertia[0] = cxx * inverse;
+    inertia[1] = cxy * inverse;
+    inertia[2] = cxz * inverse;
+    inertia[3] = (xx * zz - xz * xz) * inverse;
+    inertia[4] = (xy * xz - xx * yz) * inverse;
+    inertia[5] = (xx * yy - xy * xy) * inverse;
+}
+
+static double holds_axis_mass(float inverse_mass, float factor) {
+    const double inverse = (double)inverse_mass * (double)factor;
+    return inverse > 0.0 ? 1.0 / inverse : IMPLICIT_IMMOVABLE;
+}
+
+static void holds_prepare_rigid(plii_implicit_rigid* met) {
+    const pli_rigid* rigid = met->rigid;
+    met->moves_by_host = rigid->pose_version != met->pose_version;
+    met->is_dynamic = rigid->state.inverse_mass > 0.0f;
+    for (int i = 0; i < 6; ++i) {
+        met->change[i] = 0.0;
+    }
+    if (!met->is_dynamic) { return; }
+    met->mass[0] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
+    met->mass[1] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
+    met->mass[2] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.z);
+    const double factor[3] = {sqrt(fabs((double)rigid->angular_factor.x)), sqrt(fabs((double)rigid->angular_factor.y)),
+                              sqrt(fabs((double)rigid->angular_factor.z))};
+    double inverse_inertia[3][3];
+    for (int i = 0; i < 3; ++i) {
+        const pli_vec3 row = rigid->state.inverse_inertia_world.rows[i];
+        inverse_inertia[i][0] = (double)row.x * factor[i] * factor[0];
+        inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
+        inverse_inertia[i][2] = (double)row.z * factor[i] * factor[2];
+    }
+    holds_invert_inertia(inverse_inertia, met->inertia);
+}
+
+void plii_implicit_holds_push_rigids(plii_implicit_holds* holds) {
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        const plii_implicit_rigid* met = &holds->rigids[i];
+        const double* q = met->change;
+        const pli_vec3 linear = pli_vec3_make((float)q[0], (float)q[1], (float)q[2]);
+        const pli_vec3 angular = pli_vec3_make((float)q[3], (float)q[4], (float)q[5]);
+        if (!met->is_dynamic || !plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) { continue; }
+        pli_rigid_state* state = &met->rigid->state;
+        state->linear_velocity = pli_vec3_add(state->linear_velocity, linear);
+        state->angular_velocity = pli_vec3_add(state->angular_velocity, angular);
+        if (met->moves_by_host) { met->rigid->needs_reintegration = true; }
+    }
+}
+
+void plii_implicit_hold_again(pli_body* body, plii_implicit_holds* holds, plii_implicit_hold* hold) {
+    plii_implicit_rigid* met = &holds->rigids[hold->rigid];
+    pli_rigid* rigid = met->rigid;
+    const double h = (double)body->step.dt;
+    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[hold->node]));
+    plii_dvec3 off = plii_dvec3_sub(hold->place, x);
+    if (met->is_dynamic) { off = plii_dvec3_add_scaled(off, plii_implicit_point_change(met->change, hold->lever), h); }
+    double distance = plii_dvec3_length(off);
+    plii_dvec3 direction = plii_dvec3_scale(off, distance > 0.0 ? 1.0 / distance : 0.0);
+    if (!hold->is_anchor) {
+        direction = hold->normal;
+        distance = plii_dvec3_dot(off, direction);
+    }
+    if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
+    const pli_vec3 unit = plii_dvec3_to_float(direction), lever = plii_dvec3_to_float(hold->lever);
+    const double node_weight = (double)body->positions[hold->node].w;
+    double rigid_weight = 0.0;
+    if (met->is_dynamic) {
+        const pli_vec3 arm = pli_vec3_cross(lever, unit);
+        const pli_vec3 turn = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, arm);
+        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(arm, turn);
+    }
+    const double push = hold->share * distance / (node_weight + rigid_weight); /* kg m */
+    plii_set_xyz(&body->positions[hold->node],
+                 plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
+    if (!met->is_dynamic) { return; }
+    const pli_vec3 linear = rigid->state.linear_velocity, angular = rigid->state.angular_velocity;
+    plii_rigid_apply_impulse(rigid, pli_vec3_scale(unit, (float)(-push / h)), lever);
+    const pli_vec3 changes[2] = {pli_vec3_sub(rigid->state.linear_velocity, linear),
+                                 pli_vec3_sub(rigid->state.angular_velocity, angular)};
+    for (int i = 0; i < 2; ++i) {
+        met->change[3 * i] += (double)changes[i].x;
+        met->change[3 * i + 1] += (double)changes[i].y;
+        met->change[3 * i + 2] += (double)changes[i].z;
+    }
+}
+
+// --------------------------------------------------------------------------------------------------- conditions
+
+/* Merges neighbouring sorted runs until there is one; holds of a node keep their order. `to` is as long as `from`. */
+static void holds_sort(plii_hold* from, plii_hold* to, int count) {
+    for (int width = 1; width < count; width *= 2) {
+        for (int begin = 0; begin < count; begin += 2 * width) {
+            const int middle = begin + width < count ? begin + width : count;
+            const int end = middle + width < count ? middle + width : count;
+            int a = begin, b = middle;
+            for (int i = begin; i < end; ++i) {
+                to[i] = b >= end || (a < middle && from[a].node <= from[b].node) ? from[a++] : from[b++];
+            }
+        }
+        for (int i = 0; i < count; ++i) {
+            from[i] = to[i];
+        }
+    }
+}
+
+static bool holds_is_sorted(const plii_hold* holds, int count) {
+    for (int i = 1; i < count; ++i) {
+        if (holds[i].node < holds[i - 1].node) { return false; }
+    }
+    return true;
+}
+
+/* Lists the holds of all features, twice if they are more than there is room for. */
+static int holds_list(pli_body* body, plii_implicit_holds* holds, bool with_contacts) {
+    int count = 0, wanted = 0;
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        count = wanted = 0;
+        const int room = holds->listed_capacity / 2; /* the other half is for sorting */
+        for (int i = 0; i < body->pipeline.feature_count; ++i) {
+            const plii_feature* feature = &body->pipeline.features[i];
+            if (feature->klass->list_holds == NULL) { continue; }
+            plii_hold* free = holds->listed != NULL ? holds->listed + count : NULL;
+            const int found = feature->klass->list_holds(body, feature->state, room - count, free);
+            wanted += found;
+            count = count + found < room ? count + found : room;
+        }
+        if (wanted <= room || !PLII_RESERVE(body->context, &holds->listed, &holds->listed_capacity, 2 * wanted)) {
+            break;
+        }
+    }
+    int kept = 0;
+    for (int i = 0; i < count; ++i) {
+        if (with_contacts || holds->listed[i].is_anchor) { holds->listed[kept++] = holds->listed[i]; }
+    }
+    if (!holds_is_sorted(holds->listed, kept)) { holds_sort(holds->listed, holds->listed + kept, kept); }
+    return PLII_RESERVE(body->context, &holds->items, &holds->capacity, kept) ? kept : holds->capacity;
+}
+
+static plii_implicit_block holds_pinned_block(const pli_rigid* rigid) {
+    const double inverse = (double)rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
+    return (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}};
+}
+
+/* Velocity with which a point that moves with the rigid body leaves its place at the start of the step, as far as it is
+   known yet. */
+static plii_dvec3 holds_point_velocity(const plii_implicit_rigid* met, pli_vec3 local, float dt) {
+    const pli_rigid_state* state = &met->rigid->state;
+    pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
+    if (met->moves_by_host) {
+        linear = pli_vec3_sub(linear, met->rigid->given_linear_velocity);
+        angular = pli_vec3_sub(angular, met->rigid->given_angular_velocity);
+    }
+    const pli_transform end = plii_rigid_advance(state->pose, linear, angular, dt);
+    const plii_dvec3 turned = plii_dvec3_sub(plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local)),
+                                             plii_dvec3_from(pli_mat3_mul_vec3(met->pose.rotation, local)));
+    plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(state->pose.origin), plii_dvec3_from(met->pose.origin));
+    moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(linear), (double)dt);
+    return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)dt);
+}
+
+static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met, const plii_hold* from,
+                            plii_dvec3 start, plii_implicit_hold* item) {
+    const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
+    pli_vec3 local = from->pivot;
+    item->is_anchor = from->is_anchor;
+    item->share = (double)from->influence;
+    if (from->is_anchor) {
+        const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(met->pose, local));
+        item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
+        item->target = item->recovery;
+    } else {
+        local = pli_transform_inverse_point(met->pose, plii_xyz(body->positions[from->node]));
+        item->normal = plii_dvec3_from(from->normal);
+        item->friction = (double)from->friction;
+        const double gap = plii_dvec3_dot(item->normal, start) + (double)from->offset;
+        const double speed =
+            gap > 0.0 ? -gap * inverse_dt : fmin(-gap * hardness * inverse_dt, IMPLICIT_RECOVERY_SPEED);
+        item->target = plii_dvec3_scale(item->normal, speed);
+        if (speed > 0.0) { item->recovery = item->target; }
+    }
+    item->target = plii_dvec3_add(item->target, holds_point_velocity(met, local, body->step.dt));
+    item->place = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
+    item->lever = plii_dvec3_from(pli_mat3_mul_vec3(met->rigid->state.pose.rotation, local));
+}
+
+void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool with_contacts,
+                                const plii_implicit_block* blocks, const plii_dvec3* base) {
+    const int listed = holds_list(body, holds, with_contacts);
+    holds->count = 0;
+    for (int i = 0; i < holds->rigid_count; ++i) {
+        holds_prepare_rigid(&holds->rigids[i]);
+    }
+    for (int i = 0; i < listed; ++i) {
+        const plii_hold* from = &holds->listed[i];
+        int rigid = holds_find_rigid(holds, from->rigid);
+        if (rigid == PLI_NULL_INDEX) {
+            if (!plii_implicit_holds_meet(body, holds, from->rigid)) { continue; }
+            rigid = holds->rigid_count - 1;
+            holds_prepare_rigid(&holds->rigids[rigid]);
+        }
+        const plii_implicit_rigid* met = &holds->rigids[rigid];
+        const bool is_pinned = !(body->positions[from->node].w > 0.0f);
+        if ((is_pinned && !met->is_dynamic) || !(from->influence > 0.0f)) { continue; }
+        plii_implicit_hold* item = &holds->items[holds->count++];
+        *item = (plii_implicit_hold){.node = from->node, .rigid = rigid, .is_pinned = is_pinned};
+        const pli_vec4 start = base != NULL ? body->previous[from->node] : body->positions[from->node];
+        holds_make_item(body, met, from, plii_dvec3_from(plii_xyz(start)), item);
+        plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[from->node]));
+        if (base != NULL) { velocity = plii_dvec3_sub(velocity, base[from->node]); }
+        item->target = plii_dvec3_sub(item->target, velocity);
+        item->block = is_pinned ? holds_pinned_block(met->rigid) : blocks[from->node];
+        plii_rigid_touch(met->rigid);
+    }
+}
+
+bool plii_implicit_holds_have_contacts(const plii_implicit_holds* holds) {
+    for (int i = 0; i < holds->count; ++i) {
+        if (!holds->items[i].is_anchor) { return true; }
+    }
+    return false;
+}
+
+// ------------------------------------------------------------------------------------------------------- memory
+
+void plii_implicit_holds_release(pli_body* body, plii_implicit_holds* holds) {
+    plii_release(body->context, holds->items, (size_t)holds->capacity * sizeof *holds->items);
+    plii_release(body->context, holds->listed, (size_t)holds->listed_capacity * sizeof *holds->listed);
+    plii_release(body->context, holds->rigids, (size_t)holds->rigid_capacity * sizeof *holds->rigids);
+    *holds = (plii_implicit_holds){0};
+}
+
+size_t plii_implicit_holds_bytes(const plii_implicit_holds* holds) {
+    return (size_t)holds->capacity * sizeof *holds->items + (size_t)holds->listed_capacity * sizeof *holds->listed +
+           (size_t)holds->rigid_capacity * sizeof *holds->rigids;
+}

@@ -1,0 +1,112 @@
+#ifndef PLII_IMPLICIT_CONSTRAINTS_H
+#define PLII_IMPLICIT_CONSTRAINTS_H
+
+/* Anchors and contacts as conditions on the unknowns of the implicit system, and the rigid bodies behind them as
+   further unknowns: six changes of velocity each. docs/solvers.md has the equations. */
+
+#include "body/body_impl.h"
+#include "body/node_constraint.h"
+#include "solver/implicit/implicit_block.h"
+
+/* A rigid body that nodes are held by. */
+typedef struct plii_implicit_rigid {
+    pli_rigid* rigid;
+    pli_transform pose; /* when it was met; and that pose's version */
+    unsigned pose_version;
+    bool moves_by_host; /* the host has moved it since */
+    bool is_dynamic;
+    double mass[3];    /* kg, by axis; what cannot move is very heavy */
+    double inertia[6]; /* kg m^2: xx, xy, xz, yy, yz, zz */
+    double change[6];  /* m/s, rad/s: what this body's system adds to the velocities */
+    double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
+    bool is_solved;
+} plii_implicit_rigid;
+
+typedef struct plii_implicit_hold {
+    int node, rigid;
+    bool is_anchor, is_pinned;
+    double share, friction;
+    plii_dvec3 normal;
+    plii_dvec3 lever;  /* from the centre of mass of the rigid body */
+    plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
+    plii_dvec3 recovery; /* m/s: part of the target that takes back an error and is not to stay as speed */
+    plii_dvec3 place;    /* m: where it wants the node at the end of the step, but for the change of the rigid body */
+    plii_dvec3 impulse;  /* N s on the node */
+    int rows;            /* directions held: 0, 1 (normal) or 3 */
+    plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
+    int rows_before;
+    plii_implicit_block block;
+} plii_implicit_hold;
+
+typedef struct plii_implicit_holds {
+    plii_implicit_hold* items; /* by node */
+    int count, capacity;
+    plii_hold* listed;
+    int listed_capacity;
+    plii_implicit_rigid* rigids;
+    int rigid_count, rigid_capacity;
+} plii_implicit_holds;
+
+// ------------------------------------------------------------------------------------------- implicit_holds.c
+
+/* Remembers where a rigid body is before its host may move it. False: no memory. */
+bool plii_implicit_holds_meet(pli_body* body, plii_implicit_holds* holds, pli_rigid* rigid);
+void plii_implicit_holds_forget(plii_implicit_holds* holds, const pli_rigid* rigid);
+/* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
+   already, or NULL. Without contacts only anchors are listed. */
+void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool with_contacts,
+                                const plii_implicit_block* blocks, const plii_dvec3* base);
+/* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
+bool plii_implicit_holds_have_contacts(const plii_implicit_holds* holds);
+/* Hands the changes to the rigid bodies. */
+void plii_implicit_holds_push_rigids(plii_implicit_holds* holds);
+/* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
+void plii_implicit_hold_again(pli_body* body, plii_implicit_holds* holds, plii_implicit_hold* hold);
+void plii_implicit_holds_release(pli_body* body, plii_implicit_holds* holds);
+size_t plii_implicit_holds_bytes(const plii_implicit_holds* holds);
+
+// ------------------------------------------------------------------------------------------- implicit_project.c
+
+/* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
+   changes of the rigid bodies that balance the impulses. */
+void plii_implicit_project(plii_implicit_holds* holds, plii_dvec3* x);
+/* Only the node that has holds begin .. end - 1, with the rigid bodies as they are. */
+void plii_implicit_project_node(const plii_implicit_holds* holds, int begin, int end, plii_dvec3* x);
+/* Velocity that a hold asks of its node. */
+plii_dvec3 plii_implicit_hold_goal(const plii_implicit_holds* holds, const plii_implicit_hold* hold);
+/* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
+bool plii_implicit_factorise6(double m[6][6]);
+void plii_implicit_solve6(const double m[6][6], double b[6]);
+
+static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 lever) {
+    return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]),
+                          plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), lever));
+}
+/* b += G^T p: what an impulse at the point gives to the body. */
+static inline void plii_implicit_add_push(double b[6], plii_dvec3 lever, plii_dvec3 p, double sign) {
+    const plii_dvec3 torque = plii_dvec3_cross(lever, p);
+    const double v[6] = {p.x, p.y, p.z, torque.x, torque.y, torque.z};
+    for (int i = 0; i < 6; ++i) {
+        b[i] += sign * v[i];
+    }
+}
+/* sum = M q. */
+static inline void plii_implicit_rigid_mul(const plii_implicit_rigid* rigid, const double q[6], double sum[6]) {
+    const double* j = rigid->inertia;
+    for (int i = 0; i < 3; ++i) {
+        sum[i] = rigid->mass[i] * q[i];
+    }
+    sum[3] = j[0] * q[3] + j[1] * q[4] + j[2] * q[5];
+    sum[4] = j[1] * q[3] + j[3] * q[4] + j[4] * q[5];
+    sum[5] = j[2] * q[3] + j[4] * q[4] + j[5] * q[5];
+}
+static inline void plii_implicit_rigid_matrix(const plii_implicit_rigid* rigid, double m[6][6]) {
+    static const int at[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    for (int i = 0; i < 6; ++i) {
+        for (int k = 0; k < 6; ++k) {
+            m[i][k] = i < 3 && i == k ? rigid->mass[i] : i >= 3 && k >= 3 ? rigid->inertia[at[i - 3][k - 3]] : 0.0;
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,507 @@
+/* Implicit mass-spring solver: v += dv, x += h v with (M - h^2 J) dv = h (f + h J v), after Kang, "Efficient Methods
+   for Cloth Animation and Collision Handling", and Baraff and Witkin, "Large Steps in Cloth Simulation". The system is
+   solved with the anchors first; contacts are looked for where that leads, and where there are any the solution goes on
+   with them. Pose matching and contacts of other kinds then correct positions as in the position-based solver, and the
+   velocities of the nodes that they move follow. */
+
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "math/range.h"
+#include "solver/implicit/implicit_system.h"
+
+#include <string.h>
+
+enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_VECTORS = 6 }; /* the last one only for conjugate gradients */
+
+typedef struct implicit_state {
+    pli_implicit_def def;
+    bool had_links; /* on positions, before this solver came */
+    plii_implicit_half* halves;
+    plii_implicit_block* blocks;
+    int* groups;
+    plii_dvec3* vectors[IMPLICIT_MAX_VECTORS];
+    plii_implicit_holds holds;
+    plii_implicit_system system; /* of the step in progress */
+    double spectral_radius;      /* 0: to be estimated */
+    pli_implicit_report report;
+} implicit_state;
+
+static const plii_feature_class implicit_class;
+
+static size_t implicit_halves_size(int link_count) {
+    return 2 * (size_t)link_count * sizeof(plii_implicit_half);
+}
+static size_t implicit_blocks_size(int node_count) {
+    return (size_t)node_count * sizeof(plii_implicit_block);
+}
+static size_t implicit_groups_size(int node_count) {
+    return (size_t)node_count * sizeof(int);
+}
+static size_t implicit_vector_size(int node_count) {
+    return (size_t)node_count * sizeof(plii_dvec3);
+}
+static int implicit_vector_count(const implicit_state* state) {
+    return state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT ? IMPLICIT_MAX_VECTORS : IMPLICIT_VECTORS;
+}
+
+// ------------------------------------------------------------------------------------------------------- prediction
+
+/* The change of velocity of a node without springs; that by forces is limited as in the position-based solver. */
+static pli_vec3 implicit_free_change(const pli_body* body, int node, float dt) {
+    const float limit = body->world->def.max_force_displacement / dt;
+    pli_vec3 change = pli_vec3_make(0, 0, 0);
+    if (body->forces != NULL) {
+        change = pli_vec3_scale(pli_vec3_scale(body->forces[node], body->positions[node].w), dt);
+        change = pli_vec3_make(plii_clamp(change.x, -limit, limit), plii_clamp(change.y, -limit, limit),
+                               plii_clamp(change.z, -limit, limit));
+    }
+    return pli_vec3_add(change, pli_vec3_scale(body->world->def.gravity, dt));
+}
+
+/* Free flight is a new base for the velocities, the unknown is what springs change about it; else it is part of the
+   unknown, by the right-hand side. */
+static void implicit_add_external(pli_body* body, const implicit_state* state, float dt, plii_dvec3* rhs) {
+    for (int i = 0; i < body->node_count; ++i) {
+        rhs[i] = (plii_dvec3){0};
+        if (body->positions[i].w > 0.0f) {
+            const pli_vec3 change = implicit_free_change(body, i, dt);
+            if (state->def.start == PLI_IMPLICIT_START_AT_REST) {
+                rhs[i] = plii_dvec3_scale(plii_dvec3_from(change), 1.0 / (double)body->positions[i].w);
+            } else {
+                plii_set_xyz(&body->velocities[i], pli_vec3_add(plii_xyz(body->velocities[i]), change));
+            }
+        }
+        if (body->forces != NULL) { body->forces[i] = pli_vec3_make(0, 0, 0); }
+    }
+}
+
+static void implicit_iterate(const pli_body* body, implicit_state* state, bool is_warm) {
+    plii_implicit_system* system = &state->system;
+    const int sweeps = state->def.sweeps;
+    if (state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+        double residual = 0.0;
+        state->report.iterations +=
+            plii_implicit_conjugate_gradient(body, system, sweeps, (double)state->def.tolerance, is_warm, &residual);
+        state->report.residual = (float)residual;
+        return;
+    }
+    state->report.iterations += is_warm ? sweeps + 1 : sweeps;
+    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_holds_have_contacts(&state->holds)) {
+        if (state->spectral_radius == 0.0) { state->spectral_radius = plii_implicit_spectral_radius(system); }
+        state->report.spectral_radius = (float)state->spectral_radius;
+        plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
+    } else {
+        plii_implicit_jacobi(system, sweeps, is_warm);
+    }
+}
+
+/* Smallest node of what hangs together by links and by rigid bodies that can move. */
+static int implicit_group(const plii_implicit_system* system, int component) {
+    while (system->groups[component] != component) {
+        component = system->groups[component];
+    }
+    return component;
+}
+
+static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
+    const plii_implicit_holds* holds = system->holds;
+    for (int i = 0; i < system->node_count; ++i) {
+        system->groups[i] = i;
+    }
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        int group = PLI_NULL_INDEX;
+        for (int i = 0; i < holds->count && holds->rigids[r].is_dynamic; ++i) {
+            const plii_implicit_hold* hold = &holds->items[i];
+            if (hold->rigid != r || hold->rows == 0) { continue; }
+            const int other = implicit_group(system, graph->components[hold->node]);
+            if (group == PLI_NULL_INDEX) {
+                group = other;
+            } else if (other != group) {
+                const int first = other < group ? other : group, second = other < group ? group : other;
+                system->groups[second] = first;
+                group = first;
+            }
+        }
+    }
+}
+
+static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
+    *sum = plii_dvec3_add(*sum, plii_dvec3_make(x, y, z));
+}
+
+/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that they hold. Unfinished
+   sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
+static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
+    plii_implicit_holds* holds = system->holds;
+    plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
+    implicit_join_groups(graph, system);
+    for (int i = 0; i < body->node_count; ++i) {
+        momenta[i] = (plii_dvec3){0};
+        masses[i] = (plii_dvec3){0};
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const int group = implicit_group(system, graph->components[i]);
+        const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
+        implicit_add_masses(&masses[group], mass, mass, mass);
+        if (!isfinite(mass)) { continue; }
+        momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
+    }
+    /* Each rigid body once, with its first hold; those that cannot move with every one. */
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        const plii_implicit_rigid* rigid = &holds->rigids[r];
+        for (int i = 0; i < holds->count; ++i) {
+            const plii_implicit_hold* hold = &holds->items[i];
+            if (hold->rigid != r || hold->rows == 0) { continue; }
+            const int group = implicit_group(system, graph->components[hold->node]);
+            if (rigid->is_dynamic) {
+                const double *m = rigid->mass, *q = rigid->change;
+                implicit_add_masses(&masses[group], m[0], m[1], m[2]);
+                implicit_add_masses(&momenta[group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
+                break;
+            }
+            implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
+        }
+    }
+    for (int i = 0; i < body->node_count; ++i) {
+        const int group = implicit_group(system, graph->components[i]);
+        if (group == i) {
+            momenta[i] =
+                plii_dvec3_make(-momenta[i].x / masses[i].x, -momenta[i].y / masses[i].y, -momenta[i].z / masses[i].z);
+        }
+        system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
+    }
+    for (int r = 0; r < holds->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &holds->rigids[r];
+        for (int i = 0; i < holds->count && rigid->is_dynamic; ++i) {
+            const plii_implicit_hold* hold = &holds->items[i];
+            if (hold->rigid != r || hold->rows == 0) { continue; }
+            const plii_dvec3 shift = momenta[implicit_group(system, graph->components[hold->node])];
+            rigid->change[0] += shift.x;
+            rigid->change[1] += shift.y;
+            rigid->change[2] += shift.z;
+            break;
+        }
+    }
+}
+
+static void implicit_add_solution(pli_body* body, const plii_dvec3* solution, float dt) {
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
+            plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(plii_dvec3_add(velocity, solution[i])));
+        }
+        const pli_vec3 position = plii_xyz(body->positions[i]);
+        plii_set_xyz(&body->previous[i], position);
+        plii_set_xyz(&body->positions[i], pli_vec3_add(position, pli_vec3_scale(plii_xyz(body->velocities[i]), dt)));
+    }
+}
+
+static void implicit_predict(pli_body* body, float dt) {
+    implicit_state* state = plii_feature_state(body, &implicit_class);
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+    plii_step* step = &body->step;
+    step->dt = dt * body->solver.time_scale;
+    step->inverse_dt = 1.0f / step->dt;
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+
+    plii_implicit_system* system = &state->system;
+    *system = (plii_implicit_system){
+        .node_count = body->node_count,
+        .begin = graph->begin,
+        .halves = state->halves,
+        .blocks = state->blocks,
+        .groups = state->groups,
+        .holds = &state->holds,
+        .rhs = state->vectors[0],
+        .solution = state->vectors[1],
+        .spare = state->vectors[2],
+        .residual = state->vectors[3],
+        .direction = state->vectors[IMPLICIT_VECTORS],
+    };
+    state->report = (pli_implicit_report){0};
+    state->holds.rigid_count = 0;
+    implicit_add_external(body, state, step->dt, system->rhs);
+    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
+    plii_implicit_holds_gather(body, &state->holds, false, state->blocks, NULL);
+    implicit_iterate(body, state, false);
+    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
+    implicit_add_solution(body, system->solution, step->dt);
+
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
+    plii_solver_update_predicted_bounds(body);
+}
+
+// -------------------------------------------------------------------------------------------- anchors and contacts
+
+static pli_status implicit_meet_rigid(pli_body* body, void* data, pli_rigid* rigid) {
+    const bool has_room = plii_implicit_holds_meet(body, &((implicit_state*)data)->holds, rigid);
+    return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+}
+
+static void implicit_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+    (void)body;
+    plii_implicit_holds_forget(&((implicit_state*)data)->holds, rigid);
+}
+
+/* Where the velocity of a node leads, rounded as in implicit_add_solution. */
+static pli_vec3 implicit_reached(const pli_body* body, int node) {
+    const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
+    return pli_vec3_add(plii_xyz(body->previous[node]), way);
+}
+
+/* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
+static void implicit_solve_holds(pli_body* body, implicit_state* state) {
+    const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
+    plii_implicit_system* system = &state->system;
+    body->context->pass.feature = NULL; /* stages have run */
+    plii_implicit_holds_gather(body, &state->holds, true, state->blocks, system->solution);
+    if (state->holds.count == 0) { return; }
+    plii_dvec3* before = state->vectors[4];
+    memcpy(before, system->solution, implicit_vector_size(body->node_count));
+    implicit_iterate(body, state, true);
+    if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
+    for (int i = 0; i < body->node_count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const pli_vec3 predicted = implicit_reached(body, i),
+                       others = pli_vec3_sub(plii_xyz(body->positions[i]), predicted);
+        const plii_dvec3 more = plii_dvec3_sub(system->solution[i], before[i]);
+        const plii_dvec3 velocity = plii_dvec3_add(plii_dvec3_from(plii_xyz(body->velocities[i])), more);
+        plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
+        plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
+    }
+    plii_implicit_holds_push_rigids(&state->holds);
+}
+
+/* Taking back an error moves nodes, but gives them no speed. */
+static void implicit_end_recovery(pli_body* body, const plii_implicit_holds* holds) {
+    for (int i = 0; i < holds->count; ++i) {
+        const plii_implicit_hold* hold = &holds->items[i];
+        if (hold->rows == 0 || hold->is_pinned || holds->rigids[hold->rigid].is_dynamic) { continue; }
+        const pli_vec3 velocity = plii_xyz(body->velocities[hold->node]);
+        plii_set_xyz(&body->velocities[hold->node],
+                     pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(hold->recovery, hold->share))));
+    }
+}
+
+// ------------------------------------------------------------------------------------------------------ corrections
+
+/* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
+   step. */
+static void implicit_follow_corrections(pli_body* body, const plii_step* step) {
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 solved = implicit_reached(body, i);
+        const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(solved));
+        plii_set_xyz(&body->velocities[i],
+                     pli_vec3_add(plii_xyz(body->velocities[i]),
+                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)step->inverse_dt))));
+    }
+}
+
+/* Those that the stage has moved. */
+static void implicit_hold_moved_nodes(pli_body* body, plii_implicit_holds* holds) {
+    for (int i = 0; i < holds->count; ++i) {
+        plii_implicit_hold* hold = &holds->items[i];
+        const pli_vec3 x = plii_xyz(body->positions[hold->node]), solved = implicit_reached(body, hold->node);
+        const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
+        if (has_moved && !hold->is_pinned) { plii_implicit_hold_again(body, holds, hold); }
+    }
+}
+
+static void implicit_solve(pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    const plii_step* step = &body->step;
+    implicit_state* state = plii_feature_state(body, &implicit_class);
+    plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
+    implicit_solve_holds(body, state);
+    for (int i = 0; i < body->solver.position_iterations; ++i) {
+        plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
+        implicit_hold_moved_nodes(body, &state->holds);
+    }
+    implicit_follow_corrections(body, step);
+    implicit_end_recovery(body, &state->holds);
+    if (body->solver.velocity_damping > 0.0f) {
+        for (int i = 0; i < body->node_count; ++i) {
+            plii_set_xyz(&body->velocities[i],
+                         pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
+        }
+    }
+    plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
+}
+
+static const plii_solver_class implicit_solver = {
+    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .holds_nodes = true};
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static void implicit_release(pli_body* body, implicit_state* state, int node_count, int link_count) {
+    plii_release(body->context, state->halves, implicit_halves_size(link_count));
+    plii_release(body->context, state->blocks, implicit_blocks_size(node_count));
+    plii_release(body->context, state->groups, implicit_groups_size(node_count));
+    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
+        plii_release(body->context, state->vectors[i], implicit_vector_size(node_count));
+        state->vectors[i] = NULL;
+    }
+    state->halves = NULL;
+    state->blocks = NULL;
+    state->groups = NULL;
+}
+
+static pli_status implicit_enable(pli_body* body, void* data) {
+    implicit_state* state = data;
+    state->halves = plii_allocate(body->context, implicit_halves_size(body->link_count));
+    state->blocks = plii_allocate(body->context, implicit_blocks_size(body->node_count));
+    state->groups = plii_allocate(body->context, implicit_groups_size(body->node_count));
+    bool is_complete =
+        (state->halves != NULL || body->link_count == 0) && state->blocks != NULL && state->groups != NULL;
+    for (int i = 0; i < IMPLICIT_VECTORS; ++i) {
+        state->vectors[i] = plii_allocate(body->context, implicit_vector_size(body->node_count));
+        is_complete = is_complete && state->vectors[i] != NULL;
+    }
+    if (!is_complete) {
+        implicit_release(body, state, body->node_count, body->link_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    body->solver_class = &implicit_solver;
+    return PLI_OK;
+}
+
+static void implicit_disable(pli_body* body, void* data) {
+    implicit_release(body, data, body->node_count, body->link_count);
+    plii_implicit_holds_release(body, &((implicit_state*)data)->holds);
+    body->solver_class = &plii_position_solver;
+}
+
+static size_t implicit_bytes(const pli_body* body, const void* data) {
+    const implicit_state* state = data;
+    return implicit_halves_size(body->link_count) + implicit_blocks_size(body->node_count) +
+           implicit_groups_size(body->node_count) + plii_implicit_holds_bytes(&state->holds) +
+           (size_t)implicit_vector_count(state) * implicit_vector_size(body->node_count);
+}
+
+static int implicit_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                    size_t* sizes) {
+    const implicit_state* state = data;
+    (void)body;
+    sizes[0] = implicit_halves_size(change->link_count);
+    sizes[1] = implicit_blocks_size(change->node_count);
+    sizes[2] = implicit_groups_size(change->node_count);
+    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
+        sizes[3 + i] = i < implicit_vector_count(state) ? implicit_vector_size(change->node_count) : 0;
+    }
+    return 3 + IMPLICIT_MAX_VECTORS;
+}
+
+/* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
+static void implicit_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    implicit_state* state = data;
+    implicit_release(body, state, change->old_node_count, change->old_link_count);
+    state->halves = blocks[0];
+    state->blocks = blocks[1];
+    state->groups = blocks[2];
+    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
+        state->vectors[i] = blocks[3 + i];
+    }
+    state->spectral_radius = 0.0;
+    state->holds.count = 0;
+}
+
+static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
+
+static const plii_feature_class implicit_class = {
+    .name = "implicit solver",
+    .state_size = sizeof(implicit_state),
+    .needs = implicit_needs,
+    .enable = implicit_enable,
+    .disable = implicit_disable,
+    .collide_rigid = implicit_meet_rigid,
+    .forget_rigid = implicit_forget_rigid,
+    .bytes = implicit_bytes,
+    .topology_blocks = implicit_topology_blocks,
+    .topology_commit = implicit_topology_commit,
+};
+
+// --------------------------------------------------------------------------------------------------------- settings
+
+pli_implicit_def pli_implicit_def_default(void) {
+    return (pli_implicit_def){.stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_status implicit_check(pli_context* context, const pli_implicit_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_implicit_def_default()");
+    }
+    if (!plii_is_finite(def->stiffness) || !plii_is_finite(def->damping)) {
+        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "stiffness is %g and damping is %g",
+                         (double)def->stiffness, (double)def->damping);
+    }
+    if (def->stiffness < 0.0f || def->damping < 0.0f) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "stiffness is %g and damping is %g, at least 0 is allowed", (double)def->stiffness,
+                         (double)def->damping);
+    }
+    PLII_TRY(plii_check_within(context, def->stiffness, PLI_MAX_COEFFICIENT, "stiffness", function));
+    PLII_TRY(plii_check_within(context, def->damping, PLI_MAX_COEFFICIENT, "damping", function));
+    if (def->sweeps < 1) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "%d sweeps are not stable, take 1, 3, 5 or another odd number", def->sweeps);
+    }
+    const int method = (int)def->method, start = (int)def->start;
+    if (method < PLI_IMPLICIT_JACOBI || method > PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no method %d, the last one is %d",
+                         method, PLI_IMPLICIT_CONJUGATE_GRADIENT);
+    }
+    if (start != PLI_IMPLICIT_START_IN_FREE_FLIGHT && start != PLI_IMPLICIT_START_AT_REST) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no start %d, the last one is %d", start,
+                         PLI_IMPLICIT_START_AT_REST);
+    }
+    if (!(def->tolerance > 0.0f && def->tolerance < 1.0f)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "tolerance %g is not in (0, 1)",
+                         (double)def->tolerance);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_implicit_def used = def != NULL ? *def : pli_implicit_def_default();
+    PLII_TRY(implicit_check(body->context, &used, __func__));
+    PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
+    const bool is_new = body->solver_class != &implicit_solver;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &implicit_class, &data));
+    implicit_state* state = data;
+    if (used.method == PLI_IMPLICIT_CONJUGATE_GRADIENT && state->vectors[IMPLICIT_VECTORS] == NULL) {
+        state->vectors[IMPLICIT_VECTORS] = plii_allocate(body->context, implicit_vector_size(body->node_count));
+        if (state->vectors[IMPLICIT_VECTORS] == NULL) {
+            if (is_new) { plii_feature_disable(body, &implicit_class); }
+            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
+        }
+    }
+    if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
+        plii_release(body->context, state->vectors[IMPLICIT_VECTORS], implicit_vector_size(body->node_count));
+        state->vectors[IMPLICIT_VECTORS] = NULL;
+    }
+    if (is_new) {
+        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
+        plii_feature_disable(body, &plii_links_class);
+    }
+    state->def = used;
+    state->spectral_radius = 0.0;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_implicit(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const implicit_state* state = plii_feature_state(body, &implicit_class);
+    if (state == NULL) { return PLI_OK; }
+    PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
+    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
+    plii_feature_disable(body, &implicit_class);
+    return PLI_OK;
+}
+
+pli_implicit_report pli_body_get_implicit_report(const pli_body* body) {
+    const implicit_state* state =
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &implicit_class) : NULL;
+    return state != NULL ? state->report : (pli_implicit_report){0};
+}

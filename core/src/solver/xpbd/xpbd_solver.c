@@ -1,0 +1,406 @@
+/* XPBD: a step is parted into substeps; each moves the nodes freely, sweeps over the constraints and takes the
+   velocities from the motion. Macklin, Mueller, Chentanez, "XPBD", and Macklin and others, "Small Steps in Physics
+   Simulation". Contacts are looked for once per step, at the positions that a step without constraints would reach. */
+
+#include "math/simd_float4.h"
+
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "math/range.h"
+#include "solver/xpbd/xpbd_impl.h"
+
+enum { XPBD_MAX_KINDS = 16, XPBD_NODES_GRAIN = 2048 };
+
+/* By order; equals as they came. */
+typedef struct xpbd_kinds {
+    int count;
+    const plii_substep_class* at[XPBD_MAX_KINDS];
+    void* states[XPBD_MAX_KINDS];
+} xpbd_kinds;
+
+typedef struct xpbd_state {
+    pli_xpbd_def def;
+    bool had_links;                                    /* on positions, before this solver came */
+    xpbd_kinds kinds;                                  /* that only this solver has */
+    pli_vec4 *displacements, *carried, *accelerations; /* [node_count] */
+} xpbd_state;
+
+static const plii_feature_class xpbd_class;
+
+static void xpbd_insert_kind(xpbd_kinds* kinds, const plii_substep_class* kind, void* kind_state) {
+    int place = kinds->count++;
+    for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
+        kinds->at[place] = kinds->at[place - 1];
+        kinds->states[place] = kinds->states[place - 1];
+    }
+    kinds->at[place] = kind;
+    kinds->states[place] = kind_state;
+}
+
+/* Those of other features too. */
+static xpbd_kinds xpbd_all_kinds(const pli_body* body, const xpbd_state* state) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    xpbd_kinds all = state->kinds;
+    for (int i = 0; i < pipeline->feature_count && all.count < XPBD_MAX_KINDS; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        if (feature->klass->substepped != NULL) { xpbd_insert_kind(&all, feature->klass->substepped, feature->state); }
+    }
+    return all;
+}
+
+// -------------------------------------------------------------------------------------------------------- the step
+
+typedef struct xpbd_prediction {
+    pli_body* body;
+    pli_vec4* accelerations;
+    float dt, limit; /* of accelerations by forces, as in the position-based solver, m/s^2 */
+} xpbd_prediction;
+
+/* Consumes the forces. */
+static pli_vec3 xpbd_acceleration(const xpbd_prediction* prediction, int node) {
+    const pli_body* body = prediction->body;
+    const float inverse_mass = body->positions[node].w, limit = prediction->limit;
+    pli_vec3 acceleration = pli_vec3_make(0, 0, 0);
+    if (body->forces != NULL) {
+        acceleration = pli_vec3_scale(body->forces[node], inverse_mass);
+        acceleration =
+            pli_vec3_make(plii_clamp(acceleration.x, -limit, limit), plii_clamp(acceleration.y, -limit, limit),
+                          plii_clamp(acceleration.z, -limit, limit));
+        body->forces[node] = pli_vec3_make(0, 0, 0);
+    }
+    return inverse_mass > 0.0f ? pli_vec3_add(acceleration, body->world->def.gravity) : pli_vec3_make(0, 0, 0);
+}
+
+static void xpbd_fly(int begin, int end, void* data) {
+    const xpbd_prediction* prediction = data;
+    pli_body* body = prediction->body;
+    const plii_float4 dt = plii_float4_all(prediction->dt);
+    for (int i = begin; i < end; ++i) {
+        const pli_vec3 a = xpbd_acceleration(prediction, i);
+        const plii_float4 acceleration = plii_lanes_xyzw(a.x, a.y, a.z, 0.0f);
+        const plii_float4 position = plii_float4_from(&body->positions[i]);
+        const plii_float4 velocity =
+            plii_float4_add(plii_float4_from(&body->velocities[i]), plii_float4_mul(acceleration, dt));
+        plii_float4_to(&prediction->accelerations[i], acceleration);
+        plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
+        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, dt)));
+    }
+}
+
+static void xpbd_predict(pli_body* body, float dt) {
+    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    plii_step* step = &body->step;
+    step->dt = dt * body->solver.time_scale;
+    step->inverse_dt = 1.0f / step->dt;
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+    xpbd_prediction prediction = {body, state->accelerations, step->dt,
+                                  body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
+    plii_parallel_for(body->context, xpbd_fly, &prediction, body->node_count, XPBD_NODES_GRAIN);
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
+    plii_solver_update_predicted_bounds(body);
+}
+
+/* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements
+   and what is carried on is the inverse mass. */
+typedef struct xpbd_pass {
+    pli_vec4 *positions, *velocities, *displacements, *carried;
+    const pli_vec4* accelerations;
+    float dt, inverse_dt; /* of the substep */
+} xpbd_pass;
+
+PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity, plii_float4 carried) {
+    const plii_float4 dt = plii_float4_all(pass->dt);
+    velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&pass->accelerations[node]), dt));
+    plii_float4_to(&pass->velocities[node], velocity);
+    plii_float4_to(&pass->displacements[node], plii_float4_add(carried, plii_float4_mul(velocity, dt)));
+}
+
+static void xpbd_move_range(int begin, int end, void* task) {
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
+    for (int i = begin; i < end; ++i) {
+        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]), plii_float4_from(&pass->carried[i]));
+    }
+}
+
+/* Velocities get what constraints changed: the whole motion over dt would give them the rounding of dt * (1 / dt) in
+   every substep. Pinned nodes keep theirs. */
+PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4* carried) {
+    const plii_float4 before = plii_float4_from(&pass->positions[node]);
+    const plii_float4 displacement = plii_float4_from(&pass->displacements[node]);
+    const plii_float4 velocity = plii_float4_from(&pass->velocities[node]);
+    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->carried[node]));
+    const plii_float4 change = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(pass->dt)));
+    const plii_float4 changed = plii_float4_add(velocity, plii_float4_mul(change, plii_float4_all(pass->inverse_dt)));
+    const plii_float4 after = plii_float4_add(before, plii_lanes_xyz(displacement));
+    *carried = plii_float4_sub(displacement, plii_float4_sub(after, before));
+    plii_float4_to(&pass->positions[node], after);
+    plii_float4_to(&pass->carried[node], *carried);
+    return plii_lanes_select(plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(before)), changed, velocity);
+}
+
+static void xpbd_finish_range(int begin, int end, void* task) {
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
+    for (int i = begin; i < end; ++i) {
+        plii_float4 carried;
+        plii_float4_to(&pass->velocities[i], xpbd_finish_node(pass, i, &carried));
+    }
+}
+
+static void xpbd_finish_and_move_range(int begin, int end, void* task) {
+    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
+    for (int i = begin; i < end; ++i) {
+        plii_float4 carried;
+        const plii_float4 velocity = xpbd_finish_node(pass, i, &carried);
+        xpbd_move_node(pass, i, velocity, carried);
+    }
+}
+
+static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
+    }
+    for (int s = 0; s < state->def.sweeps; ++s) {
+        substep->is_first_sweep = s == 0;
+        substep->is_last_sweep = s + 1 == state->def.sweeps;
+        for (int k = 0; k < kinds->count; ++k) {
+            kinds->at[k]->sweep(body, kinds->states[k], substep);
+        }
+    }
+}
+
+static void xpbd_run_pass(pli_body* body, xpbd_pass* pass, pli_range_fn* range) {
+    plii_parallel_for(body->context, range, pass, body->node_count, XPBD_NODES_GRAIN);
+}
+
+static void xpbd_substeps(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
+        state->displacements[i] = state->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
+    }
+    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->carried,
+                      state->accelerations, substep->dt,      substep->inverse_dt};
+    bool has_finish = false;
+    for (int k = 0; k < kinds->count; ++k) {
+        has_finish = has_finish || kinds->at[k]->finish != NULL;
+    }
+    const int count = state->def.substeps;
+    for (substep->index = 0; substep->index < count; ++substep->index) {
+        const bool is_moved = substep->index > 0 && !has_finish;
+        if (!is_moved) { xpbd_run_pass(body, &pass, xpbd_move_range); }
+        xpbd_sweep(body, state, kinds, substep);
+        const bool moves_on = substep->index + 1 < count && !has_finish;
+        xpbd_run_pass(body, &pass, moves_on ? xpbd_finish_and_move_range : xpbd_finish_range);
+        for (int k = 0; k < kinds->count; ++k) {
+            if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
+        }
+    }
+}
+
+/* Those that have something to do in this step. */
+static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
+    xpbd_kinds kinds = xpbd_all_kinds(body, state);
+    int busy = 0;
+    for (int k = 0; k < kinds.count; ++k) {
+        const plii_substep_class* kind = kinds.at[k];
+        body->context->pass.feature = kind->klass;
+        if (kind->begin != NULL) { kind->begin(body, kinds.states[k]); }
+        if (kind->is_idle != NULL && kind->is_idle(body, kinds.states[k])) { continue; }
+        kinds.at[busy] = kind;
+        kinds.states[busy++] = kinds.states[k];
+    }
+    kinds.count = busy;
+    return kinds;
+}
+
+static void xpbd_solve(pli_body* body) {
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const plii_step* step = &body->step;
+    const float parts = (float)state->def.substeps;
+    plii_substep substep = {.dt = step->dt / parts,
+                            .inverse_dt = step->inverse_dt * parts,
+                            .displacements = state->displacements,
+                            .carried = state->carried};
+    const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
+    xpbd_substeps(body, state, &kinds, &substep);
+    const float kept = 1.0f - body->solver.velocity_damping;
+    for (int i = 0; i < body->node_count && kept < 1.0f; ++i) {
+        if (body->positions[i].w > 0.0f) {
+            plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), kept));
+        }
+    }
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
+}
+
+/* A node that rests on a surface and was not found would fall into it for the rest of the step, and come back with
+   speed. */
+#define XPBD_CONTACT_REACH 1.0f
+
+static const plii_solver_class xpbd_solver = {.name = "XPBD",
+                                              .predict = xpbd_predict,
+                                              .solve = xpbd_solve,
+                                              .has_substeps = true,
+                                              .contact_reach = XPBD_CONTACT_REACH};
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static size_t xpbd_records_size(int node_count) {
+    return (size_t)node_count * sizeof(pli_vec4);
+}
+
+static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
+    const size_t size = xpbd_records_size(node_count);
+    plii_release(body->context, state->displacements, size);
+    plii_release(body->context, state->carried, size);
+    plii_release(body->context, state->accelerations, size);
+}
+
+static pli_status xpbd_enable(pli_body* body, void* data) {
+    xpbd_state* state = data;
+    const size_t size = xpbd_records_size(body->node_count);
+    state->displacements = plii_allocate(body->context, size);
+    state->carried = plii_allocate(body->context, size);
+    state->accelerations = plii_allocate(body->context, size);
+    if (state->displacements == NULL || state->carried == NULL || state->accelerations == NULL) {
+        xpbd_release(body, state, body->node_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    body->solver_class = &xpbd_solver;
+    return PLI_OK;
+}
+
+static void xpbd_disable(pli_body* body, void* data) {
+    xpbd_release(body, data, body->node_count);
+    body->solver_class = &plii_position_solver;
+}
+
+static size_t xpbd_bytes(const pli_body* body, const void* data) {
+    (void)data;
+    return 3 * xpbd_records_size(body->node_count);
+}
+
+static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
+                                size_t* sizes) {
+    (void)body;
+    (void)data;
+    sizes[0] = sizes[1] = sizes[2] = xpbd_records_size(change->node_count);
+    return 3;
+}
+
+/* Nothing of a step is needed by the next one. */
+static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    xpbd_state* state = data;
+    xpbd_release(body, state, change->old_node_count);
+    state->displacements = blocks[0];
+    state->carried = blocks[1];
+    state->accelerations = blocks[2];
+}
+
+static const plii_feature_class xpbd_class = {
+    .name = "XPBD solver",
+    .state_size = sizeof(xpbd_state),
+    .enable = xpbd_enable,
+    .disable = xpbd_disable,
+    .bytes = xpbd_bytes,
+    .topology_blocks = xpbd_topology_blocks,
+    .topology_commit = xpbd_topology_commit,
+};
+
+// -------------------------------------------------------------------------------------------- kinds of constraints
+
+static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_substep_class* kind) {
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k] == kind) { return k; }
+    }
+    return PLI_NULL_INDEX;
+}
+
+static void xpbd_remove_kind(pli_body* body, xpbd_kinds* kinds, int place) {
+    const plii_substep_class* kind = kinds->at[place];
+    kinds->count -= 1;
+    for (int k = place; k < kinds->count; ++k) {
+        kinds->at[k] = kinds->at[k + 1];
+        kinds->states[k] = kinds->states[k + 1];
+    }
+    plii_feature_disable(body, kind->klass);
+}
+
+pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
+    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    if (solver == NULL) {
+        return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
+                         "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
+    }
+    PLII_TRY(plii_feature_enable(body, kind->klass, state));
+    if (xpbd_find_kind(&solver->kinds, kind) == PLI_NULL_INDEX) { xpbd_insert_kind(&solver->kinds, kind, *state); }
+    return PLI_OK;
+}
+
+pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
+    PLII_TRY(plii_check_body_idle(body, function));
+    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
+    if (place == PLI_NULL_INDEX) { return PLI_OK; }
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
+    xpbd_remove_kind(body, &solver->kinds, place);
+    return PLI_OK;
+}
+
+pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
+                                 const char* function) {
+    if (!plii_is_finite(value)) {
+        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
+    }
+    if (value < 0.0f) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, at least 0 is allowed", name,
+                         (double)value);
+    }
+    return plii_check_within(body->context, value, limit, name, function);
+}
+
+// --------------------------------------------------------------------------------------------------------- settings
+
+pli_xpbd_def pli_xpbd_def_default(void) {
+    return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
+}
+
+static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, const char* function) {
+    if (def->cookie != PLII_DEF_COOKIE) {
+        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_xpbd_def_default()");
+    }
+    if (def->substeps < 1 || def->sweeps < 1) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "substeps is %d and sweeps is %d, at least 1 is needed", def->substeps, def->sweeps);
+    }
+    return PLI_OK;
+}
+
+pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_xpbd_def used = def != NULL ? *def : pli_xpbd_def_default();
+    PLII_TRY(xpbd_check(body->context, &used, __func__));
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
+    const bool is_new = body->solver_class != &xpbd_solver;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &xpbd_class, &data));
+    xpbd_state* state = data;
+    if (is_new) {
+        state->had_links = plii_feature_is_enabled(body, &plii_links_class);
+        plii_feature_disable(body, &plii_links_class);
+    }
+    state->def = used;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_xpbd(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    if (state == NULL) { return PLI_OK; }
+    PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
+    if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
+    while (state->kinds.count > 0) {
+        xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
+    }
+    plii_feature_disable(body, &xpbd_class);
+    return PLI_OK;
+}
