@@ -73,23 +73,23 @@ std::vector<pli_vec3> random_points(int count, float size) {
 void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, float distance) {
     const int count = static_cast<int>(points.size());
     pli_context* context = make_context();
-    plii_node_hash all = {}, grids[2] = {{}, {}};
+    plii_spatial_hash all = {}, grids[2] = {{}, {}};
     plii_node_pairs pairs = {};
-    plii_node_hash_build(context, &all, count, points.data(), distance, 0.0f);
+    plii_spatial_hash_build(context, &all, count, points.data(), distance, 0.0f);
     for (int g = 0; g < 2; ++g) {
-        plii_node_hash_build(context, &grids[g], count, points.data(), distance,
+        plii_spatial_hash_build(context, &grids[g], count, points.data(), distance,
                              0.5f * distance * static_cast<float>(g));
     }
     int missed = 0, missed_near = 0, near = 0;
     for (int i = 0; i < count; ++i) {
         const size_t a = static_cast<size_t>(i);
         int k = pairs.count;
-        plii_node_hash_find(context, &all, i, points[a], distance, &pairs);
+        plii_spatial_hash_find(context, &all, i, points[a], distance, &pairs);
         for (; k < pairs.count; ++k) {
             const plii_node_pair pair = pairs.pairs[k];
             const size_t b = static_cast<size_t>(pair.other);
-            const bool is_seen = plii_node_hash_same_cell(&grids[0], points[a], points[b]) ||
-                                 plii_node_hash_same_cell(&grids[1], points[a], points[b]);
+            const bool is_seen = plii_spatial_hash_same_cell(&grids[0], points[a], points[b]) ||
+                                 plii_spatial_hash_same_cell(&grids[1], points[a], points[b]);
             const bool is_near = pair.distance_squared < 0.25f * distance * distance;
             missed += !is_seen;
             near += is_near;
@@ -99,8 +99,8 @@ void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, floa
     std::printf("%-28s %8d pairs, missed by two grids %5.1f %%; nearer than half: %7d pairs, missed %5.1f %%\n", name,
                 pairs.count, 100.0 * missed / pairs.count, near, 100.0 * missed_near / near);
     plii_node_pairs_free(context, &pairs);
-    for (plii_node_hash* hash : {&all, &grids[0], &grids[1]}) {
-        plii_node_hash_free(context, hash);
+    for (plii_spatial_hash* hash : {&all, &grids[0], &grids[1]}) {
+        plii_spatial_hash_free(context, hash);
     }
     pli_context_destroy(context);
 }
@@ -166,20 +166,20 @@ void search(benchmark::State& state) {
     const std::vector<pli_vec3> points = folded_sheet_of(static_cast<int>(state.range(0)));
     const int count = static_cast<int>(points.size());
     pli_context* context = make_context();
-    plii_node_hash hash = {};
+    plii_spatial_hash hash = {};
     plii_node_pairs pairs = {};
     for (auto _ : state) {
-        plii_node_hash_build(context, &hash, count, points.data(), 1.5f * spacing, 0.0f);
+        plii_spatial_hash_build(context, &hash, count, points.data(), 1.5f * spacing, 0.0f);
         pairs.count = 0;
         for (int i = 0; i < count; ++i) {
-            plii_node_hash_find(context, &hash, i, points[static_cast<size_t>(i)], 1.5f * spacing, &pairs);
+            plii_spatial_hash_find(context, &hash, i, points[static_cast<size_t>(i)], 1.5f * spacing, &pairs);
         }
         benchmark::DoNotOptimize(pairs.pairs);
     }
     state.counters["time/node"] =
         benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     state.counters["pairs/node"] = static_cast<double>(pairs.count) / count;
-    plii_node_hash_free(context, &hash);
+    plii_spatial_hash_free(context, &hash);
     plii_node_pairs_free(context, &pairs);
     pli_context_destroy(context);
 }

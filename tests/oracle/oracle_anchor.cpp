@@ -40,7 +40,7 @@ void test_impulse_matrix_equals_bullet(void**) {
         const float rigid = i % 7 == 1 ? 0.0f : random.uniform(0.01f, 10.0f);
         if (rigid == 0.0f) { inertia = pli_mat3{}; }
         const pli_vec3 offset = random.vector(3.0f);
-        const pli_mat3 ours = plii_impulse_matrix(dt, node, rigid, inertia, offset);
+        const pli_mat3 ours = plii_effective_mass(dt, node, rigid, inertia, offset);
         const pli_mat3 theirs =
             twin::to_pliant(ImpulseMatrix(twin::to_bullet(dt), twin::to_bullet(node), twin::to_bullet(rigid),
                                           twin::to_bullet(inertia), twin::to_bullet(offset)));

@@ -34,17 +34,17 @@ static void test_finds_what_is_near(void** state) {
     uint64_t seed = 7;
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
-    plii_near_boxes boxes = {0};
+    plii_bvh4 boxes = {0};
     for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
         for (int i = 0; i < counts[c]; ++i) {
             bounds[i].min = random_vector(&seed, 10);
             bounds[i].max = pli_vec3_add(bounds[i].min, random_vector(&seed, 1));
         }
-        assert_true(plii_near_boxes_build(context, &boxes, counts[c], bounds));
+        assert_true(plii_bvh4_build(context, &boxes, counts[c], bounds));
         for (int k = 0; k < 200; ++k) {
             const pli_vec3 point = random_vector(&seed, 11);
             const float radius = random_below(&seed, 2);
-            const int count = plii_near_boxes_find(&boxes, point, radius, found);
+            const int count = plii_bvh4_find(&boxes, point, radius, found);
             int next = 0;
             for (int i = 0; i < counts[c]; ++i) {
                 if (!is_near(bounds[i], point, radius)) { continue; }
@@ -55,7 +55,7 @@ static void test_finds_what_is_near(void** state) {
             total += count;
 
             const pli_bounds reach = {point, pli_vec3_add(point, random_vector(&seed, 2))};
-            const int touching = plii_near_boxes_overlaps(&boxes, &reach, found);
+            const int touching = plii_bvh4_overlaps(&boxes, &reach, found);
             next = 0;
             for (int i = 0; i < counts[c]; ++i) {
                 if (!plii_bounds_overlap(bounds[i], reach)) { continue; }
@@ -66,9 +66,9 @@ static void test_finds_what_is_near(void** state) {
         }
     }
     assert_true(total > 1000);
-    assert_true(plii_near_boxes_bytes(&boxes) >= MAX_BOXES * sizeof *bounds);
-    plii_near_boxes_free(context, &boxes);
-    assert_int_equal(plii_near_boxes_bytes(&boxes), 0);
+    assert_true(plii_bvh4_bytes(&boxes) >= MAX_BOXES * sizeof *bounds);
+    plii_bvh4_free(context, &boxes);
+    assert_int_equal(plii_bvh4_bytes(&boxes), 0);
     assert_int_equal(pli_context_allocated_bytes(context), 0);
     pli_context_destroy(context);
 }
@@ -79,13 +79,13 @@ static void test_memory_is_kept(void** state) {
     static const pli_bounds bounds[9] = {0};
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
-    plii_near_boxes boxes = {0};
-    assert_true(plii_near_boxes_build(context, &boxes, 9, bounds));
+    plii_bvh4 boxes = {0};
+    assert_true(plii_bvh4_build(context, &boxes, 9, bounds));
     const uint64_t count = pli_context_allocation_count(context);
-    assert_true(plii_near_boxes_build(context, &boxes, 9, bounds));
-    assert_true(plii_near_boxes_build(context, &boxes, 2, bounds));
+    assert_true(plii_bvh4_build(context, &boxes, 9, bounds));
+    assert_true(plii_bvh4_build(context, &boxes, 2, bounds));
     assert_int_equal(pli_context_allocation_count(context), count);
-    plii_near_boxes_free(context, &boxes);
+    plii_bvh4_free(context, &boxes);
     pli_context_destroy(context);
 }
 
@@ -100,17 +100,17 @@ static void test_finds_no_more_than_there_are(void** state) {
     uint64_t seed = 3;
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
-    plii_near_boxes boxes = {0};
+    plii_bvh4 boxes = {0};
     for (size_t c = 0; c < sizeof counts / sizeof *counts; ++c) {
         const int count = counts[c];
         for (int i = 0; i < count; ++i) {
             bounds[i].min = random_vector(&seed, 10);
             bounds[i].max = pli_vec3_add(bounds[i].min, random_vector(&seed, 1));
         }
-        assert_true(plii_near_boxes_build(context, &boxes, count, bounds));
+        assert_true(plii_bvh4_build(context, &boxes, count, bounds));
         for (size_t r = 0; r < sizeof radii / sizeof *radii; ++r) {
             for (size_t p = 0; p < sizeof points / sizeof *points; ++p) {
-                const int near = plii_near_boxes_find(&boxes, points[p], radii[r], found);
+                const int near = plii_bvh4_find(&boxes, points[p], radii[r], found);
                 const bool has_numbers = !isnan(radii[r]) && !isnan(points[p].x);
                 const bool is_near_all = has_numbers && (p == 0 || isinf(radii[r] * radii[r]));
                 assert_int_equal(near, is_near_all ? count : 0);
@@ -120,18 +120,18 @@ static void test_finds_no_more_than_there_are(void** state) {
             }
         }
         const pli_bounds everything = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
-        assert_int_equal(plii_near_boxes_overlaps(&boxes, &everything, found), count);
+        assert_int_equal(plii_bvh4_overlaps(&boxes, &everything, found), count);
         const pli_bounds nothing = {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
-        assert_int_equal(plii_near_boxes_overlaps(&boxes, &nothing, found), 0);
+        assert_int_equal(plii_bvh4_overlaps(&boxes, &nothing, found), 0);
         /* Boxes that are not finite are found or not, once. */
         bounds[count / 2].min.x = bounds[0].max.y = NAN;
         bounds[count - 1].max = pli_vec3_make(INFINITY, INFINITY, INFINITY);
         bounds[count / 3].min.z = INFINITY;
-        assert_true(plii_near_boxes_build(context, &boxes, count, bounds));
-        assert_in_range(plii_near_boxes_find(&boxes, points[0], INFINITY, found), 0, count);
-        assert_in_range(plii_near_boxes_overlaps(&boxes, &everything, found), 0, count);
+        assert_true(plii_bvh4_build(context, &boxes, count, bounds));
+        assert_in_range(plii_bvh4_find(&boxes, points[0], INFINITY, found), 0, count);
+        assert_in_range(plii_bvh4_overlaps(&boxes, &everything, found), 0, count);
     }
-    plii_near_boxes_free(context, &boxes);
+    plii_bvh4_free(context, &boxes);
     pli_context_destroy(context);
 }
 

@@ -47,7 +47,7 @@ static void check_closed_and_convex(const plii_convex_hull* hull, int point_coun
             if (u[(k % 3 + 1) % 3] != from) { continue; }
             ++opposite;
             const pli_vec3 apex = points[u[(k % 3 + 2) % 3]];
-            assert_true(plii_orientation(points[t[0]], points[t[1]], points[t[2]], apex) <= 0);
+            assert_true(plii_orient3d(points[t[0]], points[t[1]], points[t[2]], apex) <= 0);
         }
         for (int k = first[from]; k >= 0; k = next[k]) {
             same += hull->triangles[k / 3][(k % 3 + 1) % 3] == to;
@@ -114,22 +114,22 @@ static void test_orientation_is_exact(void** state) {
     (void)state;
     const pli_vec3 a = {0.1f, 0.2f, 0.3f}, b = {1.7f, -0.4f, 0.9f}, c = {-2.3f, 1.1f, 0.7f};
     const pli_vec3 above = {0.1f, 0.2f, 100.0f};
-    const int side = plii_orientation(a, b, c, above);
+    const int side = plii_orient3d(a, b, c, above);
     assert_int_not_equal(side, 0);
-    assert_int_equal(plii_orientation(b, a, c, above), -side);
-    assert_int_equal(plii_orientation(a, b, c, a), 0);
-    assert_int_equal(plii_orientation(a, b, c, c), 0);
+    assert_int_equal(plii_orient3d(b, a, c, above), -side);
+    assert_int_equal(plii_orient3d(a, b, c, a), 0);
+    assert_int_equal(plii_orient3d(a, b, c, c), 0);
     /* The smallest float against a plane through far points decides. */
     const pli_vec3 p = {1e6f, 0, 0}, q = {0, 1e6f, 0}, r = {-1e6f, -1e6f, 0};
-    assert_int_equal(plii_orientation(p, q, r, pli_vec3_make(3, 4, 0)), 0);
-    assert_int_equal(plii_orientation(p, q, r, pli_vec3_make(3, 4, 1e-44f)), 1);
-    assert_int_equal(plii_orientation(p, q, r, pli_vec3_make(3, 4, -1e-44f)), -1);
+    assert_int_equal(plii_orient3d(p, q, r, pli_vec3_make(3, 4, 0)), 0);
+    assert_int_equal(plii_orient3d(p, q, r, pli_vec3_make(3, 4, 1e-44f)), 1);
+    assert_int_equal(plii_orient3d(p, q, r, pli_vec3_make(3, 4, -1e-44f)), -1);
     /* The plane x + y + z = 3, by points whose products do not fit into a double. */
     const pli_vec3 u = {16777215, -16777212, 0}, v = {-16777216, 16777216, 3}, w = {1.5f, 0.5f, 1};
-    assert_int_equal(plii_orientation(u, v, w, pli_vec3_make(1, 1, 1)), 0);
-    const int tilt = plii_orientation(u, v, w, pli_vec3_make(1, 1, 1.00000012f));
+    assert_int_equal(plii_orient3d(u, v, w, pli_vec3_make(1, 1, 1)), 0);
+    const int tilt = plii_orient3d(u, v, w, pli_vec3_make(1, 1, 1.00000012f));
     assert_int_not_equal(tilt, 0);
-    assert_int_equal(plii_orientation(u, v, w, pli_vec3_make(1, 1, 0.99999994f)), -tilt);
+    assert_int_equal(plii_orient3d(u, v, w, pli_vec3_make(1, 1, 0.99999994f)), -tilt);
 }
 
 static void test_cube_keeps_its_corners_only(void** state) {

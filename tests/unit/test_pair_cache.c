@@ -17,21 +17,21 @@ static pli_context* create_context(void) {
 static void test_pairs_are_remembered_for_a_step(void** state) {
     (void)state;
     pli_context* context = create_context();
-    plii_pair_memory memory = {0};
-    assert_true(plii_pair_memory_turn(context, &memory));
-    plii_pair_memory_get(context, &memory, first_key)->count = 3;
+    plii_pair_cache memory = {0};
+    assert_true(plii_pair_cache_begin_step(context, &memory));
+    plii_pair_cache_get(context, &memory, first_key)->count = 3;
     memory.present[0].slot = 7;
-    assert_null(plii_pair_memory_find(&memory, first_key));
-    assert_true(plii_pair_memory_turn(context, &memory));
-    assert_int_equal(plii_pair_memory_find(&memory, first_key)->count, 3);
-    assert_null(plii_pair_memory_find(&memory, second_key));
-    assert_int_equal(plii_pair_memory_get(context, &memory, second_key)->count, 0);
-    assert_int_equal(plii_pair_memory_get(context, &memory, first_key)->count, 3);
+    assert_null(plii_pair_cache_find(&memory, first_key));
+    assert_true(plii_pair_cache_begin_step(context, &memory));
+    assert_int_equal(plii_pair_cache_find(&memory, first_key)->count, 3);
+    assert_null(plii_pair_cache_find(&memory, second_key));
+    assert_int_equal(plii_pair_cache_get(context, &memory, second_key)->count, 0);
+    assert_int_equal(plii_pair_cache_get(context, &memory, first_key)->count, 3);
     assert_int_equal(memory.present[1].slot, 0);
-    assert_true(plii_pair_memory_turn(context, &memory));
-    assert_true(plii_pair_memory_turn(context, &memory));
-    assert_null(plii_pair_memory_find(&memory, first_key));
-    plii_pair_memory_release(context, &memory);
+    assert_true(plii_pair_cache_begin_step(context, &memory));
+    assert_true(plii_pair_cache_begin_step(context, &memory));
+    assert_null(plii_pair_cache_find(&memory, first_key));
+    plii_pair_cache_release(context, &memory);
     assert_int_equal(pli_context_allocated_bytes(context), 0);
     pli_context_destroy(context);
 }
@@ -41,20 +41,20 @@ static void test_room_does_not_grow_by_itself(void** state) {
     (void)state;
     for (int room = 1; room < 40; ++room) {
         pli_context* context = create_context();
-        plii_pair_memory memory = {0};
-        (void)plii_pair_memory_get(context, &memory, first_key);
-        assert_true(plii_pair_memory_reserve(context, &memory, room));
+        plii_pair_cache memory = {0};
+        (void)plii_pair_cache_get(context, &memory, first_key);
+        assert_true(plii_pair_cache_reserve(context, &memory, room));
         size_t settled = 0;
         for (int step = 0; step < 50; ++step) {
-            assert_true(plii_pair_memory_turn(context, &memory));
+            assert_true(plii_pair_cache_begin_step(context, &memory));
             for (int i = 0; i < 20; ++i) {
-                assert_non_null(plii_pair_memory_get(context, &memory, (plii_pair_key){i, 0, NULL, 0}));
+                assert_non_null(plii_pair_cache_get(context, &memory, (plii_pair_key){i, 0, NULL, 0}));
             }
-            if (step == 2) { settled = plii_pair_memory_bytes(&memory); }
+            if (step == 2) { settled = plii_pair_cache_bytes(&memory); }
         }
-        assert_int_equal(plii_pair_memory_bytes(&memory), settled);
+        assert_int_equal(plii_pair_cache_bytes(&memory), settled);
         assert_true(memory.present_capacity <= 80);
-        plii_pair_memory_release(context, &memory);
+        plii_pair_cache_release(context, &memory);
         pli_context_destroy(context);
     }
 }

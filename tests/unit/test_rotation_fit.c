@@ -315,7 +315,7 @@ static void test_follow_is_fit(void** state) {
         pli_mat3 expected, found;
         expected = plii_rotation_fit(&matrix, &result);
         pli_quat q = turned(result, pli_vec3_scale(random_vector(&seed), 0.3f * random_unit(&seed)));
-        plii_rotation_follow(1, &matrix, &q, &found);
+        plii_rotation_fit_warm(1, &matrix, &q, &found);
         if (!(orthogonality_error(found) <= worst_orthogonality)) { worst_orthogonality = orthogonality_error(found); }
         double value[3], rotation[3][3];
         decompose(matrix, value, rotation);
@@ -356,16 +356,16 @@ static void test_follow_lanes_are_alike(void** state) {
     }
     matrices[7].rows[1].y = NAN;
     quaternions[9] = starts[9] = (pli_quat){0, 0, 0, 0};
-    plii_rotation_follow(COUNT, matrices, quaternions, rotations);
+    plii_rotation_fit_warm(COUNT, matrices, quaternions, rotations);
     for (int i = 0; i < COUNT; ++i) {
         pli_quat single = starts[i];
         pli_mat3 rotation;
-        plii_rotation_follow(1, &matrices[i], &single, &rotation);
+        plii_rotation_fit_warm(1, &matrices[i], &single, &rotation);
         assert_memory_equal(&single, &quaternions[i], sizeof single);
         assert_memory_equal(&rotation, &rotations[i], sizeof rotation);
         check_at_most(orthogonality_error(rotation), 1e-6);
     }
-    plii_rotation_follow(0, NULL, NULL, NULL);
+    plii_rotation_fit_warm(0, NULL, NULL, NULL);
 }
 
 int main(void) {

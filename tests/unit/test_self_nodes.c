@@ -30,15 +30,15 @@ static long count_all_pairs(const points* p, float radius) {
 
 /* Each pair once, each near: then as many as there are means all. */
 static void check_hash_finds_all(pli_context* context, const points* p, float radius) {
-    plii_node_hash hash = {0};
+    plii_spatial_hash hash = {0};
     plii_node_pairs pairs = {0};
-    assert_true(plii_node_hash_build(context, &hash, p->count, p->at, radius, 0.0f));
+    assert_true(plii_spatial_hash_build(context, &hash, p->count, p->at, radius, 0.0f));
     const size_t size = (size_t)p->count * (size_t)p->count;
     uint8_t* seen = calloc(size, 1);
     assert_non_null(seen);
     for (int i = 0; i < p->count; ++i) {
         const int first = pairs.count;
-        assert_true(plii_node_hash_find(context, &hash, i, p->at[i], radius, &pairs));
+        assert_true(plii_spatial_hash_find(context, &hash, i, p->at[i], radius, &pairs));
         for (int k = first; k < pairs.count; ++k) {
             const int j = pairs.pairs[k].other;
             assert_true(j >= 0 && j < p->count && j != i);
@@ -51,7 +51,7 @@ static void check_hash_finds_all(pli_context* context, const points* p, float ra
     free(seen);
     assert_false(pairs.is_truncated);
     assert_int_equal(pairs.count, count_all_pairs(p, radius));
-    plii_node_hash_free(context, &hash);
+    plii_spatial_hash_free(context, &hash);
     plii_node_pairs_free(context, &pairs);
 }
 
@@ -75,11 +75,11 @@ static void test_hash_misses_no_pair_of_random_states(void** data) {
     assert_true(found > 10000);
 }
 
-static void find_all(pli_context* context, const plii_node_hash* hash, const points* p, float radius,
+static void find_all(pli_context* context, const plii_spatial_hash* hash, const points* p, float radius,
                      plii_node_pairs* pairs) {
     pairs->count = 0;
     for (int i = 0; i < p->count; ++i) {
-        assert_true(plii_node_hash_find(context, hash, i, p->at[i], radius, pairs));
+        assert_true(plii_spatial_hash_find(context, hash, i, p->at[i], radius, pairs));
     }
 }
 
@@ -89,9 +89,9 @@ static void test_hash_of_a_collapsed_body_stays_bounded(void** data) {
     pli_vec3* at = calloc(COUNT, sizeof *at);
     assert_non_null(at);
     const points p = {COUNT, at};
-    plii_node_hash hash = {0};
+    plii_spatial_hash hash = {0};
     plii_node_pairs pairs = {0};
-    assert_true(plii_node_hash_build(scene->context, &hash, COUNT, at, 0.1f, 0.0f));
+    assert_true(plii_spatial_hash_build(scene->context, &hash, COUNT, at, 0.1f, 0.0f));
     find_all(scene->context, &hash, &p, 0.1f, &pairs);
     assert_true(pairs.is_truncated);
     assert_true(pairs.count <= COUNT * PLII_NODE_PAIRS_MAX_ROW);
@@ -100,10 +100,10 @@ static void test_hash_of_a_collapsed_body_stays_bounded(void** data) {
     for (int i = 1; i < COUNT; ++i) {
         at[i] = pli_vec3_make((float)i, 0, 0);
     }
-    assert_true(plii_node_hash_build(scene->context, &hash, COUNT, at, 1.5f, 0.0f));
+    assert_true(plii_spatial_hash_build(scene->context, &hash, COUNT, at, 1.5f, 0.0f));
     find_all(scene->context, &hash, &p, 1.5f, &pairs);
     assert_int_equal(pairs.count, COUNT - 2);
-    plii_node_hash_free(scene->context, &hash);
+    plii_spatial_hash_free(scene->context, &hash);
     plii_node_pairs_free(scene->context, &pairs);
     free(at);
 }

@@ -6,7 +6,7 @@ bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool) {
     return pool->first_free1 != 0 || PLII_RESERVE(context, &pool->slots, &pool->capacity, pool->count + 1);
 }
 
-int plii_id_pool_take(plii_id_pool* pool, int item) {
+int plii_id_pool_alloc(plii_id_pool* pool, int item) {
     int slot = pool->first_free1 - 1;
     if (slot >= 0) {
         pool->first_free1 = pool->slots[slot].next_free + 1;
@@ -18,7 +18,7 @@ int plii_id_pool_take(plii_id_pool* pool, int item) {
     return slot;
 }
 
-void plii_id_pool_give_back(plii_id_pool* pool, int slot) {
+void plii_id_pool_free(plii_id_pool* pool, int slot) {
     pool->slots[slot].generation += 1;
     pool->slots[slot].item = PLI_NULL_INDEX;
     pool->slots[slot].next_free = pool->first_free1 - 1;

@@ -21,9 +21,9 @@ typedef struct plii_id_pool {
 /* Room for one more; false when out of memory. */
 bool plii_id_pool_reserve(pli_context* context, plii_id_pool* pool);
 /* A slot for `item`; plii_id_pool_reserve must have succeeded. */
-int plii_id_pool_take(plii_id_pool* pool, int item);
+int plii_id_pool_alloc(plii_id_pool* pool, int item);
 /* Ids of the slot become stale. */
-void plii_id_pool_give_back(plii_id_pool* pool, int slot);
+void plii_id_pool_free(plii_id_pool* pool, int slot);
 /* The item of a public id, or PLI_NULL_INDEX when it is stale. */
 int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation);
 void plii_id_pool_release(pli_context* context, plii_id_pool* pool);

@@ -110,7 +110,7 @@ PLII_SIMD_INLINE plii_vec3x4 body_corners(const pli_vec4* positions, const int (
     plii_float4 rows[4] = {
         plii_float4_from(&positions[faces[0][corner]]), plii_float4_from(&positions[faces[1][corner]]),
         plii_float4_from(&positions[faces[2][corner]]), plii_float4_from(&positions[faces[3][corner]])};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     return plii_vec3x4_sub((plii_vec3x4){rows[0], rows[1], rows[2]}, origin);
 }
 

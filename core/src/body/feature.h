@@ -49,7 +49,7 @@ typedef enum plii_stage {
        from 50    self-collision */
 enum { PLII_ORDER_LINKS = 40 };
 
-struct plii_hold;
+struct plii_node_constraint;
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
 
@@ -102,15 +102,15 @@ typedef struct plii_feature_class {
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
-    int (*list_holds)(const pli_body* body, const void* state, int capacity, struct plii_hold* holds);
-    void (*forget_rigid)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
-    void (*forget_body)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
-    void (*forget_clusters)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
-    void (*forget_topology)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
-    size_t (*bytes)(const pli_body* body, const void* state);                    /* memory beyond state_size */
+    int (*list_constraints)(const pli_body* body, const void* state, int capacity, struct plii_node_constraint* holds);
+    void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
+    void (*on_body_removed)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
+    void (*on_clusters_removed)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
+    void (*on_topology_changed)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
+    size_t (*bytes)(const pli_body* body, const void* state);                        /* memory beyond state_size */
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
-    void (*make_room)(pli_body* body, void* state);
+    void (*reserve)(pli_body* body, void* state);
 
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
        enabling, needs first. First each asks for the blocks of memory that it will want: it writes their sizes (0: NULL

@@ -2,11 +2,11 @@
 #define PLII_NODE_CONSTRAINT_H
 
 /* What a rigid body demands of one node, in a form that a solver can take into its system instead of running the
-   feature's own position solve; see plii_solver_class.holds_nodes. */
+   feature's own position solve; see plii_solver_class.solves_constraints. */
 
 #include "pliant/rigid.h"
 
-typedef struct plii_hold {
+typedef struct plii_node_constraint {
     int node;
     pli_rigid* rigid;
     bool is_anchor;
@@ -16,6 +16,6 @@ typedef struct plii_hold {
     float friction;  /* Coulomb's coefficient of the pair */
     float hardness;  /* share of the error at the start of the step that goes in one step */
     float influence; /* [0, 1] share of what would hold the node wholly */
-} plii_hold;
+} plii_node_constraint;
 
 #endif

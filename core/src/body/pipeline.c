@@ -156,7 +156,7 @@ pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, 
         body->pipeline.features[index].by_user = true;
     }
     if (state != NULL) { *state = body->pipeline.features[index].state; }
-    body->world->wants_room = true;
+    body->world->needs_reserve = true;
     return PLI_OK;
 }
 

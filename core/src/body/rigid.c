@@ -205,7 +205,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
         plii_shape_release(rigid->shapes[i]);
     }
     rigid->shape_count = count;
-    rigid->world->wants_room = true;
+    rigid->world->needs_reserve = true;
     for (int i = 0; i < count; ++i) {
         rigid->shapes[i] = shapes[i];
         rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();

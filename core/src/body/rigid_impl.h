@@ -84,7 +84,7 @@ static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 im
 
 /* Impulse that changes the relative displacement of a point mass and a rigid body at `offset` by one unit per step:
    (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
-pli_mat3 plii_impulse_matrix(float dt, float point_inverse_mass, float rigid_inverse_mass,
+pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset);
 
 #endif

@@ -27,7 +27,7 @@ PLII_SIMD_INLINE plii_lanes_pose plii_lanes_rigid_shape_pose(const pli_rigid* ri
                            plii_lanes_mat3_mul(&local_rows, plii_lanes_from_vec3(&own->rotation.rows[2])),
                            plii_float4_all(0.0f)};
     plii_lanes_pose pose = {.inverse = {{rows[0], rows[1], rows[2]}}};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     pose.rotation = (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
     pose.origin = plii_float4_add(plii_lanes_mat3_mul(&own_rotation, plii_lanes_from_vec3(&local->origin)),
                                   plii_lanes_from_vec3(&own->origin));
@@ -61,8 +61,8 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_impulse_row(plii_float4 offset, plii_flo
                            plii_float4_add(plii_float4_mul(rigid_mass, unit), plii_lanes_cross(offset, turned)));
 }
 
-/* plii_impulse_matrix, without the products by zero of Bullet's cross matrices; w is zero. */
-PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_impulse_matrix(float dt, float point_inverse_mass, float rigid_inverse_mass,
+/* plii_effective_mass, without the products by zero of Bullet's cross matrices; w is zero. */
+PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                                                            const pli_mat3* rigid_inverse_inertia, plii_float4 offset) {
     static const float units[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
     const plii_float4 point = plii_float4_all(point_inverse_mass), rigid = plii_float4_all(rigid_inverse_mass);

@@ -120,7 +120,7 @@ static void cluster_update_bounds(const pli_body* body, const plii_clusters* clu
     plii_lanes_to_vec3(&bounds.max, high);
     if (clusters->def.reference_mode && cluster->has_bounds) {
         const pli_vec3 motion = pli_vec3_scale(pli_vec3_scale(plii_xyz(cluster->linear_velocity), body->step.dt), 3.0f);
-        plii_fat_box_update(&cluster->bounds, bounds, motion, body->collision_margin);
+        plii_fat_aabb_update(&cluster->bounds, bounds, motion, body->collision_margin);
     } else {
         cluster->bounds = bounds;
         cluster->has_bounds = true;
@@ -203,7 +203,7 @@ static void clusters_take_batch(const pli_body* body, const plii_clusters* clust
         turns[i] = cluster->turn;
     }
     pli_mat3 rotations[CLUSTER_BATCH];
-    plii_rotation_follow(count, covariances, turns, rotations);
+    plii_rotation_fit_warm(count, covariances, turns, rotations);
     for (int i = 0; i < count; ++i) {
         plii_cluster* cluster = items[i];
         cluster->turn = turns[i];
@@ -237,7 +237,7 @@ void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters
     if (!cluster->has_frame) { clusters_take_batch(body, clusters, &cluster, 1); }
 }
 
-void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
+void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
     cluster_batch batch = {.body = body, .clusters = clusters};
     for (int i = 0; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
@@ -484,7 +484,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     }
     plii_release(context, blocks[2], (size_t)change->node_count * sizeof(int));
     for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster_take_masses(body, clusters, &clusters->items[i]);
+        plii_cluster_update_masses(body, clusters, &clusters->items[i]);
     }
     clusters_update_from(body, clusters, 0, false);
 }

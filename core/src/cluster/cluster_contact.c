@@ -21,7 +21,7 @@ static pli_vec3 cluster_contact_velocity(const plii_cluster_contact* contact) {
                         plii_joint_velocity_at(&contact->targets[1], contact->arms[1]));
 }
 
-static void cluster_contact_make_as_reference(plii_cluster_contact* contact, const plii_joint_side sides[2],
+static void cluster_contact_make_as_reference(plii_cluster_contact* contact, const plii_joint_end sides[2],
                                               const plii_contact_terms* terms) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
@@ -60,7 +60,7 @@ void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_c
     contact->as.own.terms = (pli_vec4){depth, terms->hardness, terms->split, terms->friction};
 }
 
-bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
                                const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact) {
     if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));

@@ -44,7 +44,7 @@ typedef struct plii_group_side {
     plii_cluster* clusters[PLII_GROUP_LANES]; /* NULL where there is none */
 } plii_group_side;
 
-typedef struct plii_contact_group {
+typedef struct plii_contact_batch {
     const plii_cluster_contact* contacts[PLII_GROUP_LANES]; /* the first of each pair */
     int counts[PLII_GROUP_LANES];                           /* of contacts; 0 for a lane that is free */
     int lane_count;
@@ -55,7 +55,7 @@ typedef struct plii_contact_group {
     float limits[PLII_GROUP_LANES];    /* of the impulse along the normal, N s */
     bool is_split;                     /* some rigid body is in more than one lane */
     float shares[PLII_GROUP_LANES];    /* of the change of velocity of side 1, that its body gets */
-} plii_contact_group;
+} plii_contact_batch;
 
 /* A rigid body while contacts are solved. */
 typedef struct plii_group_rigid {
@@ -64,11 +64,11 @@ typedef struct plii_group_rigid {
     uint64_t open_groups; /* as in plii_cluster */
 } plii_group_rigid;
 
-typedef struct plii_groups_kernel plii_groups_kernel;
+typedef struct plii_contact_kernel plii_contact_kernel;
 
-typedef struct plii_contact_groups {
-    const plii_groups_kernel* kernel; /* of the step in progress */
-    plii_contact_group* groups;
+typedef struct plii_contact_batches {
+    const plii_contact_kernel* kernel; /* of the step in progress */
+    plii_contact_batch* groups;
     int count, capacity;
     plii_contact_block* blocks;
     int block_count, block_capacity;
@@ -77,6 +77,6 @@ typedef struct plii_contact_groups {
     pli_vec4 still[2];                    /* velocities of what does not move */
     int open[64];                         /* the groups that take more pairs, by the bits of open_groups */
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
-} plii_contact_groups;
+} plii_contact_batches;
 
 #endif

@@ -14,7 +14,7 @@
 
 // ----------------------------------------------------------------------------------------------------------- grouping
 
-bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups, int rigid_count) {
+bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count) {
     groups->count = groups->block_count = groups->rigid_count = 0;
     groups->open_groups = 0;
     for (int i = 0; i < 8; ++i) {
@@ -29,12 +29,12 @@ bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups
     return true;
 }
 
-static plii_group_rigid* groups_rigid(const plii_contact_groups* groups, const plii_joint_target* target) {
+static plii_group_rigid* groups_rigid(const plii_contact_batches* groups, const plii_joint_target* target) {
     return target->rigid != NULL ? &groups->rigids[target->rigid->world_index] : NULL;
 }
 
 /* Of what an impulse moves; NULL when it moves nothing. */
-static uint64_t* groups_marks(const plii_contact_groups* groups, const plii_joint_target* target) {
+static uint64_t* groups_marks(const plii_contact_batches* groups, const plii_joint_target* target) {
     if (target->cluster != NULL) { return &target->cluster->open_groups; }
     if (target->rigid == NULL || target->rigid->state.inverse_mass == 0.0f) { return NULL; }
     return &groups_rigid(groups, target)->open_groups;
@@ -50,8 +50,8 @@ static int groups_lowest_bit(uint64_t bits) {
     return places[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
 }
 
-static void groups_close(plii_contact_groups* groups, int place) {
-    const plii_contact_group* group = &groups->groups[groups->open[place]];
+static void groups_close(plii_contact_batches* groups, int place) {
+    const plii_contact_batch* group = &groups->groups[groups->open[place]];
     const uint64_t others = ~(UINT64_C(1) << place);
     for (int lane = 0; lane < group->lane_count; ++lane) {
         for (int side = 0; side < 2; ++side) {
@@ -64,7 +64,7 @@ static void groups_close(plii_contact_groups* groups, int place) {
 }
 
 /* The bit of a group that takes the pair, or PLI_NULL_INDEX: first one whose pairs have as many contacts. */
-static int groups_find_open(const plii_contact_groups* groups, uint64_t taken, int count) {
+static int groups_find_open(const plii_contact_batches* groups, uint64_t taken, int count) {
     for (int blocks = count; blocks <= GROUPS_MAX_COUNT; ++blocks) {
         const uint64_t fit = groups->open_counts[blocks] & ~taken;
         if (fit != 0) { return groups_lowest_bit(fit); }
@@ -72,7 +72,7 @@ static int groups_find_open(const plii_contact_groups* groups, uint64_t taken, i
     return PLI_NULL_INDEX;
 }
 
-static int groups_open(pli_context* context, plii_contact_groups* groups, int count) {
+static int groups_open(pli_context* context, plii_contact_batches* groups, int count) {
     if (!PLII_RESERVE(context, &groups->groups, &groups->capacity, groups->count + 1)) { return PLI_NULL_INDEX; }
     int place = 0;
     if (groups->open_groups == UINT64_MAX) {
@@ -84,7 +84,7 @@ static int groups_open(pli_context* context, plii_contact_groups* groups, int co
     } else {
         place = groups_lowest_bit(~groups->open_groups);
     }
-    plii_contact_group* group = &groups->groups[groups->count];
+    plii_contact_batch* group = &groups->groups[groups->count];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         group->counts[lane] = 0;
     }
@@ -96,7 +96,7 @@ static int groups_open(pli_context* context, plii_contact_groups* groups, int co
     return place;
 }
 
-static void groups_meet_rigid(plii_contact_groups* groups, const plii_joint_target* target) {
+static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_target* target) {
     plii_group_rigid* met = groups_rigid(groups, target);
     if (met == NULL || met->rigid != NULL) { return; }
     met->rigid = target->rigid;
@@ -112,7 +112,7 @@ static bool groups_may_share(const plii_cluster_contact* contact) {
     return cluster != NULL && rigid != NULL && rigid->state.inverse_mass * GROUPS_HEAVIER <= cluster->inverse_mass;
 }
 
-static bool groups_add_pair(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
+static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
                             int count) {
     groups_meet_rigid(groups, &contacts->targets[1]);
     uint64_t* const marks[2] = {groups_marks(groups, &contacts->targets[0]),
@@ -122,7 +122,7 @@ static bool groups_add_pair(pli_context* context, plii_contact_groups* groups, c
     int place = groups_find_open(groups, taken, count);
     if (place == PLI_NULL_INDEX) { place = groups_open(context, groups, count); }
     if (place == PLI_NULL_INDEX) { return false; }
-    plii_contact_group* group = &groups->groups[groups->open[place]];
+    plii_contact_batch* group = &groups->groups[groups->open[place]];
     group->contacts[group->lane_count] = contacts;
     group->counts[group->lane_count++] = count;
     if (group->lane_count == PLII_GROUP_LANES) {
@@ -135,8 +135,8 @@ static bool groups_add_pair(pli_context* context, plii_contact_groups* groups, c
     return true;
 }
 
-bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
-                             int count) {
+bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
+                              int count) {
     for (int first = 0; first < count; first += GROUPS_MAX_COUNT) {
         const int rest = count - first;
         if (!groups_add_pair(context, groups, contacts + first, rest < GROUPS_MAX_COUNT ? rest : GROUPS_MAX_COUNT)) {
@@ -148,20 +148,20 @@ bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, 
 
 // -------------------------------------------------------------------------------------------------------------- steps
 
-static const plii_groups_kernel* groups_kernel(const pli_context* context) {
+static const plii_contact_kernel* groups_kernel(const pli_context* context) {
 #if PLIANT_SIMD_X86
-    if (context->simd == PLI_SIMD_AVX2) { return &plii_groups_kernel_avx2; }
+    if (context->simd == PLI_SIMD_AVX2) { return &plii_contact_kernel_avx2; }
 #else
     (void)context;
 #endif
-    return &plii_groups_kernel_base;
+    return &plii_contact_kernel_base;
 }
 
 static pli_vec4 groups_with_zero(pli_vec3 v) {
     return (pli_vec4){v.x, v.y, v.z, 0.0f};
 }
 
-static void groups_read_rigids(plii_contact_groups* groups) {
+static void groups_read_rigids(plii_contact_batches* groups) {
     for (int i = 0; i < groups->rigid_count; ++i) {
         plii_group_rigid* met = &groups->rigids[i];
         if (met->rigid == NULL) { continue; }
@@ -170,7 +170,7 @@ static void groups_read_rigids(plii_contact_groups* groups) {
     }
 }
 
-bool plii_contact_groups_prepare(pli_context* context, plii_contact_groups* groups, const plii_step* step) {
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step) {
     while (groups->open_groups != 0) {
         groups_close(groups, groups_lowest_bit(groups->open_groups));
     }
@@ -190,7 +190,7 @@ bool plii_contact_groups_prepare(pli_context* context, plii_contact_groups* grou
     return true;
 }
 
-void plii_contact_groups_solve(plii_contact_groups* groups) {
+void plii_contact_batches_solve(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
     groups_read_rigids(groups); /* joints may have moved them */
     groups->kernel->solve(groups);
@@ -202,7 +202,7 @@ void plii_contact_groups_solve(plii_contact_groups* groups) {
     }
 }
 
-void plii_contact_groups_finish(plii_contact_groups* groups) {
+void plii_contact_batches_finish(plii_contact_batches* groups) {
     if (groups->count == 0) { return; }
     groups->kernel->finish(groups);
     groups->count = 0;
@@ -211,19 +211,19 @@ void plii_contact_groups_finish(plii_contact_groups* groups) {
 // ------------------------------------------------------------------------------------------------------------- memory
 
 /* Four contacts to a block, in some disorder. */
-bool plii_contact_groups_reserve(pli_context* context, plii_contact_groups* groups, int contacts) {
+bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts) {
     return PLII_RESERVE(context, &groups->groups, &groups->capacity, contacts / 4 + 1) &&
            PLII_RESERVE(context, &groups->blocks, &groups->block_capacity, contacts / 2 + 1);
 }
 
-void plii_contact_groups_release(pli_context* context, plii_contact_groups* groups) {
+void plii_contact_batches_release(pli_context* context, plii_contact_batches* groups) {
     plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
     plii_release(context, groups->blocks, (size_t)groups->block_capacity * sizeof *groups->blocks);
     plii_release(context, groups->rigids, (size_t)groups->rigid_capacity * sizeof *groups->rigids);
-    *groups = (plii_contact_groups){0};
+    *groups = (plii_contact_batches){0};
 }
 
-size_t plii_contact_groups_bytes(const plii_contact_groups* groups) {
+size_t plii_contact_batches_bytes(const plii_contact_batches* groups) {
     return (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->block_capacity * sizeof *groups->blocks +
            (size_t)groups->rigid_capacity * sizeof *groups->rigids;
 }

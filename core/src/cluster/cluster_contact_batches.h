@@ -8,16 +8,16 @@
 
 /* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
    until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
-bool plii_contact_groups_start(pli_context* context, plii_contact_groups* groups, int rigid_count);
-bool plii_contact_groups_add(pli_context* context, plii_contact_groups* groups, const plii_cluster_contact* contacts,
-                             int count);
-bool plii_contact_groups_prepare(pli_context* context, plii_contact_groups* groups, const plii_step* step);
+bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count);
+bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
+                              int count);
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step);
 /* One iteration. */
-void plii_contact_groups_solve(plii_contact_groups* groups);
+void plii_contact_batches_solve(plii_contact_batches* groups);
 /* Hands impulses and displacements on to the clusters. */
-void plii_contact_groups_finish(plii_contact_groups* groups);
-bool plii_contact_groups_reserve(pli_context* context, plii_contact_groups* groups, int contacts);
-void plii_contact_groups_release(pli_context* context, plii_contact_groups* groups);
-size_t plii_contact_groups_bytes(const plii_contact_groups* groups);
+void plii_contact_batches_finish(plii_contact_batches* groups);
+bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
+void plii_contact_batches_release(pli_context* context, plii_contact_batches* groups);
+size_t plii_contact_batches_bytes(const plii_contact_batches* groups);
 
 #endif

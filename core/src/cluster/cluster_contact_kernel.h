@@ -6,12 +6,12 @@
 
 #include "cluster/cluster_contact_batch.h"
 
-struct plii_groups_kernel {
-    void (*prepare)(plii_contact_groups* groups, const plii_step* step); /* fills the blocks */
-    void (*solve)(plii_contact_groups* groups);  /* one iteration, on the clusters and on groups->rigids */
-    void (*finish)(plii_contact_groups* groups); /* adds to the impulses of the clusters */
+struct plii_contact_kernel {
+    void (*prepare)(plii_contact_batches* groups, const plii_step* step); /* fills the blocks */
+    void (*solve)(plii_contact_batches* groups);  /* one iteration, on the clusters and on groups->rigids */
+    void (*finish)(plii_contact_batches* groups); /* adds to the impulses of the clusters */
 };
 
-extern const plii_groups_kernel plii_groups_kernel_base, plii_groups_kernel_avx2;
+extern const plii_contact_kernel plii_contact_kernel_base, plii_contact_kernel_avx2;
 
 #endif

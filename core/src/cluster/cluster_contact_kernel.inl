@@ -57,8 +57,8 @@ static inline void groups_scatter_shares(pli_vec4* const a[PLII_GROUP_LANES], pl
     const plii_vec3x4 change = plii_vec3x4_sub(plii_vec3x8_high(after), plii_vec3x8_high(before));
     const plii_vec3x4 share = plii_vec3x4_scale(change, shares);
     plii_float4 moves[PLII_GROUP_LANES] = {share.x, share.y, share.z, plii_float4_all(0.0f)};
-    plii_float4_turn(rows);
-    plii_float4_turn(moves);
+    plii_float4_transpose(rows);
+    plii_float4_transpose(moves);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         plii_float4_to(a[lane], rows[lane]);
         plii_float4_to(b[lane], plii_float4_add(plii_float4_from(b[lane]), moves[lane]));
@@ -67,7 +67,7 @@ static inline void groups_scatter_shares(pli_vec4* const a[PLII_GROUP_LANES], pl
 static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII_GROUP_LANES]) {
     plii_float4 rows[4] = {plii_lanes_from_vec3(vectors[0]), plii_lanes_from_vec3(vectors[1]),
                            plii_lanes_from_vec3(vectors[2]), plii_lanes_from_vec3(vectors[3])};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 
@@ -101,7 +101,7 @@ static const plii_cluster_contact groups_no_contact = {.normal = {0, 0, 1}};
 static const pli_mat3 groups_no_inertia = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
 
 /* Returns the inverse inertia. */
-static const pli_mat3* groups_take_target(plii_contact_groups* groups, const plii_joint_target* target, int lane,
+static const pli_mat3* groups_take_target(plii_contact_batches* groups, const plii_joint_target* target, int lane,
                                           plii_group_side* side, float* inverse_mass) {
     side->clusters[lane] = target->cluster;
     side->linear[lane] = &groups->still[0];
@@ -123,7 +123,7 @@ static const pli_mat3* groups_take_target(plii_contact_groups* groups, const pli
 }
 
 /* How many lanes have the rigid body of each; 1 where they have none that moves. */
-static void groups_count_lanes(plii_contact_group* group, const float inverse_masses[PLII_GROUP_LANES],
+static void groups_count_lanes(plii_contact_batch* group, const float inverse_masses[PLII_GROUP_LANES],
                                float counts[PLII_GROUP_LANES]) {
     const plii_group_side* side = &group->sides[1];
     group->is_split = false;
@@ -152,7 +152,7 @@ typedef struct group_terms {
     plii_float4 factors; /* of impulses between clusters of one body */
 } group_terms;
 
-static void groups_take_factors(plii_contact_group* group, group_terms* terms) {
+static void groups_take_factors(plii_contact_batch* group, group_terms* terms) {
     static const pli_vec3 one = {1, 1, 1};
     const pli_vec3 *linear[PLII_GROUP_LANES], *angular[PLII_GROUP_LANES];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
@@ -166,7 +166,7 @@ static void groups_take_factors(plii_contact_group* group, group_terms* terms) {
     groups_store_sides(&group->inverse_masses, plii_vec3x8_scale(linear_factors, terms->inverse_masses));
 }
 
-static group_terms groups_take_terms(plii_contact_groups* groups, plii_contact_group* group, const plii_step* step) {
+static group_terms groups_take_terms(plii_contact_batches* groups, plii_contact_batch* group, const plii_step* step) {
     plii_group_side *a = &group->sides[0], *b = &group->sides[1];
     const pli_mat3* inertias[2][PLII_GROUP_LANES];
     float inverse_masses[2][PLII_GROUP_LANES], included[PLII_GROUP_LANES], factors[PLII_GROUP_LANES];
@@ -231,7 +231,7 @@ static inline plii_float4 groups_take_direction(const group_terms* common, plii_
     return plii_lanes_select(can_move, plii_float4_div(plii_float4_all(1.0f), response), plii_float4_all(0.0f));
 }
 
-static inline void groups_prepare_block(const plii_contact_group* group, const group_terms* common,
+static inline void groups_prepare_block(const plii_contact_batch* group, const group_terms* common,
                                         const plii_cluster_contact* const contacts[PLII_GROUP_LANES],
                                         plii_contact_block* block) {
     const pli_vec3* const vectors[3][PLII_GROUP_LANES] = {
@@ -253,7 +253,7 @@ static inline void groups_prepare_block(const plii_contact_group* group, const g
 
     plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.own.terms), plii_float4_from(&contacts[1]->as.own.terms),
                             plii_float4_from(&contacts[2]->as.own.terms), plii_float4_from(&contacts[3]->as.own.terms)};
-    plii_float4_turn(terms);
+    plii_float4_transpose(terms);
     const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, arms);
     const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, directions[0]), zero);
@@ -270,9 +270,9 @@ static inline void groups_prepare_block(const plii_contact_group* group, const g
     plii_float4_store(block->drifts, plii_lanes_select(is_deep, limited, zero));
 }
 
-static void groups_prepare(plii_contact_groups* groups, const plii_step* step) {
+static void groups_prepare(plii_contact_batches* groups, const plii_step* step) {
     for (int i = 0; i < groups->count; ++i) {
-        plii_contact_group* group = &groups->groups[i];
+        plii_contact_batch* group = &groups->groups[i];
         const group_terms common = groups_take_terms(groups, group, step);
         for (int k = 0; k < group->block_count; ++k) {
             const plii_cluster_contact* contacts[PLII_GROUP_LANES];
@@ -304,7 +304,7 @@ static inline void groups_bound_friction(plii_float4 friction, plii_float4 impul
     impulses[2] = plii_float4_mul(impulses[2], scale);
 }
 
-static inline void groups_solve_block(const plii_contact_group* group, plii_contact_block* block,
+static inline void groups_solve_block(const plii_contact_batch* group, plii_contact_block* block,
                                       group_motion* motion) {
     const plii_vec3x4 directions[3] = {groups_load(&block->directions[0]), groups_load(&block->directions[1]),
                                        groups_load(&block->directions[2])};
@@ -332,9 +332,9 @@ static inline void groups_solve_block(const plii_contact_group* group, plii_cont
     motion->angular = plii_vec3x8_add(motion->angular, groups_sum(block->turns, changes));
 }
 
-static void groups_solve(plii_contact_groups* groups) {
+static void groups_solve(plii_contact_batches* groups) {
     for (int i = 0; i < groups->count; ++i) {
-        const plii_contact_group* group = &groups->groups[i];
+        const plii_contact_batch* group = &groups->groups[i];
         const plii_group_side *a = &group->sides[0], *b = &group->sides[1];
         group_motion motion = {groups_gather(a->linear, b->linear), groups_gather(a->angular, b->angular)};
         const group_motion before = motion;
@@ -363,7 +363,7 @@ typedef struct group_sums {
     float drift_counts[PLII_GROUP_LANES];
 } group_sums;
 
-static inline void groups_sum_up(const plii_contact_groups* groups, const plii_contact_group* group, group_sums* sums) {
+static inline void groups_sum_up(const plii_contact_batches* groups, const plii_contact_batch* group, group_sums* sums) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_vec3x4 nothing = {zero, zero, zero};
     plii_vec3x4 pushes = nothing, drifts = nothing;
@@ -407,9 +407,9 @@ static inline void groups_to_records(plii_vec3x8 v, pli_vec4 records[2 * PLII_GR
 /* What the iterations did to the velocity of a cluster its nodes have still to follow. The motions of clusters that
    share nodes are averaged over those that were pushed, displacements by their number: none must not count. A rigid
    body is not displaced; Bullet gives it a velocity instead, and momentum from nothing. */
-static void groups_finish(plii_contact_groups* groups) {
+static void groups_finish(plii_contact_batches* groups) {
     for (int i = 0; i < groups->count; ++i) {
-        const plii_contact_group* group = &groups->groups[i];
+        const plii_contact_batch* group = &groups->groups[i];
         group_sums sums;
         groups_sum_up(groups, group, &sums);
         pli_vec4 linear[2 * PLII_GROUP_LANES], angular[2 * PLII_GROUP_LANES];

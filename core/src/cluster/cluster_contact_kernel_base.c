@@ -2,4 +2,4 @@
 
 #include "cluster/cluster_contact_kernel.inl"
 
-const plii_groups_kernel plii_groups_kernel_base = {groups_prepare, groups_solve, groups_finish};
+const plii_contact_kernel plii_contact_kernel_base = {groups_prepare, groups_solve, groups_finish};

@@ -27,7 +27,7 @@ static bool cluster_contacts_share_sides(const plii_cluster_contact* a, const pl
            a->targets[1].cluster == b->targets[1].cluster && a->targets[1].rigid == b->targets[1].rigid;
 }
 
-static bool cluster_contacts_group(pli_context* context, plii_contact_groups* groups,
+static bool cluster_contacts_group(pli_context* context, plii_contact_batches* groups,
                                    const plii_cluster_contacts* state) {
     int next = 0;
     for (int i = 0; i < state->count; i = next) {
@@ -36,7 +36,7 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_groups* gr
         while (next < state->count && cluster_contacts_share_sides(first, &state->contacts[next])) {
             ++next;
         }
-        if (!first->reference_mode && !plii_contact_groups_add(context, groups, first, next - i)) { return false; }
+        if (!first->reference_mode && !plii_contact_batches_add(context, groups, first, next - i)) { return false; }
     }
     return true;
 }
@@ -44,7 +44,7 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_groups* gr
 /* Pairs of different bodies are solved side by side, so the last body has the contacts of all. */
 static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, const plii_step* step) {
     const pli_world* world = body->world;
-    if (!plii_contact_groups_start(body->context, &state->groups, world->rigid_count)) { return; }
+    if (!plii_contact_batches_start(body->context, &state->groups, world->rigid_count)) { return; }
     bool has_memory = true;
     int capacity = 0;
     for (int i = 0; has_memory && i < world->body_count; ++i) {
@@ -54,8 +54,8 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, 
         has_memory = cluster_contacts_group(body->context, &state->groups, other);
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
-    (void)plii_contact_groups_reserve(body->context, &state->groups, capacity);
-    (void)plii_contact_groups_prepare(body->context, &state->groups, step);
+    (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
+    (void)plii_contact_batches_prepare(body->context, &state->groups, step);
 }
 
 static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
@@ -77,7 +77,7 @@ static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* 
     for (int i = 0; has_own && i < state->count; ++i) {
         if (state->contacts[i].reference_mode) { plii_cluster_contact_solve(&state->contacts[i]); }
     }
-    if (state->leads) { plii_contact_groups_solve(&state->groups); }
+    if (state->leads) { plii_contact_batches_solve(&state->groups); }
 }
 
 /* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
@@ -90,7 +90,7 @@ static void cluster_contacts_finish(pli_body* body, void* data, const plii_step*
         plii_cluster_contact* contact = &state->contacts[i == 0 ? 0 : state->count - i];
         if (contact->reference_mode) { plii_cluster_contact_finish(contact); }
     }
-    if (state->leads) { plii_contact_groups_finish(&state->groups); }
+    if (state->leads) { plii_contact_batches_finish(&state->groups); }
 }
 
 static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* step) {
@@ -146,28 +146,28 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_contact_groups_release(context, &state->groups);
+    plii_contact_batches_release(context, &state->groups);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
     plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
-    plii_pair_memory_release(context, &state->memory);
-    plii_near_boxes_free(context, &state->near_boxes);
-    plii_box_tree_free(context, &state->tree);
+    plii_pair_cache_release(context, &state->memory);
+    plii_bvh4_free(context, &state->near_boxes);
+    plii_bvh_free(context, &state->tree);
 }
 
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->capacity * sizeof *state->contacts + plii_contact_groups_bytes(&state->groups) +
+    size_t bytes = (size_t)state->capacity * sizeof *state->contacts + plii_contact_batches_bytes(&state->groups) +
                    (size_t)state->box_capacity * sizeof *state->boxes +
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +
-                   (size_t)state->hull_count * sizeof *state->hulls + plii_pair_memory_bytes(&state->memory) +
-                   (size_t)state->manifold_capacity * sizeof *state->manifolds +
-                   plii_near_boxes_bytes(&state->near_boxes) + plii_box_tree_bytes(&state->tree);
+                   (size_t)state->hull_count * sizeof *state->hulls + plii_pair_cache_bytes(&state->memory) +
+                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_bvh4_bytes(&state->near_boxes) +
+                   plii_bvh_bytes(&state->tree);
     for (int i = 0; i < state->hull_count; ++i) {
-        bytes += plii_support_groups_bytes(&state->hulls[i]);
+        bytes += plii_support_points_bytes(&state->hulls[i]);
     }
     if (state->has_neighbours) { bytes += (state->neighbours.mask + 1) * sizeof *state->neighbours.slots; }
     return bytes;
@@ -191,7 +191,7 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     const plii_clusters* clusters = plii_body_clusters(body);
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
     if (state->def.distance != NULL || pairs == 0) { return; }
-    (void)plii_pair_memory_reserve(context, &state->memory, pairs);
+    (void)plii_pair_cache_reserve(context, &state->memory, pairs);
     if (clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
@@ -240,12 +240,12 @@ const plii_feature_class plii_cluster_contacts_class = {
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
-    .forget_rigid = cluster_contacts_forget_rigid,
-    .forget_body = cluster_contacts_forget_body,
-    .forget_clusters = cluster_contacts_forget_clusters,
-    .forget_topology = cluster_contacts_forget_body,
+    .on_rigid_removed = cluster_contacts_forget_rigid,
+    .on_body_removed = cluster_contacts_forget_body,
+    .on_clusters_removed = cluster_contacts_forget_clusters,
+    .on_topology_changed = cluster_contacts_forget_body,
     .bytes = cluster_contacts_bytes,
-    .make_room = cluster_contacts_make_room,
+    .reserve = cluster_contacts_make_room,
     .topology_commit = cluster_contacts_topology_commit,
 };
 

@@ -15,8 +15,8 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
-           (count <= CLUSTER_CONTACTS_FEW ? plii_near_boxes_reserve(body->context, &state->near_boxes, count)
-                                          : plii_box_tree_reserve(body->context, &state->tree, count));
+           (count <= CLUSTER_CONTACTS_FEW ? plii_bvh4_reserve(body->context, &state->near_boxes, count)
+                                          : plii_bvh_reserve(body->context, &state->tree, count));
 }
 
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
@@ -29,8 +29,8 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
     state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
-                          ? plii_near_boxes_build(body->context, &state->near_boxes, clusters->count, state->boxes)
-                          : plii_box_tree_build(body->context, &state->tree, clusters->count, state->boxes);
+                          ? plii_bvh4_build(body->context, &state->near_boxes, clusters->count, state->boxes)
+                          : plii_bvh_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
 
@@ -42,11 +42,11 @@ static void cluster_contacts_visit(int item, void* user) {
 /* Clusters of a body near a box, ascending. */
 static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
     if (clusters->count <= CLUSTER_CONTACTS_FEW) {
-        state->candidate_count = plii_near_boxes_overlaps(&state->near_boxes, &box, state->candidates);
+        state->candidate_count = plii_bvh4_overlaps(&state->near_boxes, &box, state->candidates);
         return;
     }
     state->candidate_count = 0;
-    plii_box_tree_overlaps(&state->tree, box, cluster_contacts_visit, state);
+    plii_bvh_overlaps(&state->tree, box, cluster_contacts_visit, state);
     /* Few at a time: insertion sort. */
     for (int i = 1; i < state->candidate_count; ++i) {
         const int moved = state->candidates[i];
@@ -70,12 +70,12 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     const plii_cluster* item = &clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
-    const plii_support_groups* own = &state->hulls[info->cluster];
+    const plii_support_points* own = &state->hulls[info->cluster];
     if (own->packed != NULL) {
-        pli_vec3 points[PLII_SUPPORT_GROUPS_MIN];
-        float heights[PLII_SUPPORT_GROUPS_MIN];
+        pli_vec3 points[PLII_SUPPORT_POINTS_MIN];
+        float heights[PLII_SUPPORT_POINTS_MIN];
         const int count =
-            plii_support_groups_find_below(own, info->other_witness, info->normal, margin, points, heights);
+            plii_support_points_find_below(own, info->other_witness, info->normal, margin, points, heights);
         for (int i = 0; i < count; ++i) {
             plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
         }
@@ -178,8 +178,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
     const float reach = clusters->def.reference_mode ? 0.0f : terms.margin;
     const int before = state->count;
-    plii_clusters_take_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
-    plii_clusters_take_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
+    plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
+    plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
         cluster_contacts_find(other_clusters, other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
@@ -240,7 +240,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters* clusters = plii_body_clusters(body);
-    plii_clusters_take_frames(body, clusters, body->bounds);
+    plii_clusters_update_frames(body, clusters, body->bounds);
     const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
                                       state->def.soft_hardness, state->def.soft_split};
     for (int i = 0; i < clusters->count; ++i) {

@@ -66,32 +66,32 @@ typedef struct plii_manifold {
 } plii_manifold;
 
 /* Of a node to a rigid shape. */
-typedef struct plii_near_surface {
+typedef struct plii_nearest_surface_point {
     float distance;  /* m; INFINITY when it is not near */
     pli_vec3 normal; /* world */
-} plii_near_surface;
+} plii_nearest_surface_point;
 
 typedef struct plii_cluster_contacts {
     pli_cluster_contacts_def def;
     plii_clusters* clusters; /* of the body, as of the last search */
     plii_cluster_contact* contacts;
     int count, capacity;
-    bool leads;                 /* solves the contacts of all bodies, but for those in reference mode */
-    plii_contact_groups groups; /* of these */
-    plii_pair_memory memory;
+    bool leads;                  /* solves the contacts of all bodies, but for those in reference mode */
+    plii_contact_batches groups; /* of these */
+    plii_pair_cache memory;
     plii_manifold* manifolds;              /* of the pairs that are followed, each at `slot` - 1 of its record */
     int manifold_count, manifold_capacity; /* those that have been in use */
     int free_manifold1;                    /* first that is not any more, + 1; `age` is the next. 0: none */
     bool has_hulls;
-    plii_support_groups* hulls; /* [hull_count] per cluster */
+    plii_support_points* hulls; /* [hull_count] per cluster */
     int hull_count;
-    plii_near_boxes near_boxes; /* the clusters' bounds, where they are few */
-    plii_box_tree tree;         /* over them, where they are many */
-    bool has_tree;              /* one of them, of this step */
+    plii_bvh4 near_boxes; /* the clusters' bounds, where they are few */
+    plii_bvh tree;        /* over them, where they are many */
+    bool has_tree;        /* one of them, of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
-    plii_near_surface* surface; /* [surface_capacity] of the nodes, at the shape that is met */
+    plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
     bool has_neighbours;
     plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
@@ -102,7 +102,7 @@ extern const plii_feature_class plii_cluster_contacts_class;
 // ------------------------------------------------------------------------------------------------------- one contact
 
 /* Fills `contact`, or returns false when the sides are not near enough or the distance makes no sense. */
-bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_side sides[2],
+bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
                                const plii_contact_terms* terms, bool reference_mode, plii_cluster_contact* contact);
 /* A contact that is not in reference mode; `normal` is a unit vector. */
 void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
@@ -120,7 +120,7 @@ typedef struct plii_cluster_hull {
     const pli_body* body;
     const plii_clusters* clusters;
     const plii_cluster* cluster;
-    const plii_support_groups* groups;
+    const plii_support_points* groups;
     pli_vec3 origin;
 } plii_cluster_hull;
 

@@ -30,13 +30,13 @@ static void cluster_contacts_give_manifold(plii_cluster_contacts* state, int slo
 }
 
 plii_known_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
-    if (state->def.distance != NULL || plii_pair_memory_get(body->context, &state->memory, key) == NULL) {
+    if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) {
         return (plii_known_pair){NULL, false};
     }
     plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
     const bool is_followed = cluster_contacts_are_followed(body, state, key);
-    if (is_followed && record->place_before != PLI_NULL_INDEX) {
-        int* before = &state->memory.before[record->place_before].slot;
+    if (is_followed && record->previous_index != PLI_NULL_INDEX) {
+        int* before = &state->memory.before[record->previous_index].slot;
         record->slot = *before;
         *before = 0;
     }
@@ -73,11 +73,11 @@ void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state) {
         if (slot > 0) { cluster_contacts_give_manifold(state, slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
-    if (!plii_pair_memory_turn(body->context, &state->memory)) { plii_cluster_contacts_forget(state); }
+    if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_forget(state); }
 }
 
 void plii_cluster_contacts_forget(plii_cluster_contacts* state) {
-    plii_pair_memory_forget(&state->memory);
+    plii_pair_cache_forget(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;
 }
 
@@ -92,9 +92,9 @@ pli_status plii_cluster_contacts_add(plii_met_pair* pair, const pli_cluster_cont
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     if (!pair->has_sides) {
-        pair->sides[0] = plii_joint_side_of_cluster(body, info->cluster);
-        pair->sides[1] = info->other != NULL ? plii_joint_side_of_cluster(info->other, info->other_cluster)
-                                             : plii_joint_side_of_rigid(info->rigid);
+        pair->sides[0] = plii_joint_end_of_cluster(body, info->cluster);
+        pair->sides[1] = info->other != NULL ? plii_joint_end_of_cluster(info->other, info->other_cluster)
+                                             : plii_joint_end_of_rigid(info->rigid);
         pair->has_sides = true;
     }
     plii_cluster_contact* contact = &state->contacts[state->count];

@@ -35,7 +35,7 @@ void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, pl
 typedef struct plii_met_pair {
     pli_body* body;
     plii_cluster_contacts* state;
-    plii_joint_side sides[2];
+    plii_joint_end sides[2];
     bool has_sides;
 } plii_met_pair;
 

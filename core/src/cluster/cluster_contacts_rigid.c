@@ -136,7 +136,7 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
         for (int i = 0; i < count; ++i) {
             if (!(distances[i] < margin) || !plii_vec3_is_finite(normals[i])) { continue; }
             const pli_vec3 normal = pli_mat3_mul_vec3(pose.rotation, normals[i]);
-            state->surface[nodes[i]] = (plii_near_surface){distances[i], normal};
+            state->surface[nodes[i]] = (plii_nearest_surface_point){distances[i], normal};
             const pli_vec3 x = plii_xyz(body->positions[nodes[i]]);
             found = (pli_bounds){plii_vec3_min(found.min, x), plii_vec3_max(found.max, x)};
         }
@@ -153,7 +153,7 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
     plii_near_nodes_start_empty(&found);
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = clusters->members[cluster->first_member + i].node;
-        const plii_near_surface* surface = &state->surface[node];
+        const plii_nearest_surface_point* surface = &state->surface[node];
         if (!(surface->distance < body->collision_margin)) { continue; }
         plii_near_nodes_add(&found,
                             (plii_near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
@@ -185,7 +185,7 @@ static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_conta
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
     if (!is_convex) { PLII_TRY(cluster_contacts_measure_nodes(body, state, rigid, shape_index, &near)); }
     if (!reference_mode && !plii_bounds_overlap(near, body->bounds)) { return PLI_OK; }
-    plii_clusters_take_frames(body, clusters, near);
+    plii_clusters_update_frames(body, clusters, near);
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }

@@ -18,7 +18,7 @@
 static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->node_count > 0) { return plii_support_groups_query(positions, hull->groups, direction); }
+    if (hull->groups->node_count > 0) { return plii_support_points_query(positions, hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     float best = -INFINITY;
     int farthest = members[0].node;
@@ -56,7 +56,7 @@ static pli_vec3 rigid_hull_support(const void* user, pli_vec3 direction) {
 
 void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* state) {
     for (int i = 0; i < state->hull_count; ++i) {
-        plii_support_groups_release(body->context, &state->hulls[i]);
+        plii_support_points_release(body->context, &state->hulls[i]);
     }
     plii_release(body->context, state->hulls, (size_t)state->hull_count * sizeof *state->hulls);
     state->hulls = NULL;
@@ -77,7 +77,7 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides) { continue; }
-        if (!plii_support_groups_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
+        if (!plii_support_points_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
                                         (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
                                         &state->hulls[i])) {
             return false;
@@ -90,14 +90,14 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
 plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_contacts* state, int cluster,
                                              pli_vec3 origin) {
     const plii_clusters* clusters = state->clusters;
-    plii_support_groups* groups = &state->hulls[cluster];
-    if (groups->node_count > 0 && !groups->is_current) { plii_support_groups_update(body->positions, groups); }
+    plii_support_points* groups = &state->hulls[cluster];
+    if (groups->node_count > 0 && !groups->is_current) { plii_support_points_update(body->positions, groups); }
     return (plii_cluster_hull){body, clusters, &clusters->items[cluster], groups, origin};
 }
 
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
     if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
-    return plii_support_groups_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
+    return plii_support_points_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
 }
 
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
@@ -185,7 +185,7 @@ bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pl
         return false;
     }
     pli_vec3 gap;
-    if (plii_support_groups_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
+    if (plii_support_points_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {.support = cluster_point_support, .user = &point, .centre = point};
     const plii_convex b = plii_cluster_hull_convex(hull);
@@ -217,7 +217,7 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
         for (int k = 0; k < PLII_LANES; ++k) {
             records[k] = plii_float4_from(&body->positions[members[i + k < count ? i + k : i].node]);
         }
-        plii_float4_turn(records);
+        plii_float4_transpose(records);
         const plii_vec3x4 arm = plii_vec3x4_sub((plii_vec3x4){records[0], records[1], records[2]}, origin);
         plii_vec3x4_to(&points[i], plii_vec3x4_add(plii_vec3x4_add(plii_vec3x4_scale(rows[0], arm.x),
                                                                    plii_vec3x4_scale(rows[1], arm.y)),

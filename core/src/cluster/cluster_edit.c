@@ -43,8 +43,8 @@ static void clusters_forget(pli_body* body) {
         pli_body* other = body->world->bodies[i];
         for (int k = 0; k < other->pipeline.feature_count; ++k) {
             const plii_feature* feature = &other->pipeline.features[k];
-            if (feature->klass->forget_clusters != NULL) {
-                feature->klass->forget_clusters(other, feature->state, body);
+            if (feature->klass->on_clusters_removed != NULL) {
+                feature->klass->on_clusters_removed(other, feature->state, body);
             }
         }
     }
@@ -79,7 +79,7 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         clusters->node_sums = plii_allocate(context, (size_t)body->node_count * sizeof *clusters->node_sums);
         if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     }
-    body->world->wants_room = true;
+    body->world->needs_reserve = true;
     clusters->items[clusters->count++] = (plii_cluster){
         .settings = cluster_default_settings(), .first_member = clusters->member_count, .member_count = node_count};
     for (int i = 0; i < node_count; ++i) {

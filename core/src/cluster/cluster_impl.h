@@ -40,7 +40,7 @@ typedef struct plii_cluster {
         open_groups;   /* of contacts that act on the cluster and take more pairs, as bits; 0 but while they are made */
     pli_bounds bounds; /* of the nodes; in reference mode the box that is kept from step to step */
     bool has_bounds;
-    bool has_frame; /* see plii_clusters_take_frames */
+    bool has_frame; /* see plii_clusters_update_frames */
 } plii_cluster;
 
 typedef struct plii_clusters {
@@ -66,7 +66,7 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters);
 /* Of the nodes as they are now. */
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster);
 /* The present masses; the rest shape stays. */
-void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* The present masses, and the present shape as rest shape. */
 void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
@@ -74,7 +74,7 @@ void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 
 /* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
    clusters that collide and whose bounds overlap `near`, and of one. */
-void plii_clusters_take_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
+void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
 void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 
 static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,

@@ -141,7 +141,7 @@ void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clu
     cluster->has_bounds = false;
 }
 
-void plii_cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     cluster_take_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_vec3 shift = pli_vec3_make(0, 0, 0);

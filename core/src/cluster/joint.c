@@ -14,9 +14,9 @@ typedef struct joints_state {
     plii_id_pool ids;
 } joints_state;
 
-static plii_joint_side joint_side_of(const pli_joint_end* end) {
-    if (end->body != NULL) { return plii_joint_side_of_cluster(end->body, end->cluster); }
-    return end->rigid != NULL ? plii_joint_side_of_rigid(end->rigid) : plii_joint_side_of_world();
+static plii_joint_end joint_end_of(const pli_joint_end* end) {
+    if (end->body != NULL) { return plii_joint_end_of_cluster(end->body, end->cluster); }
+    return end->rigid != NULL ? plii_joint_end_of_rigid(end->rigid) : plii_joint_end_of_world();
 }
 
 static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
@@ -28,8 +28,8 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
         if (joint->is_idle) { continue; }
         joint->keeps_momentum =
             rigid != NULL && rigid->kind == PLI_RIGID_DYNAMIC && !plii_body_clusters(body)->def.reference_mode;
-        joint->sides[0] = plii_joint_side_of_cluster(body, joint->cluster);
-        joint->sides[1] = joint_side_of(&joint->other);
+        joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
+        joint->sides[1] = joint_end_of(&joint->other);
         if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
         joint->klass->prepare(joint, step, body->world->joint_iterations);
     }
@@ -87,7 +87,7 @@ static void joints_remove_if(pli_body* body, joints_state* joints, joint_goes_fn
     int kept = 0;
     for (int i = 0; i < joints->count; ++i) {
         if (goes(&joints->items[i], body, what)) {
-            plii_id_pool_give_back(&joints->ids, joints->items[i].slot);
+            plii_id_pool_free(&joints->ids, joints->items[i].slot);
             continue;
         }
         joints->items[kept] = joints->items[i];
@@ -148,9 +148,9 @@ static const plii_feature_class joints_class = {
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .disable = joints_disable,
-    .forget_rigid = joints_forget_rigid,
-    .forget_body = joints_forget_body,
-    .forget_clusters = joints_forget_body,
+    .on_rigid_removed = joints_forget_rigid,
+    .on_body_removed = joints_forget_body,
+    .on_clusters_removed = joints_forget_body,
     .bytes = joints_bytes,
     .topology_commit = joints_topology_commit,
 };
@@ -199,7 +199,7 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
 
 /* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.
  */
-static pli_vec3 joint_localize(const plii_joint_side* side, pli_vec3 value, bool is_axis) {
+static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool is_axis) {
     const pli_vec3 turned = pli_mat3_transpose_mul_vec3(side->frame.rotation, value);
     if (is_axis) { return turned; }
     const pli_vec3 origin = pli_mat3_transpose_mul_vec3(side->frame.rotation, pli_vec3_neg(side->frame.origin));
@@ -218,10 +218,10 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
         if (!was_enabled) { plii_feature_disable(body, &joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
-    const plii_joint_side sides[2] = {plii_joint_side_of_cluster(body, joint->cluster), joint_side_of(&joint->other)};
+    const plii_joint_end sides[2] = {plii_joint_end_of_cluster(body, joint->cluster), joint_end_of(&joint->other)};
     joint->local[0] = joint_localize(&sides[0], world_value, is_axis);
     joint->local[1] = joint_localize(&sides[1], world_value, is_axis);
-    joint->slot = plii_id_pool_take(&joints->ids, joints->count);
+    joint->slot = plii_id_pool_alloc(&joints->ids, joints->count);
     joints->items[joints->count++] = *joint;
     if (id != NULL) { *id = (pli_joint_id){joint->slot + 1, joints->ids.slots[joint->slot].generation}; }
     return PLI_OK;

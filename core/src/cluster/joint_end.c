@@ -2,15 +2,15 @@
 
 #include "cluster/joint_end.h"
 
-static plii_joint_side joint_side_fixed(pli_transform frame) {
-    return (plii_joint_side){.frame = frame, .inverse_inertia = plii_mat3_diagonal(0, 0, 0)};
+static plii_joint_end joint_end_fixed(pli_transform frame) {
+    return (plii_joint_end){.frame = frame, .inverse_inertia = plii_mat3_diagonal(0, 0, 0)};
 }
 
-plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
+plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
     plii_clusters* clusters = plii_body_clusters(body);
     plii_cluster* item = &clusters->items[cluster];
     plii_cluster_take_frame(body, clusters, item);
-    plii_joint_side side = joint_side_fixed(item->frame);
+    plii_joint_end side = joint_end_fixed(item->frame);
     side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */
     if (body->is_frozen) { return side; }
@@ -20,18 +20,18 @@ plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster) {
     return side;
 }
 
-plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid) {
-    return (plii_joint_side){.target = {.rigid = rigid},
-                             .frame = rigid->state.pose,
-                             .inverse_mass = rigid->state.inverse_mass,
-                             .inverse_inertia = rigid->state.inverse_inertia_world};
+plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid) {
+    return (plii_joint_end){.target = {.rigid = rigid},
+                            .frame = rigid->state.pose,
+                            .inverse_mass = rigid->state.inverse_mass,
+                            .inverse_inertia = rigid->state.inverse_inertia_world};
 }
 
-plii_joint_side plii_joint_side_of_world(void) {
-    return joint_side_fixed(pli_transform_identity());
+plii_joint_end plii_joint_end_of_world(void) {
+    return joint_end_fixed(pli_transform_identity());
 }
 
-static pli_mat3 joint_side_response(const plii_joint_side* side, pli_vec3 r) {
+static pli_mat3 joint_end_response(const plii_joint_end* side, pli_vec3 r) {
     const pli_mat3 cross = plii_mat3_cross(r);
     const pli_mat3 turn = pli_mat3_mul(pli_mat3_mul(cross, side->inverse_inertia), cross);
     pli_mat3 response = plii_mat3_diagonal(side->inverse_mass, side->inverse_mass, side->inverse_mass);
@@ -46,15 +46,15 @@ static pli_mat3 joint_finite_inverse(pli_mat3 m) {
     return plii_mat3_is_finite(inverse) ? inverse : plii_mat3_diagonal(0, 0, 0);
 }
 
-pli_mat3 plii_joint_impulse_matrix(const plii_joint_side* a, pli_vec3 r_a, const plii_joint_side* b, pli_vec3 r_b) {
-    return joint_finite_inverse(plii_mat3_add(joint_side_response(a, r_a), joint_side_response(b, r_b)));
+pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b) {
+    return joint_finite_inverse(plii_mat3_add(joint_end_response(a, r_a), joint_end_response(b, r_b)));
 }
 
-pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_joint_side* b) {
+pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b) {
     return joint_finite_inverse(plii_mat3_add(a->inverse_inertia, b->inverse_inertia));
 }
 
-float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction) {
+float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction) {
     const pli_vec3 turn = pli_vec3_cross(offset, direction);
     return side->inverse_mass * pli_vec3_length_squared(direction) +
            pli_vec3_dot(turn, pli_mat3_mul_vec3(side->inverse_inertia, turn));

@@ -13,26 +13,26 @@ typedef struct plii_joint_target {
     pli_rigid* rigid;      /* or NULL */
 } plii_joint_target;
 
-typedef struct plii_joint_side {
+typedef struct plii_joint_end {
     plii_joint_target target;
-    pli_transform frame;  /* at the time of plii_joint_side_of_ */
+    pli_transform frame;  /* at the time of plii_joint_end_of_ */
     pli_vec3 rest_centre; /* of the cluster; zero else */
     float inverse_mass;
     pli_mat3 inverse_inertia;
-} plii_joint_side;
+} plii_joint_end;
 
-plii_joint_side plii_joint_side_of_cluster(const pli_body* body, int cluster);
-plii_joint_side plii_joint_side_of_rigid(pli_rigid* rigid);
-plii_joint_side plii_joint_side_of_world(void);
+plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster);
+plii_joint_end plii_joint_end_of_rigid(pli_rigid* rigid);
+plii_joint_end plii_joint_end_of_world(void);
 
 /* Impulse per unit of relative velocity at offsets r_a and r_b; zero when neither side can move.
    Bullet: ImpulseMatrix(ima, iia, ra, imb, iib, rb) */
-pli_mat3 plii_joint_impulse_matrix(const plii_joint_side* a, pli_vec3 r_a, const plii_joint_side* b, pli_vec3 r_b);
+pli_mat3 plii_joint_impulse_matrix(const plii_joint_end* a, pli_vec3 r_a, const plii_joint_end* b, pli_vec3 r_b);
 /* Bullet: AngularImpulseMatrix */
-pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_side* a, const plii_joint_side* b);
+pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_joint_end* b);
 
 /* Velocity along a unit vector per unit of impulse along it, 1/kg; in proportion to the square of another length. */
-float plii_joint_side_response(const plii_joint_side* side, pli_vec3 offset, pli_vec3 direction);
+float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction);
 
 static inline pli_vec3 plii_joint_velocity_at(const plii_joint_target* target, pli_vec3 offset) {
     if (target->rigid != NULL) { return plii_rigid_velocity_at(target->rigid, offset); }

@@ -26,7 +26,7 @@ struct plii_joint {
     pli_joint_controller controller;
     /* Of the step in progress. */
     bool is_idle; /* the other end is a rigid body that is not present */
-    plii_joint_side sides[2];
+    plii_joint_end sides[2];
     pli_vec3 world[2]; /* arm to the pivot, or axis */
     pli_vec3 drift, split_drift;
     /* The other end is a rigid body, which cannot be displaced. Bullet gives it a velocity after the last iteration,

@@ -14,7 +14,7 @@ static pli_vec3 linear_joint_clamp(pli_vec3 v) {
 static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
     pli_vec3 points[2];
     for (int i = 0; i < 2; ++i) {
-        const plii_joint_side* side = &joint->sides[i];
+        const plii_joint_end* side = &joint->sides[i];
         points[i] = pli_transform_point(side->frame, pli_vec3_sub(joint->local[i], side->rest_centre));
     }
     const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(points[0], points[1]));
@@ -25,7 +25,7 @@ static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int i
         plii_joint_impulse_matrix(&joint->sides[0], joint->world[0], &joint->sides[1], joint->world[1]);
     float responses[2];
     for (int i = 0; i < 2; ++i) {
-        responses[i] = plii_joint_side_response(&joint->sides[i], joint->world[i], error);
+        responses[i] = plii_joint_end_response(&joint->sides[i], joint->world[i], error);
     }
     plii_joint_split_drift(joint, iterations, responses);
 }

@@ -54,7 +54,7 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         anchor->offset.w = step->dt * inverse_mass;
         plii_float4_to(&anchor->goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
         plii_float4_to(&anchor->goal_motion, anchor_goal_motion(anchor, offset, step->dt));
-        const plii_lanes_mat3 matrix = plii_lanes_impulse_matrix(step->dt, inverse_mass, rigid_state->inverse_mass,
+        const plii_lanes_mat3 matrix = plii_lanes_effective_mass(step->dt, inverse_mass, rigid_state->inverse_mass,
                                                                  &rigid_state->inverse_inertia_world, offset);
         plii_float4_to(&anchor->matrix[0], matrix.columns[0]);
         plii_float4_to(&anchor->matrix[1], matrix.columns[1]);
@@ -66,7 +66,7 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
 static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     const anchor_state* anchors = state;
     const plii_float4 hardness = plii_float4_all(anchors->hardness);
-    if (body->solver_class->holds_nodes) { return; }
+    if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
@@ -92,15 +92,16 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
-static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_hold* holds) {
+static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_node_constraint* holds) {
     const anchor_state* anchors = state;
     (void)body;
     int count = 0;
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
         if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
-        plii_hold* hold = &holds[count - 1];
-        *hold = (plii_hold){.node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
+        plii_node_constraint* hold = &holds[count - 1];
+        *hold = (plii_node_constraint){
+            .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
         hold->hardness = anchors->hardness;
         hold->influence = plii_min(anchor->influence, 1.0f);
     }
@@ -114,7 +115,7 @@ static void anchor_release_marks(pli_body* body) {
 
 /* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
 static void anchor_retire(anchor_state* anchors, anchor_item* anchor) {
-    plii_id_pool_give_back(&anchors->ids, anchor->slot);
+    plii_id_pool_free(&anchors->ids, anchor->slot);
     anchor->slot = PLI_NULL_INDEX;
 }
 
@@ -206,8 +207,8 @@ static const plii_feature_class anchor_class = {
         {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
     .enable = anchor_enable,
     .disable = anchor_disable,
-    .list_holds = anchor_list_holds,
-    .forget_rigid = anchor_forget_rigid,
+    .list_constraints = anchor_list_holds,
+    .on_rigid_removed = anchor_forget_rigid,
     .bytes = anchor_bytes,
     .topology_blocks = anchor_topology_blocks,
     .topology_commit = anchor_topology_commit,
@@ -280,7 +281,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     anchor_item* anchor = &anchors->items[anchors->item_count];
     memset(anchor, 0, sizeof *anchor);
     anchor->node = def->node;
-    anchor->slot = plii_id_pool_take(&anchors->ids, anchors->item_count);
+    anchor->slot = plii_id_pool_alloc(&anchors->ids, anchors->item_count);
     anchor->rigid = def->rigid;
     anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
                                              : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));

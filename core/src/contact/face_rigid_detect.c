@@ -92,8 +92,8 @@ static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* e
 }
 
 static pli_status rigid_faces_visit_way(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                        plii_face_way* way, plii_rigid_faces_visit_fn* visit) {
-    const plii_convex_cache* side = plii_pair_memory_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+                                        plii_face_sweep* way, plii_rigid_faces_visit_fn* visit) {
+    const plii_convex_cache* side = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
     way->has_side = side != NULL && side->has_normal;
     if (way->has_side) { way->side = side->normal; }
     return visit(pass, element, nodes, way);
@@ -103,7 +103,7 @@ typedef struct rigid_faces_triangles {
     const plii_rigid_faces_pass* pass;
     int element;
     const int* nodes;
-    const plii_face_way* way;
+    const plii_face_sweep* way;
     plii_rigid_faces_visit_fn* visit;
     pli_status status;
 } rigid_faces_triangles;
@@ -119,14 +119,14 @@ static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void
         const pli_vec3 corner = pli_transform_point(pass.core.pose, triangle->corners[k]);
         pass.core.reach = plii_max(pass.core.reach, pli_vec3_length(corner));
     }
-    plii_face_way way = *all->way;
+    plii_face_sweep way = *all->way;
     way.core = &pass.core;
     all->status = rigid_faces_visit_way(&pass, all->element, all->nodes, &way, all->visit);
 }
 
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
 static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
-                                              const int* nodes, const plii_face_way* way,
+                                              const int* nodes, const plii_face_sweep* way,
                                               plii_rigid_faces_visit_fn* visit) {
     const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
     const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
@@ -156,7 +156,7 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
     }
-    plii_face_way way = {.core = &pass->core, .is_link = pass->has_links};
+    plii_face_sweep way = {.core = &pass->core, .is_link = pass->has_links};
     for (int k = 0; k < 3; ++k) {
         way.begin[k] = pli_vec3_sub(begin[k], pass->begin.origin);
         way.end[k] = pli_vec3_sub(end[k], pass->end.origin);
@@ -234,13 +234,13 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
 }
 
 /* Distance of the surfaces along the normal at the end, minus the margin. */
-static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_way* way,
+static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* way,
                                  const plii_face_moment* moment) {
     return pli_vec3_dot(moment->normal, plii_face_blend(way->end, moment->weights)) -
            plii_face_core_height(&pass->core, 1.0f, moment->normal) - pass->radius - pass->body->collision_margin;
 }
 
-static float rigid_faces_slack(const pli_body* body, const plii_face_way* way) {
+static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* way) {
     const pli_bounds swept = rigid_faces_bounds_of(way->begin, way->end);
     const float size = pli_vec3_length(pli_vec3_sub(swept.max, swept.min));
     return plii_max(0.5f * body->collision_margin, RIGID_FACES_SMALLEST_SLACK * size);
@@ -253,17 +253,17 @@ static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float beg
 }
 
 /* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
-static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_way* way, float max_distance,
+static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_sweep* way, float max_distance,
                               plii_face_moment* moment) {
-    if (pass->triangle == NULL) { return plii_face_way_begin(way, max_distance, moment); }
+    if (pass->triangle == NULL) { return plii_face_sweep_begin(way, max_distance, moment); }
     const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
     const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
-    plii_face_way known = *way;
-    if (!plii_face_way_begin(&known, max_distance, moment)) { return false; }
+    plii_face_sweep known = *way;
+    if (!plii_face_sweep_begin(&known, max_distance, moment)) { return false; }
     if (moment->is_overlapping && !known.has_side) {
         known.has_side = true;
         known.side = front;
-        return plii_face_way_begin(&known, max_distance, moment);
+        return plii_face_sweep_begin(&known, max_distance, moment);
     }
     return pli_vec3_dot(moment->normal, front) > 0.0f;
 }
@@ -287,13 +287,13 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_
 
 /* The first moment at which face and shape are near. */
 static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                              const plii_face_way* way) {
+                                              const plii_face_sweep* way) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, way, target + plii_face_sweep_length(way), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
-    if (!plii_face_way_advance(way, target, 0.25f * slack, &moment) || !plii_face_way_weigh(way, &moment)) {
+    if (!plii_face_sweep_advance(way, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(way, &moment)) {
         return PLI_OK;
     }
     if (rigid_faces_is_covered(pass, &moment)) { return PLI_OK; }
@@ -304,13 +304,13 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
 
 /* A face that passed the core where no point told so on its way. */
 static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                         const plii_face_way* way, pli_vec3 side, float target_gap) {
-    plii_face_way end = *way;
+                                         const plii_face_sweep* way, pli_vec3 side, float target_gap) {
+    plii_face_sweep end = *way;
     end.has_side = true;
     end.side = side;
     plii_face_moment moment;
-    if (!plii_face_way_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
-    if (!plii_face_way_weigh(way, &moment)) { return PLI_OK; }
+    if (!plii_face_sweep_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
+    if (!plii_face_sweep_weigh(way, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, way, &moment);
     if (!(end_gap < target_gap)) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
@@ -318,18 +318,18 @@ static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int 
 
 /* Only what is too near at the end counts, and what is near from the start must come nearer. */
 static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_way* way) {
+                                             const plii_face_sweep* way) {
     const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, way, target + plii_face_way_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, way, target + plii_face_sweep_length(way), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!moment.is_overlapping) {
         target = plii_min(target, 0.5f * moment.distance);
         float tolerance = plii_min(0.25f * slack, 0.25f * target);
         for (int i = 0; i < RIGID_FACES_MAX_TARGETS; ++i) {
-            if (!plii_face_way_advance(way, target, tolerance, &moment)) { return PLI_OK; }
-            if (!plii_face_way_weigh(way, &moment)) { return PLI_OK; }
+            if (!plii_face_sweep_advance(way, target, tolerance, &moment)) { return PLI_OK; }
+            if (!plii_face_sweep_weigh(way, &moment)) { return PLI_OK; }
             plii_face_moment touch = moment;
             if (rigid_faces_is_covered(pass, &touch)) { return PLI_OK; }
             const float end_gap = rigid_faces_end_gap(pass, way, &touch);
@@ -411,7 +411,7 @@ static void rigid_faces_clear(pli_body* body, void* data, const plii_step* step)
 
 static void rigid_faces_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_rigid_faces* state = data;
-    plii_pair_memory_release(body->context, &state->memory);
+    plii_pair_cache_release(body->context, &state->memory);
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
         if (state->contacts[i].rigid != rigid) { state->contacts[kept++] = state->contacts[i]; }
@@ -431,21 +431,21 @@ static void rigid_faces_disable(pli_body* body, void* data) {
     rigid_faces_forget_all(state);
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
     plii_release(body->context, state->meetings, (size_t)state->meeting_capacity * sizeof *state->meetings);
-    plii_pair_memory_release(body->context, &state->memory);
+    plii_pair_cache_release(body->context, &state->memory);
 }
 
 static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
     const plii_rigid_faces* state = data;
     (void)body;
     return (size_t)state->capacity * sizeof *state->contacts +
-           (size_t)state->meeting_capacity * sizeof *state->meetings + plii_pair_memory_bytes(&state->memory);
+           (size_t)state->meeting_capacity * sizeof *state->meetings + plii_pair_cache_bytes(&state->memory);
 }
 
 static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     (void)change;
     (void)blocks;
     rigid_faces_forget_all(data);
-    plii_pair_memory_release(body->context, &((plii_rigid_faces*)data)->memory);
+    plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
 /* After contacts of nodes with rigid bodies. */
@@ -461,7 +461,7 @@ static const plii_feature_class rigid_faces_class = {
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
-    .forget_rigid = rigid_faces_forget_rigid,
+    .on_rigid_removed = rigid_faces_forget_rigid,
     .bytes = rigid_faces_bytes,
     .topology_commit = rigid_faces_topology_commit,
 };

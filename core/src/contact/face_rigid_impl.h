@@ -48,7 +48,7 @@ typedef struct plii_rigid_faces {
     int count, capacity;
     plii_rigid_faces_meeting* meetings;
     int meeting_count, meeting_capacity;
-    plii_pair_memory memory; /* sides of pairs at the end of the last step */
+    plii_pair_cache memory; /* sides of pairs at the end of the last step */
 } plii_rigid_faces;
 
 /* One rigid shape and the elements of the body, at one moment of the solve. */
@@ -69,7 +69,7 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
 
 /* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
 typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_way* way);
+                                             const plii_face_sweep* way);
 pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
 
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */

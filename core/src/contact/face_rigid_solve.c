@@ -53,7 +53,7 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
     contact->lever = rigid_faces_lever(meeting, meeting->begin.rotation, contact);
     contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), dt));
     contact->impulse_matrix =
-        plii_impulse_matrix(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,
+        plii_effective_mass(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,
                             rigid->state.inverse_inertia_world, contact->lever);
     const pli_vec3 torque = pli_vec3_cross(contact->lever, contact->normal);
     const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
@@ -134,17 +134,17 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
 
 /* The side at the end of the step; a face that overlaps keeps the one that it had. */
 static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                               const plii_face_way* way) {
+                                               const plii_face_sweep* way) {
     (void)nodes;
-    plii_face_way free = *way;
+    plii_face_sweep free = *way;
     free.has_side = false;
     plii_face_moment moment;
-    const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_way_length(way);
-    if (!plii_face_way_end(&free, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !way->has_side && !plii_face_way_begin(way, reach, &moment)) { return PLI_OK; }
+    const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(way);
+    if (!plii_face_sweep_end(&free, reach, &moment)) { return PLI_OK; }
+    if (moment.is_overlapping && !way->has_side && !plii_face_sweep_begin(way, reach, &moment)) { return PLI_OK; }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
-        plii_pair_memory_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
+        plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
     if (cache == NULL) { return PLI_OK; }
     if (!(moment.is_overlapping && way->has_side)) { cache->normal = moment.normal; }
     cache->has_normal = true;
@@ -175,6 +175,6 @@ void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) 
     }
     if (has_start) { rigid_faces_remember(body, state); }
     /* Without memory, faces that overlap are pushed out the shortest way. */
-    (void)plii_pair_memory_turn(body->context, &state->memory);
+    (void)plii_pair_cache_begin_step(body->context, &state->memory);
     plii_rigid_faces_forget_meetings(state, 0);
 }

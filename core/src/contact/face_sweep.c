@@ -11,20 +11,20 @@
 #define FACE_WAY_SAME_SIDE 0.7f
 
 /* A core at its place. */
-typedef struct face_way_core {
+typedef struct face_sweep_core {
     const pli_shape* shape;
     const pli_vec3* triangle;
     pli_transform pose;
-} face_way_core;
+} face_sweep_core;
 
-static face_way_core face_way_core_at(const plii_face_core* core, float time) {
+static face_sweep_core face_sweep_core_at(const plii_face_core* core, float time) {
     const pli_transform begin = {core->rotation, {0, 0, 0}};
     const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, time);
-    return (face_way_core){core->shape, core->triangle, pli_transform_mul(pose, core->pose)};
+    return (face_sweep_core){core->shape, core->triangle, pli_transform_mul(pose, core->pose)};
 }
 
 /* Of a triangle. */
-static pli_vec3 face_way_support(const void* user, pli_vec3 direction) {
+static pli_vec3 face_sweep_support(const void* user, pli_vec3 direction) {
     const pli_vec3* corners = user;
     int farthest = 0;
     float most = pli_vec3_dot(corners[0], direction);
@@ -38,24 +38,24 @@ static pli_vec3 face_way_support(const void* user, pli_vec3 direction) {
     return corners[farthest];
 }
 
-static pli_vec3 face_way_core_support(const void* user, pli_vec3 direction) {
-    const face_way_core* core = user;
+static pli_vec3 face_sweep_core_support(const void* user, pli_vec3 direction) {
+    const face_sweep_core* core = user;
     const pli_vec3 local = pli_mat3_transpose_mul_vec3(core->pose.rotation, direction);
-    const pli_vec3 farthest = core->triangle != NULL ? face_way_support(core->triangle, local)
+    const pli_vec3 farthest = core->triangle != NULL ? face_sweep_support(core->triangle, local)
                                                      : core->shape->def.support(core->shape->def.user, local);
     return pli_transform_point(core->pose, farthest);
 }
 
-static float face_way_height(const face_way_core* core, pli_vec3 normal) {
-    return pli_vec3_dot(face_way_core_support(core, normal), normal);
+static float face_sweep_height(const face_sweep_core* core, pli_vec3 normal) {
+    return pli_vec3_dot(face_sweep_core_support(core, normal), normal);
 }
 
 float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal) {
-    const face_way_core placed = face_way_core_at(core, time);
-    return face_way_height(&placed, normal);
+    const face_sweep_core placed = face_sweep_core_at(core, time);
+    return face_sweep_height(&placed, normal);
 }
 
-float plii_face_way_length(const plii_face_way* way) {
+float plii_face_sweep_length(const plii_face_sweep* way) {
     float longest = 0.0f;
     for (int k = 0; k < 3; ++k) {
         longest = plii_max(longest, pli_vec3_length(pli_vec3_sub(way->end[k], way->begin[k])));
@@ -63,37 +63,37 @@ float plii_face_way_length(const plii_face_way* way) {
     return longest + pli_vec3_length(way->core->turn) * way->core->reach;
 }
 
-static void face_way_corners(const plii_face_way* way, float time, pli_vec3* corners) {
+static void face_sweep_corners(const plii_face_sweep* way, float time, pli_vec3* corners) {
     for (int k = 0; k < 3; ++k) {
         corners[k] = pli_vec3_add(way->begin[k], pli_vec3_scale(pli_vec3_sub(way->end[k], way->begin[k]), time));
     }
 }
 
-static bool face_way_is_known(const plii_convex_result* result) {
+static bool face_sweep_is_known(const plii_convex_result* result) {
     return result->relation == PLII_CONVEX_SEPARATED || result->relation == PLII_CONVEX_OVERLAPPING;
 }
 
-static pli_vec3 face_way_middle(const pli_vec3* corners) {
+static pli_vec3 face_sweep_middle(const pli_vec3* corners) {
     return pli_vec3_scale(pli_vec3_add(pli_vec3_add(corners[0], corners[1]), corners[2]), 1.0f / 3.0f);
 }
 
-static bool face_way_measure(const face_way_core* core, const pli_vec3* corners, float max_distance,
-                             plii_convex_cache* cache, plii_convex_result* result) {
+static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corners, float max_distance,
+                               plii_convex_cache* cache, plii_convex_result* result) {
     const pli_vec3 middle =
-        core->triangle == NULL ? core->pose.origin : pli_transform_point(core->pose, face_way_middle(core->triangle));
-    const plii_convex rigid = {.support = face_way_core_support, .user = core, .centre = middle};
-    const plii_convex face = {.support = face_way_support, .user = corners, .centre = face_way_middle(corners)};
+        core->triangle == NULL ? core->pose.origin : pli_transform_point(core->pose, face_sweep_middle(core->triangle));
+    const plii_convex rigid = {.support = face_sweep_core_support, .user = core, .centre = middle};
+    const plii_convex face = {.support = face_sweep_support, .user = corners, .centre = face_sweep_middle(corners)};
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
 #if PLIANT_WITH_CCD
     options.penetration = plii_penetration_mpr;
 #endif
     plii_convex_distance(&face, &rigid, &options, cache, result);
-    return face_way_is_known(result);
+    return face_sweep_is_known(result);
 }
 
-static void face_way_take(const face_way_core* core, const plii_face_way* way, const plii_convex_result* result,
-                          plii_face_moment* moment) {
+static void face_sweep_take(const face_sweep_core* core, const plii_face_sweep* way, const plii_convex_result* result,
+                            plii_face_moment* moment) {
     moment->is_overlapping = result->relation == PLII_CONVEX_OVERLAPPING;
     moment->distance = result->distance;
     moment->normal = result->normal;
@@ -102,10 +102,10 @@ static void face_way_take(const face_way_core* core, const plii_face_way* way, c
 }
 
 /* Overlapping cores and the side where the face belongs: nearest points after the face is lifted out to that side. */
-static bool face_way_lift(const plii_face_way* way, const face_way_core* core, const pli_vec3* corners,
-                          plii_face_moment* moment) {
-    const float depth =
-        face_way_height(core, way->side) - pli_vec3_dot(face_way_support(corners, pli_vec3_neg(way->side)), way->side);
+static bool face_sweep_lift(const plii_face_sweep* way, const face_sweep_core* core, const pli_vec3* corners,
+                            plii_face_moment* moment) {
+    const float depth = face_sweep_height(core, way->side) -
+                        pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(way->side)), way->side);
     const float lift = depth + plii_max(0.05f * depth, 1e-3f * pli_vec3_length(pli_vec3_sub(corners[1], corners[0])));
     const pli_vec3 up = pli_vec3_scale(way->side, lift);
     pli_vec3 lifted[3];
@@ -113,40 +113,40 @@ static bool face_way_lift(const plii_face_way* way, const face_way_core* core, c
         lifted[k] = pli_vec3_add(corners[k], up);
     }
     plii_convex_result result;
-    if (!(lift > 0.0f) || !face_way_measure(core, lifted, INFINITY, NULL, &result)) { return false; }
+    if (!(lift > 0.0f) || !face_sweep_measure(core, lifted, INFINITY, NULL, &result)) { return false; }
     if (result.relation != PLII_CONVEX_SEPARATED) { return false; }
-    face_way_take(core, way, &result, moment);
+    face_sweep_take(core, way, &result, moment);
     if (!(pli_vec3_dot(result.normal, way->side) > FACE_WAY_SAME_SIDE)) { moment->normal = way->side; }
     moment->point = pli_vec3_sub(result.point_a, up);
     moment->is_overlapping = true;
-    moment->distance = pli_vec3_dot(face_way_support(corners, pli_vec3_neg(moment->normal)), moment->normal) -
-                       face_way_height(core, moment->normal);
+    moment->distance = pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(moment->normal)), moment->normal) -
+                       face_sweep_height(core, moment->normal);
     return true;
 }
 
-static bool face_way_look(const plii_face_way* way, float time, float max_distance, plii_face_moment* moment) {
+static bool face_sweep_look(const plii_face_sweep* way, float time, float max_distance, plii_face_moment* moment) {
     pli_vec3 corners[3];
-    face_way_corners(way, time, corners);
-    const face_way_core core = face_way_core_at(way->core, time);
+    face_sweep_corners(way, time, corners);
+    const face_sweep_core core = face_sweep_core_at(way->core, time);
     plii_convex_result result;
-    if (!face_way_measure(&core, corners, max_distance, NULL, &result)) { return false; }
+    if (!face_sweep_measure(&core, corners, max_distance, NULL, &result)) { return false; }
     moment->time = time;
-    face_way_take(&core, way, &result, moment);
+    face_sweep_take(&core, way, &result, moment);
     /* On the other side altogether, where only the host can have put it. */
     const bool is_beyond = way->has_side && pli_vec3_dot(moment->normal, way->side) < 0.0f;
-    return !(way->has_side && (moment->is_overlapping || is_beyond)) || face_way_lift(way, &core, corners, moment);
+    return !(way->has_side && (moment->is_overlapping || is_beyond)) || face_sweep_lift(way, &core, corners, moment);
 }
 
-bool plii_face_way_begin(const plii_face_way* way, float max_distance, plii_face_moment* moment) {
-    return face_way_look(way, 0.0f, max_distance, moment);
+bool plii_face_sweep_begin(const plii_face_sweep* way, float max_distance, plii_face_moment* moment) {
+    return face_sweep_look(way, 0.0f, max_distance, moment);
 }
 
-bool plii_face_way_end(const plii_face_way* way, float max_distance, plii_face_moment* moment) {
-    return face_way_look(way, 1.0f, max_distance, moment);
+bool plii_face_sweep_end(const plii_face_sweep* way, float max_distance, plii_face_moment* moment) {
+    return face_sweep_look(way, 1.0f, max_distance, moment);
 }
 
 /* How much nearer face and core may come along `normal` on the whole way. */
-static float face_way_approach(const plii_face_way* way, pli_vec3 normal) {
+static float face_sweep_approach(const plii_face_sweep* way, pli_vec3 normal) {
     float approach = -INFINITY;
     for (int k = 0; k < 3; ++k) {
         approach = plii_max(approach, -pli_vec3_dot(normal, pli_vec3_sub(way->end[k], way->begin[k])));
@@ -154,30 +154,30 @@ static float face_way_approach(const plii_face_way* way, pli_vec3 normal) {
     return approach + pli_vec3_length(way->core->turn) * way->core->reach;
 }
 
-bool plii_face_way_advance(const plii_face_way* way, float target, float tolerance, plii_face_moment* moment) {
+bool plii_face_sweep_advance(const plii_face_sweep* way, float target, float tolerance, plii_face_moment* moment) {
     plii_convex_cache cache = {.as.directions = {moment->normal}, .count = 1};
     for (int i = 0; i < FACE_WAY_MAX_ADVANCES; ++i) {
         const float gap = moment->distance - target;
         if (!(gap > tolerance)) { return true; }
-        const float approach = face_way_approach(way, moment->normal);
+        const float approach = face_sweep_approach(way, moment->normal);
         if (!(approach * (1.0f - moment->time) > gap)) { return false; }
         const float time = moment->time + gap / approach;
         pli_vec3 corners[3];
-        face_way_corners(way, time, corners);
-        const face_way_core core = face_way_core_at(way->core, time);
+        face_sweep_corners(way, time, corners);
+        const face_sweep_core core = face_sweep_core_at(way->core, time);
         plii_convex_result result;
-        if (!face_way_measure(&core, corners, INFINITY, &cache, &result)) { return false; }
+        if (!face_sweep_measure(&core, corners, INFINITY, &cache, &result)) { return false; }
         /* On the way cores cannot overlap but for rounding: then the moment before counts. */
         if (result.relation == PLII_CONVEX_OVERLAPPING) { return true; }
         moment->time = time;
-        face_way_take(&core, way, &result, moment);
+        face_sweep_take(&core, way, &result, moment);
     }
     return true;
 }
 
-bool plii_face_way_weigh(const plii_face_way* way, plii_face_moment* moment) {
+bool plii_face_sweep_weigh(const plii_face_sweep* way, plii_face_moment* moment) {
     pli_vec3 corners[3];
-    face_way_corners(way, moment->time, corners);
+    face_sweep_corners(way, moment->time, corners);
     const pli_vec3 ab = pli_vec3_sub(corners[1], corners[0]), ac = pli_vec3_sub(corners[2], corners[0]);
     const pli_vec3 ap = pli_vec3_sub(moment->point, corners[0]);
     if (way->is_link) {

@@ -16,13 +16,13 @@ typedef struct plii_face_core {
     float reach;              /* of the core from the centre of mass; m */
 } plii_face_core;
 
-typedef struct plii_face_way {
+typedef struct plii_face_sweep {
     const plii_face_core* core;
     pli_vec3 begin[3], end[3]; /* corners; a link has its last one twice */
     bool is_link;
     bool has_side; /* overlapping from the start, it is pushed to this side, not the shortest way */
     pli_vec3 side;
-} plii_face_way;
+} plii_face_sweep;
 
 /* Nearest points at one moment. */
 typedef struct plii_face_moment {
@@ -32,21 +32,21 @@ typedef struct plii_face_moment {
     pli_vec3 normal;     /* unit, from the core to the face */
     pli_vec3 point;      /* on the face */
     pli_vec3 core_point; /* in the frame of the rigid body */
-    pli_vec3 weights;    /* of the point; set by plii_face_way_weigh */
+    pli_vec3 weights;    /* of the point; set by plii_face_sweep_weigh */
 } plii_face_moment;
 
 /* At the begin. False where face and core are farther apart than `max_distance`, or have no distance. */
-bool plii_face_way_begin(const plii_face_way* way, float max_distance, plii_face_moment* moment);
+bool plii_face_sweep_begin(const plii_face_sweep* way, float max_distance, plii_face_moment* moment);
 /* At the end. */
-bool plii_face_way_end(const plii_face_way* way, float max_distance, plii_face_moment* moment);
+bool plii_face_sweep_end(const plii_face_sweep* way, float max_distance, plii_face_moment* moment);
 /* From a moment on to the next one where face and core are at `target` > 0 from each other, or up to `tolerance` more.
    False when there is none. */
-bool plii_face_way_advance(const plii_face_way* way, float target, float tolerance, plii_face_moment* moment);
+bool plii_face_sweep_advance(const plii_face_sweep* way, float target, float tolerance, plii_face_moment* moment);
 /* False for faces without area. */
-bool plii_face_way_weigh(const plii_face_way* way, plii_face_moment* moment);
+bool plii_face_sweep_weigh(const plii_face_sweep* way, plii_face_moment* moment);
 
 /* Upper bound of the way of a point of the face relative to the core. */
-float plii_face_way_length(const plii_face_way* way);
+float plii_face_sweep_length(const plii_face_sweep* way);
 /* How far the core reaches along a unit vector. */
 float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal);
 

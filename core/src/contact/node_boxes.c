@@ -21,8 +21,8 @@ static void node_boxes_update(pli_body* body, void* state, const plii_step* step
     const float margin = body->collision_margin, ahead = step->dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
-        plii_fat_box_update(&body->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
-                            pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), margin * 0.25f);
+        plii_fat_aabb_update(&body->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),
+                             pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), margin * 0.25f);
     }
 }
 

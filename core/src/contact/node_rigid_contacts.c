@@ -104,7 +104,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int 
     } else {
         const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, lever);
         motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
-        matrix = plii_lanes_impulse_matrix(dt, node_inverse_mass, rigid_inverse_mass,
+        matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid_inverse_mass,
                                            &rigid->state.inverse_inertia_world, lever);
     }
     plii_float4_to(&contact->matrix[0], matrix.columns[0]);
@@ -263,9 +263,9 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
                                      plii_float4_sub(records[3], plii_float4_from(&previous[c[3].node]))};
     plii_float4 planes[PLII_LANES] = {plii_float4_from(&c[0].normal), plii_float4_from(&c[1].normal),
                                       plii_float4_from(&c[2].normal), plii_float4_from(&c[3].normal)};
-    plii_float4_turn(x);
-    plii_float4_turn(moved);
-    plii_float4_turn(planes);
+    plii_float4_transpose(x);
+    plii_float4_transpose(moved);
+    plii_float4_transpose(planes);
     const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
     const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
     const plii_mask4 acts = plii_lanes_at_most(along_normal, plii_float4_all(PLII_EPSILON));
@@ -286,7 +286,7 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
     const plii_float4 zero = plii_float4_all(0.0f);
     plii_float4 pushes[PLII_LANES] = {plii_lanes_select(acts, pushed.x, zero), plii_lanes_select(acts, pushed.y, zero),
                                       plii_lanes_select(acts, pushed.z, zero), zero};
-    plii_float4_turn(pushes);
+    plii_float4_transpose(pushes);
     plii_float4_to(&positions[c[0].node], plii_float4_sub(records[0], pushes[0]));
     plii_float4_to(&positions[c[1].node], plii_float4_sub(records[1], pushes[1]));
     plii_float4_to(&positions[c[2].node], plii_float4_sub(records[2], pushes[2]));
@@ -295,7 +295,7 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
 
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     const rigid_contacts_state* state = data;
-    if (body->solver_class->holds_nodes) { return; }
+    if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
         if (state->count - i >= PLII_LANES && rigid_contacts_are_alike(contact)) {
@@ -321,12 +321,14 @@ static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_st
     if (!((const rigid_contacts_state*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
 }
 
-static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity, plii_hold* holds) {
+static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity,
+                                     plii_node_constraint* holds) {
     const rigid_contacts_state* state = data;
     (void)body;
     for (int i = 0; i < state->count && i < capacity; ++i) {
         const rigid_contact* contact = &state->contacts[i];
-        holds[i] = (plii_hold){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
+        holds[i] =
+            (plii_node_constraint){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
         holds[i].offset = contact->normal.w;
         holds[i].friction = state->def.friction * contact->rigid->friction;
         holds[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
@@ -388,10 +390,10 @@ static const plii_feature_class rigid_contacts_class = {
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
-    .list_holds = rigid_contacts_list_holds,
-    .forget_rigid = rigid_contacts_forget_rigid,
+    .list_constraints = rigid_contacts_list_holds,
+    .on_rigid_removed = rigid_contacts_forget_rigid,
     .bytes = rigid_contacts_bytes,
-    .make_room = rigid_contacts_make_room,
+    .reserve = rigid_contacts_make_room,
     .topology_commit = rigid_contacts_topology_commit,
 };
 

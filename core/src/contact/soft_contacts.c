@@ -32,17 +32,17 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_soft_contacts_position(body, i);
         const pli_bounds box = {x, x};
-        plii_fat_box_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
-                            pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
+        plii_fat_aabb_update(&state->node_boxes[i], plii_bounds_grow(box, margin),
+                             pli_vec3_scale(plii_xyz(body->velocities[i]), ahead), slack);
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
         const int* face = body->topology->faces[i];
         const pli_vec3 sum =
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
                          plii_xyz(body->velocities[face[2]]));
-        plii_fat_box_update(&state->face_boxes[i],
-                            plii_bounds_grow(plii_soft_contacts_face_bounds(body->positions, face), margin),
-                            pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
+        plii_fat_aabb_update(&state->face_boxes[i],
+                             plii_bounds_grow(plii_soft_contacts_face_bounds(body->positions, face), margin),
+                             pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
     }
 }
 
@@ -85,14 +85,14 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
     plii_release(context, state->nodes, (size_t)state->node_capacity * sizeof *state->nodes);
-    plii_box_tree_free(context, &state->tree);
-    plii_near_boxes_free(context, &state->near);
+    plii_bvh_free(context, &state->tree);
+    plii_bvh4_free(context, &state->near);
     plii_release(context, state->face_order, (size_t)state->order_capacity * sizeof *state->face_order);
 }
 
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
-    size_t bytes = plii_box_tree_bytes(&state->tree) + plii_near_boxes_bytes(&state->near);
+    size_t bytes = plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
     bytes += (size_t)state->node_capacity * sizeof *state->nodes;
     bytes += (size_t)state->order_capacity * sizeof *state->face_order;
     bytes += (size_t)state->capacity * sizeof *state->contacts;
@@ -139,10 +139,10 @@ const plii_feature_class plii_soft_contacts_class = {
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
-    .forget_body = soft_contacts_forget_body,
-    .forget_topology = soft_contacts_forget_body,
+    .on_body_removed = soft_contacts_forget_body,
+    .on_topology_changed = soft_contacts_forget_body,
     .bytes = soft_contacts_bytes,
-    .make_room = plii_soft_contacts_make_room,
+    .reserve = plii_soft_contacts_make_room,
     .topology_blocks = soft_contacts_topology_blocks,
     .topology_commit = soft_contacts_topology_commit,
 };

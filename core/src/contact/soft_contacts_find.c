@@ -198,7 +198,7 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
     pli_context* context = body->context;
     const int face_count = body->topology->face_count;
     if (state->order_count == face_count) { return true; }
-    plii_box_tree tree = {0};
+    plii_bvh tree = {0};
     const size_t size = (size_t)face_count * sizeof(pli_bounds);
     pli_bounds* boxes = plii_allocate(context, size);
     for (int i = 0; boxes != NULL && i < face_count; ++i) {
@@ -206,12 +206,12 @@ static bool soft_contacts_order_faces(const pli_body* body, plii_soft_contacts_s
     }
     const bool is_ordered = boxes != NULL &&
                             PLII_RESERVE(context, &state->face_order, &state->order_capacity, face_count) &&
-                            plii_box_tree_build(context, &tree, face_count, boxes);
+                            plii_bvh_build(context, &tree, face_count, boxes);
     if (is_ordered) {
         memcpy(state->face_order, tree.items, (size_t)face_count * sizeof *state->face_order);
         state->order_count = face_count;
     }
-    plii_box_tree_free(context, &tree);
+    plii_bvh_free(context, &tree);
     plii_release(context, boxes, size);
     return is_ordered;
 }
@@ -223,8 +223,8 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
            PLII_RESERVE(context, &search->faces, &search->face_capacity, faces) &&
            PLII_RESERVE(context, &search->boxes, &search->box_capacity, faces) &&
            PLII_RESERVE(context, &search->hits, &search->hit_capacity, faces) &&
-           (has_boxes ? plii_box_tree_reserve(context, &search->tree, faces)
-                      : plii_near_boxes_reserve(context, &search->near, faces));
+           (has_boxes ? plii_bvh_reserve(context, &search->tree, faces)
+                      : plii_bvh4_reserve(context, &search->near, faces));
 }
 
 /* Of large bodies most nodes are far from others. */
@@ -258,11 +258,11 @@ static bool soft_contacts_collect(const soft_contacts_pass* pass) {
     if (!soft_contacts_reserve_search(context, search, pass->node_body->node_count, face_count)) { return false; }
     if (pass->use_boxes) {
         soft_contacts_collect_boxes(pass);
-        return plii_box_tree_build(context, &search->tree, search->face_count, search->boxes);
+        return plii_bvh_build(context, &search->tree, search->face_count, search->boxes);
     }
     if (!soft_contacts_order_faces(pass->face_body, pass->face_state)) { return false; }
     soft_contacts_collect_near(pass);
-    return plii_near_boxes_build(context, &search->near, search->face_count, search->boxes);
+    return plii_bvh4_build(context, &search->near, search->face_count, search->boxes);
 }
 
 /* Shell's sort: in place, and quick enough for the few faces near one node. Most nodes have a handful, for which the
@@ -290,10 +290,10 @@ static void soft_contacts_find(const soft_contacts_pass* pass, plii_soft_contact
     plii_soft_contacts_state* search = pass->search;
     search->hit_count = 0;
     if (pass->use_boxes) {
-        plii_box_tree_overlaps(&search->tree, pass->node_state->node_boxes[near.node], soft_contacts_hit, search);
+        plii_bvh_overlaps(&search->tree, pass->node_state->node_boxes[near.node], soft_contacts_hit, search);
     } else {
         const pli_vec3 x = plii_soft_contacts_position(pass->node_body, near.node);
-        search->hit_count = plii_near_boxes_find(&search->near, x, near.reach, search->hits);
+        search->hit_count = plii_bvh4_find(&search->near, x, near.reach, search->hits);
     }
     for (int i = 0; i < search->hit_count; ++i) {
         search->hits[i] = search->faces[search->hits[i]];

@@ -38,8 +38,8 @@ typedef struct plii_soft_contacts_state {
     int face_count, face_capacity;
     pli_bounds* boxes; /* of `faces`, and what finds them */
     int box_capacity;
-    plii_box_tree tree; /* with Bullet's boxes */
-    plii_near_boxes near;
+    plii_bvh tree; /* with Bullet's boxes */
+    plii_bvh4 near;
     int* face_order; /* [order_count] own faces, neighbours in space one after the other; 0: not known */
     int order_count, order_capacity;
     int* hits; /* as many as there are boxes */

@@ -22,7 +22,7 @@ static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
 /* 0: overlaps go at once, as in Bullet. */
 static float soft_contacts_recovery_speed(const pli_body* body, const plii_soft_contacts_state* state) {
     if (state->def.recovery_speed > 0.0f) { return state->def.recovery_speed; }
-    return body->solver_class->holds_nodes ? SOFT_CONTACTS_RECOVERY_SPEED : 0.0f;
+    return body->solver_class->solves_constraints ? SOFT_CONTACTS_RECOVERY_SPEED : 0.0f;
 }
 
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */

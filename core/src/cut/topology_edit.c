@@ -430,8 +430,8 @@ static void edit_tell_other_bodies(const pli_body* body) {
         if (other == body) { continue; }
         for (int k = 0; k < other->pipeline.feature_count; ++k) {
             const plii_feature* feature = &other->pipeline.features[k];
-            if (feature->klass->forget_topology != NULL) {
-                feature->klass->forget_topology(other, feature->state, body);
+            if (feature->klass->on_topology_changed != NULL) {
+                feature->klass->on_topology_changed(other, feature->state, body);
             }
         }
     }
@@ -468,7 +468,7 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     }
 
     edit_replace(edit, &product);
-    body->world->wants_room = true;
+    body->world->needs_reserve = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->topology_commit != NULL) {

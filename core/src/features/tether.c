@@ -2,13 +2,13 @@
    Chentanez, Mueller, "Long Range Attachments", with one tether per node, and with rigid bodies at the anchors of
    nodes: a light node cannot hold back a heavy body. */
 
+#include "pliant/tether.h"
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "math/range.h"
-#include "pliant/tether.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -25,7 +25,7 @@ typedef struct tether_state {
     pli_tethers_def def;
     pli_tether* tethers; /* [node_count] */
     uint32_t link_revision;
-    plii_hold* holds;
+    plii_node_constraint* holds;
     int hold_capacity;
     tether_load* loads;
     int load_count, load_capacity;
@@ -82,11 +82,11 @@ static int tether_list_holds(pli_body* body, tether_state* state) {
     int count = 0;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->list_holds == NULL) { continue; }
-        const int found = feature->klass->list_holds(body, feature->state, 0, NULL);
+        if (feature->klass->list_constraints == NULL) { continue; }
+        const int found = feature->klass->list_constraints(body, feature->state, 0, NULL);
         if (found == 0) { continue; }
         if (!PLII_RESERVE(body->context, &state->holds, &state->hold_capacity, count + found)) { break; }
-        feature->klass->list_holds(body, feature->state, found, state->holds + count);
+        feature->klass->list_constraints(body, feature->state, found, state->holds + count);
         count += found;
     }
     return count;
@@ -97,7 +97,7 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
     const int count = body->anchored != NULL ? tether_list_holds(body, state) : 0;
     for (int i = 0; i < count; ++i) {
-        const plii_hold* hold = &state->holds[i];
+        const plii_node_constraint* hold = &state->holds[i];
         if (!hold->is_anchor || !(hold->rigid->state.inverse_mass > 0.0f) || !tether_of(body, state, hold->node)) {
             continue;
         }
@@ -145,7 +145,7 @@ static void tether_solve(pli_body* body, void* data, const plii_step* step) {
     const tether_state* state = data;
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
        held after it, no force would reach the rigid bodies. */
-    if (body->solver_class->holds_nodes && state->load_count > 0) { return; }
+    if (body->solver_class->solves_constraints && state->load_count > 0) { return; }
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }

@@ -7,25 +7,25 @@
 #include <string.h>
 
 /* The ten low bits of a number, two zero bits put between each. */
-static uint32_t box_tree_spread(uint32_t v) {
+static uint32_t bvh_spread(uint32_t v) {
     v = (v | v << 16) & 0x030000ffu;
     v = (v | v << 8) & 0x0300f00fu;
     v = (v | v << 4) & 0x030c30c3u;
     return (v | v << 2) & 0x09249249u;
 }
 
-static uint32_t box_tree_cell(float value, float low, float scale) {
+static uint32_t bvh_cell(float value, float low, float scale) {
     const float cell = (value - low) * scale;
     return cell >= 1023.0f ? 1023u : cell >= 0.0f ? (uint32_t)cell : 0u; /* also for NaN */
 }
 
-static pli_bounds box_tree_join(pli_bounds a, pli_bounds b) {
+static pli_bounds bvh_join(pli_bounds a, pli_bounds b) {
     const pli_bounds both = {plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
     return both;
 }
 
 /* Sorts items by key, eight bits at a time, least significant first. */
-static void box_tree_sort(plii_box_tree* tree, int count) {
+static void bvh_sort(plii_bvh* tree, int count) {
     uint32_t* keys = tree->keys;
     uint32_t* other_keys = tree->keys + count;
     int* items = tree->items;
@@ -54,10 +54,10 @@ static void box_tree_sort(plii_box_tree* tree, int count) {
 }
 
 /* Fills `begin`, where each level begins, and after the last one the number of all boxes; returns how many levels. */
-static int box_tree_lay_out(int count, int* begin) {
+static int bvh_lay_out(int count, int* begin) {
     int box_count = 0;
     int level_count = 0;
-    for (int width = count;; width = (width + PLII_BOX_TREE_FAN - 1) / PLII_BOX_TREE_FAN) {
+    for (int width = count;; width = (width + PLII_BVH_FAN - 1) / PLII_BVH_FAN) {
         begin[level_count++] = box_count;
         box_count += width;
         if (width == 1) { break; }
@@ -66,26 +66,26 @@ static int box_tree_lay_out(int count, int* begin) {
     return level_count;
 }
 
-bool plii_box_tree_reserve(pli_context* context, plii_box_tree* tree, int count) {
+bool plii_bvh_reserve(pli_context* context, plii_bvh* tree, int count) {
     if (count <= 0) { return true; }
-    int begin[PLII_BOX_TREE_MAX_LEVELS + 1];
-    const int level_count = box_tree_lay_out(count, begin);
+    int begin[PLII_BVH_MAX_LEVELS + 1];
+    const int level_count = bvh_lay_out(count, begin);
     return PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) &&
            PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) &&
            PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count) &&
            PLII_RESERVE(context, &tree->boxes, &tree->box_capacity, begin[level_count]);
 }
 
-bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, const pli_bounds* boxes) {
+bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* boxes) {
     tree->count = 0;
     tree->level_count = 0;
     if (count <= 0) { return true; }
-    if (!plii_box_tree_reserve(context, tree, count)) { return false; }
-    const int level_count = box_tree_lay_out(count, tree->begin);
+    if (!plii_bvh_reserve(context, tree, count)) { return false; }
+    const int level_count = bvh_lay_out(count, tree->begin);
 
     pli_bounds all = boxes[0];
     for (int i = 1; i < count; ++i) {
-        all = box_tree_join(all, boxes[i]);
+        all = bvh_join(all, boxes[i]);
     }
     const pli_vec3 low = pli_vec3_scale(all.min, 2.0f);
     const pli_vec3 size = pli_vec3_sub(pli_vec3_scale(all.max, 2.0f), low);
@@ -94,11 +94,11 @@ bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, c
     for (int i = 0; i < count; ++i) {
         const pli_vec3 centre = pli_vec3_add(boxes[i].min, boxes[i].max); /* twice the centre */
         tree->items[i] = i;
-        tree->keys[i] = box_tree_spread(box_tree_cell(centre.x, low.x, scale)) |
-                        box_tree_spread(box_tree_cell(centre.y, low.y, scale)) << 1 |
-                        box_tree_spread(box_tree_cell(centre.z, low.z, scale)) << 2;
+        tree->keys[i] = bvh_spread(bvh_cell(centre.x, low.x, scale)) |
+                        bvh_spread(bvh_cell(centre.y, low.y, scale)) << 1 |
+                        bvh_spread(bvh_cell(centre.z, low.z, scale)) << 2;
     }
-    box_tree_sort(tree, count);
+    bvh_sort(tree, count);
     for (int i = 0; i < count; ++i) {
         tree->boxes[i] = boxes[tree->items[i]];
     }
@@ -108,8 +108,8 @@ bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, c
         const int below_count = tree->begin[level] - tree->begin[level - 1];
         pli_bounds* parents = tree->boxes + tree->begin[level];
         for (int i = 0; i < below_count; ++i) {
-            const int parent = i / PLII_BOX_TREE_FAN;
-            parents[parent] = i % PLII_BOX_TREE_FAN == 0 ? below[i] : box_tree_join(parents[parent], below[i]);
+            const int parent = i / PLII_BVH_FAN;
+            parents[parent] = i % PLII_BVH_FAN == 0 ? below[i] : bvh_join(parents[parent], below[i]);
         }
     }
     tree->count = count;
@@ -117,7 +117,7 @@ bool plii_box_tree_build(pli_context* context, plii_box_tree* tree, int count, c
     return true;
 }
 
-void plii_box_tree_free(pli_context* context, plii_box_tree* tree) {
+void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     plii_release(context, tree->items, (size_t)tree->item_capacity * sizeof *tree->items);
     plii_release(context, tree->boxes, (size_t)tree->box_capacity * sizeof *tree->boxes);
     plii_release(context, tree->keys, (size_t)tree->key_capacity * sizeof *tree->keys);
@@ -125,37 +125,37 @@ void plii_box_tree_free(pli_context* context, plii_box_tree* tree) {
     memset(tree, 0, sizeof *tree);
 }
 
-size_t plii_box_tree_bytes(const plii_box_tree* tree) {
+size_t plii_bvh_bytes(const plii_bvh* tree) {
     return (size_t)tree->item_capacity * sizeof *tree->items + (size_t)tree->box_capacity * sizeof *tree->boxes +
            (size_t)tree->key_capacity * sizeof *tree->keys + (size_t)tree->sorting_capacity * sizeof *tree->sorting;
 }
 
-typedef struct box_tree_entry {
+typedef struct bvh_entry {
     int level, index;
     float squared; /* distance of the box; only for the nearest item */
-} box_tree_entry;
+} bvh_entry;
 
-static int box_tree_width(const plii_box_tree* tree, int level) {
+static int bvh_width(const plii_bvh* tree, int level) {
     return tree->begin[level + 1] - tree->begin[level];
 }
 
-void plii_box_tree_overlaps(const plii_box_tree* tree, pli_bounds box, plii_box_tree_visit_fn* visit, void* user) {
-    box_tree_entry stack[PLII_BOX_TREE_STACK];
+void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* visit, void* user) {
+    bvh_entry stack[PLII_BVH_STACK];
     int depth = 0;
     const int top = tree->level_count - 1;
     if (top < 0 || !plii_bounds_overlap(tree->boxes[tree->begin[top]], box)) { return; }
     stack[depth].level = top;
     stack[depth++].index = 0;
     while (depth > 0) {
-        const box_tree_entry entry = stack[--depth]; /* overlaps */
+        const bvh_entry entry = stack[--depth]; /* overlaps */
         if (entry.level == 0) {
             visit(tree->items[entry.index], user);
             continue;
         }
-        const int first = entry.index * PLII_BOX_TREE_FAN;
-        const int width = box_tree_width(tree, entry.level - 1);
+        const int first = entry.index * PLII_BVH_FAN;
+        const int width = bvh_width(tree, entry.level - 1);
         const pli_bounds* boxes = tree->boxes + tree->begin[entry.level - 1];
-        for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
+        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             if (!plii_bounds_overlap(boxes[child], box)) { continue; }
             stack[depth].level = entry.level - 1;
             stack[depth++].index = child;
@@ -163,14 +163,14 @@ void plii_box_tree_overlaps(const plii_box_tree* tree, pli_bounds box, plii_box_
     }
 }
 
-static float box_tree_squared_distance(pli_bounds box, pli_vec3 p) {
+static float bvh_squared_distance(pli_bounds box, pli_vec3 p) {
     const pli_vec3 inside = plii_vec3_min(plii_vec3_max(p, box.min), box.max);
     return pli_vec3_length_squared(pli_vec3_sub(p, inside));
 }
 
-int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_squared,
-                          plii_box_tree_measure_fn* measure, const void* user) {
-    box_tree_entry stack[PLII_BOX_TREE_STACK];
+int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
+                     const void* user) {
+    bvh_entry stack[PLII_BVH_STACK];
     int depth = 0;
     int nearest = PLI_NULL_INDEX;
     float nearest_squared = max_squared;
@@ -180,7 +180,7 @@ int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_s
         stack[depth++].squared = 0.0f;
     }
     while (depth > 0) {
-        const box_tree_entry entry = stack[--depth];
+        const bvh_entry entry = stack[--depth];
         if (!(entry.squared < nearest_squared)) { continue; }
         if (entry.level == 0) {
             const int item = tree->items[entry.index];
@@ -193,10 +193,10 @@ int plii_box_tree_nearest(const plii_box_tree* tree, pli_vec3 point, float max_s
         }
         /* Children go on the stack with the nearest on top. */
         const int bottom = depth;
-        const int first = entry.index * PLII_BOX_TREE_FAN;
-        const int width = box_tree_width(tree, entry.level - 1);
-        for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
-            const float squared = box_tree_squared_distance(tree->boxes[tree->begin[entry.level - 1] + child], point);
+        const int first = entry.index * PLII_BVH_FAN;
+        const int width = bvh_width(tree, entry.level - 1);
+        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
+            const float squared = bvh_squared_distance(tree->boxes[tree->begin[entry.level - 1] + child], point);
             if (!(squared < nearest_squared)) { continue; }
             int place = depth++;
             for (; place > bottom && stack[place - 1].squared < squared; --place) {

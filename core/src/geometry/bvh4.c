@@ -4,7 +4,7 @@
 
 #include "geometry/bvh4.h"
 
-static void near_boxes_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
+static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
     group->low[0][lane] = low.x;
     group->low[1][lane] = low.y;
     group->low[2][lane] = low.z;
@@ -14,7 +14,7 @@ static void near_boxes_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 hi
 }
 
 /* What encloses the four boxes of a group, of which the first is not empty. */
-static pli_bounds near_boxes_join(const plii_box4* group) {
+static pli_bounds bvh4_join(const plii_box4* group) {
     pli_bounds all = {{group->low[0][0], group->low[1][0], group->low[2][0]},
                       {group->high[0][0], group->high[1][0], group->high[2][0]}};
     for (int k = 1; k < 4 && !isnan(group->low[0][k]); ++k) {
@@ -27,15 +27,15 @@ static pli_bounds near_boxes_join(const plii_box4* group) {
 }
 
 /* Empty boxes are nowhere: no comparison holds for NaN, however large the radius or the bounds that are looked for. */
-static void near_boxes_pad(plii_box4* groups, int count) {
+static void bvh4_pad(plii_box4* groups, int count) {
     const pli_vec3 nowhere = pli_vec3_make(NAN, NAN, NAN);
     for (int i = count; i % 4 != 0; ++i) {
-        near_boxes_set(&groups[i / 4], i % 4, nowhere, nowhere);
+        bvh4_set(&groups[i / 4], i % 4, nowhere, nowhere);
     }
 }
 
 /* Fills `begin`, where each level begins, and after the last one the number of all groups; returns how many levels. */
-static int near_boxes_lay_out(int count, int* begin) {
+static int bvh4_lay_out(int count, int* begin) {
     int level_count = 0, total = 0;
     for (int width = (count + 3) / 4;; width = (width + 3) / 4) {
         begin[level_count++] = total;
@@ -46,42 +46,42 @@ static int near_boxes_lay_out(int count, int* begin) {
     return level_count;
 }
 
-bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int count) {
+bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count) {
     if (count <= 0) { return true; }
-    int begin[PLII_NEAR_BOXES_MAX_LEVELS + 1];
-    const int level_count = near_boxes_lay_out(count, begin);
+    int begin[PLII_BVH4_MAX_LEVELS + 1];
+    const int level_count = bvh4_lay_out(count, begin);
     return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
 }
 
-bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds) {
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds) {
     boxes->level_count = 0;
     if (count <= 0) { return true; }
-    if (!plii_near_boxes_reserve(context, boxes, count)) { return false; }
-    const int level_count = near_boxes_lay_out(count, boxes->begin);
+    if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
+    const int level_count = bvh4_lay_out(count, boxes->begin);
     for (int i = 0; i < count; ++i) {
-        near_boxes_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
+        bvh4_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
     }
-    near_boxes_pad(boxes->groups, count);
+    bvh4_pad(boxes->groups, count);
     for (int level = 1; level < level_count; ++level) {
         const plii_box4* below = boxes->groups + boxes->begin[level - 1];
         plii_box4* groups = boxes->groups + boxes->begin[level];
         const int below_count = boxes->begin[level] - boxes->begin[level - 1];
         for (int i = 0; i < below_count; ++i) {
-            const pli_bounds all = near_boxes_join(&below[i]);
-            near_boxes_set(&groups[i / 4], i % 4, all.min, all.max);
+            const pli_bounds all = bvh4_join(&below[i]);
+            bvh4_set(&groups[i / 4], i % 4, all.min, all.max);
         }
-        near_boxes_pad(groups, below_count);
+        bvh4_pad(groups, below_count);
     }
     boxes->level_count = level_count;
     return true;
 }
 
-void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes) {
+void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
     plii_release(context, boxes->groups, (size_t)boxes->capacity * sizeof *boxes->groups);
-    *boxes = (plii_near_boxes){0};
+    *boxes = (plii_bvh4){0};
 }
 
-size_t plii_near_boxes_bytes(const plii_near_boxes* boxes) {
+size_t plii_bvh4_bytes(const plii_bvh4* boxes) {
     return (size_t)boxes->capacity * sizeof *boxes->groups;
 }
 
@@ -92,7 +92,7 @@ typedef struct near_search {
 
 /* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
    maximum of two values is the second one then. */
-PLII_SIMD_INLINE plii_float4 near_boxes_outside(plii_float4 value, const float* low, const float* high) {
+PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, const float* low, const float* high) {
     const plii_float4 below = plii_float4_sub(plii_float4_load(low), value);
     const plii_float4 above = plii_float4_sub(value, plii_float4_load(high));
     const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(below, above));
@@ -100,18 +100,18 @@ PLII_SIMD_INLINE plii_float4 near_boxes_outside(plii_float4 value, const float* 
 }
 
 /* Bit k where box k is near. */
-PLII_SIMD_INLINE int near_boxes_test(const near_search* search, const plii_box4* group) {
-    const plii_float4 x = near_boxes_outside(search->x, group->low[0], group->high[0]);
-    const plii_float4 y = near_boxes_outside(search->y, group->low[1], group->high[1]);
-    const plii_float4 z = near_boxes_outside(search->z, group->low[2], group->high[2]);
+PLII_SIMD_INLINE int bvh4_test(const near_search* search, const plii_box4* group) {
+    const plii_float4 x = bvh4_outside(search->x, group->low[0], group->high[0]);
+    const plii_float4 y = bvh4_outside(search->y, group->low[1], group->high[1]);
+    const plii_float4 z = bvh4_outside(search->z, group->low[2], group->high[2]);
     const plii_float4 squared = plii_float4_add(plii_float4_add(x, y), z);
     return plii_lanes_bits(plii_lanes_at_most(squared, search->squared_radius));
 }
 
 /* The lowest bit that is set, of four. */
-static const uint8_t near_boxes_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
+static const uint8_t bvh4_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 
-int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bounds, int* items) {
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
     const int end = boxes->level_count > 0 ? boxes->begin[1] : 0;
     int count = 0;
@@ -124,35 +124,35 @@ int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bou
         const plii_mask4 z = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[2]), high.z),
                                              plii_lanes_at_most(low.z, plii_float4_load(group->high[2])));
         for (int bits = plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z)); bits != 0; bits &= bits - 1) {
-            items[count++] = 4 * i + near_boxes_first[bits];
+            items[count++] = 4 * i + bvh4_first[bits];
         }
     }
     return count;
 }
 
-int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items) {
+int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {
     const near_search search = {plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z),
                                 plii_float4_all(radius * radius)};
     /* Depth first: of the groups on the way down, what is left to be looked at. */
-    int bits[PLII_NEAR_BOXES_MAX_LEVELS], group[PLII_NEAR_BOXES_MAX_LEVELS];
+    int bits[PLII_BVH4_MAX_LEVELS], group[PLII_BVH4_MAX_LEVELS];
     int count = 0;
     const int top = boxes->level_count - 1;
     if (top < 0) { return 0; }
     group[top] = 0;
-    bits[top] = near_boxes_test(&search, &boxes->groups[boxes->begin[top]]);
+    bits[top] = bvh4_test(&search, &boxes->groups[boxes->begin[top]]);
     for (int level = top; level <= top;) {
         if (bits[level] == 0) {
             ++level;
             continue;
         }
-        const int box = 4 * group[level] + near_boxes_first[bits[level]];
+        const int box = 4 * group[level] + bvh4_first[bits[level]];
         bits[level] &= bits[level] - 1;
         if (level == 0) {
             items[count++] = box;
         } else {
             --level;
             group[level] = box;
-            bits[level] = near_boxes_test(&search, &boxes->groups[boxes->begin[level] + box]);
+            bits[level] = bvh4_test(&search, &boxes->groups[boxes->begin[level] + box]);
         }
     }
     return count;

@@ -12,26 +12,26 @@ typedef struct plii_box4 {
     float low[3][4], high[3][4];
 } plii_box4;
 
-#define PLII_NEAR_BOXES_MAX_LEVELS 16
+#define PLII_BVH4_MAX_LEVELS 16
 
-typedef struct plii_near_boxes {
-    int level_count;                           /* 0: no boxes; the last level is one group */
-    int begin[PLII_NEAR_BOXES_MAX_LEVELS + 1]; /* of each level in `groups` */
+typedef struct plii_bvh4 {
+    int level_count;                     /* 0: no boxes; the last level is one group */
+    int begin[PLII_BVH4_MAX_LEVELS + 1]; /* of each level in `groups` */
     plii_box4* groups; /* box i of level 0 is in group i / 4; box i of a level above encloses group i below */
     int capacity;
-} plii_near_boxes;
+} plii_bvh4;
 
 /* Replaces what was held. Memory is kept from build to build. False when out of memory: there are no boxes then. */
-bool plii_near_boxes_build(pli_context* context, plii_near_boxes* boxes, int count, const pli_bounds* bounds);
+bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pli_bounds* bounds);
 /* Room for that many; false when out of memory. */
-bool plii_near_boxes_reserve(pli_context* context, plii_near_boxes* boxes, int count);
-void plii_near_boxes_free(pli_context* context, plii_near_boxes* boxes);
-size_t plii_near_boxes_bytes(const plii_near_boxes* boxes);
+bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count);
+void plii_bvh4_free(pli_context* context, plii_bvh4* boxes);
+size_t plii_bvh4_bytes(const plii_bvh4* boxes);
 
 /* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
    numbers are infinite or NaN. Looks at all of them. */
-int plii_near_boxes_overlaps(const plii_near_boxes* boxes, const pli_bounds* bounds, int* items);
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
 /* Writes the boxes within `radius` of a point, ascending; returns their number, as above. `items` has room for all. */
-int plii_near_boxes_find(const plii_near_boxes* boxes, pli_vec3 point, float radius, int* items);
+int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items);
 
 #endif

@@ -66,8 +66,8 @@ static pli_vec3 hull_corner(const hull_work* work, const hull_face* face, int co
 }
 
 static bool hull_sees(const hull_work* work, int point, const hull_face* face) {
-    return plii_orientation(hull_corner(work, face, 0), hull_corner(work, face, 1), hull_corner(work, face, 2),
-                            work->points[point]) > 0;
+    return plii_orient3d(hull_corner(work, face, 0), hull_corner(work, face, 1), hull_corner(work, face, 2),
+                         work->points[point]) > 0;
 }
 
 static hull_double3 hull_normal(const hull_work* work, const hull_face* face) {
@@ -328,7 +328,7 @@ static bool hull_find_start(const hull_work* work, int corners[4]) {
     }
     if (corners[2] < 0 || corners[3] < 0) { return false; }
     const int side =
-        plii_orientation(origin, work->points[corners[1]], work->points[corners[2]], work->points[corners[3]]);
+        plii_orient3d(origin, work->points[corners[1]], work->points[corners[2]], work->points[corners[3]]);
     if (side > 0) { /* the base is to be seen from outside */
         const int swapped = corners[1];
         corners[1] = corners[2];

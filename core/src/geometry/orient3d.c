@@ -55,7 +55,7 @@ static int orientation_exact(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p) {
     return (largest > 0.0) - (largest < 0.0);
 }
 
-int plii_orientation(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p) {
+int plii_orient3d(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p) {
     const double bx = (double)b.x - (double)a.x, by = (double)b.y - (double)a.y, bz = (double)b.z - (double)a.z;
     const double cx = (double)c.x - (double)a.x, cy = (double)c.y - (double)a.y, cz = (double)c.z - (double)a.z;
     const double px = (double)p.x - (double)a.x, py = (double)p.y - (double)a.y, pz = (double)p.z - (double)a.z;

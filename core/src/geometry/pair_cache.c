@@ -26,13 +26,13 @@ static int pair_table_size(int count) {
     return size;
 }
 
-bool plii_pair_memory_reserve(pli_context* context, plii_pair_memory* memory, int count) {
+bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* memory, int count) {
     return PLII_RESERVE(context, &memory->present, &memory->present_capacity, count) &&
            PLII_RESERVE(context, &memory->before, &memory->before_capacity, count) &&
            PLII_RESERVE(context, &memory->table, &memory->table_capacity, pair_table_size(count));
 }
 
-bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
+bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* memory) {
     plii_pair_record* records = memory->before;
     const int capacity = memory->before_capacity;
     memory->before = memory->present;
@@ -68,7 +68,7 @@ bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory) {
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */
-static int pair_place(const plii_pair_memory* memory, plii_pair_key key) {
+static int pair_place(const plii_pair_cache* memory, plii_pair_key key) {
     const size_t mask = (size_t)memory->table_size - 1;
     for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
          slot = (slot + 1) & mask) {
@@ -78,13 +78,13 @@ static int pair_place(const plii_pair_memory* memory, plii_pair_key key) {
     return PLI_NULL_INDEX;
 }
 
-const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key) {
+const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* memory, plii_pair_key key) {
     const int place = pair_place(memory, key);
     return place != PLI_NULL_INDEX ? &memory->before[place].cache : NULL;
 }
 
 /* Pairs mostly come in the order of the last step, some of which do not come any more. */
-static int pair_next_place(plii_pair_memory* memory, plii_pair_key key) {
+static int pair_next_place(plii_pair_cache* memory, plii_pair_key key) {
     for (int place = memory->next; place < memory->before_count && place < memory->next + PAIR_LOOK_AHEAD; ++place) {
         if (pair_keys_equal(memory->before[place].key, key)) {
             memory->next = place + 1;
@@ -96,26 +96,26 @@ static int pair_next_place(plii_pair_memory* memory, plii_pair_key key) {
     return place;
 }
 
-void plii_pair_memory_forget(plii_pair_memory* memory) {
+void plii_pair_cache_forget(plii_pair_cache* memory) {
     memory->present_count = memory->before_count = 0;
 }
 
-plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key) {
+plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* memory, plii_pair_key key) {
     if (!PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->present_count + 1)) { return NULL; }
     plii_pair_record* record = &memory->present[memory->present_count++];
-    *record = (plii_pair_record){.key = key, .place_before = pair_next_place(memory, key)};
-    if (record->place_before != PLI_NULL_INDEX) { record->cache = memory->before[record->place_before].cache; }
+    *record = (plii_pair_record){.key = key, .previous_index = pair_next_place(memory, key)};
+    if (record->previous_index != PLI_NULL_INDEX) { record->cache = memory->before[record->previous_index].cache; }
     return &record->cache;
 }
 
-void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory) {
+void plii_pair_cache_release(pli_context* context, plii_pair_cache* memory) {
     plii_release(context, memory->present, (size_t)memory->present_capacity * sizeof *memory->present);
     plii_release(context, memory->before, (size_t)memory->before_capacity * sizeof *memory->before);
     plii_release(context, memory->table, (size_t)memory->table_capacity * sizeof *memory->table);
-    *memory = (plii_pair_memory){0};
+    *memory = (plii_pair_cache){0};
 }
 
-size_t plii_pair_memory_bytes(const plii_pair_memory* memory) {
+size_t plii_pair_cache_bytes(const plii_pair_cache* memory) {
     return (size_t)memory->present_capacity * sizeof *memory->present +
            (size_t)memory->before_capacity * sizeof *memory->before +
            (size_t)memory->table_capacity * sizeof *memory->table;

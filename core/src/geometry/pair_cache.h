@@ -16,11 +16,11 @@ typedef struct plii_pair_key {
 typedef struct plii_pair_record {
     plii_pair_key key;
     plii_convex_cache cache;
-    int slot;         /* of whoever asks; 0 in a new record, not carried over */
-    int place_before; /* among the records of the last step, or PLI_NULL_INDEX */
+    int slot;           /* of whoever asks; 0 in a new record, not carried over */
+    int previous_index; /* among the records of the last step, or PLI_NULL_INDEX */
 } plii_pair_record;
 
-typedef struct plii_pair_memory {
+typedef struct plii_pair_cache {
     plii_pair_record* present; /* of this step, in the order of asking */
     int present_count, present_capacity;
     plii_pair_record* before; /* of the last step */
@@ -28,20 +28,20 @@ typedef struct plii_pair_memory {
     int* table; /* [table_size] index in `before` + 1, 0 = free; open addressing */
     int table_size, table_capacity;
     int next; /* place in `before` of what is likely to be asked next */
-} plii_pair_memory;
+} plii_pair_cache;
 
 /* Room for that many pairs in a step; false when out of memory. */
-bool plii_pair_memory_reserve(pli_context* context, plii_pair_memory* memory, int count);
+bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* memory, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
-bool plii_pair_memory_turn(pli_context* context, plii_pair_memory* memory);
+bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* memory);
 /* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. Its
    record is the last of those present. */
-plii_convex_cache* plii_pair_memory_get(pli_context* context, plii_pair_memory* memory, plii_pair_key key);
+plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* memory, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
-const plii_convex_cache* plii_pair_memory_find(const plii_pair_memory* memory, plii_pair_key key);
+const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* memory, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
-void plii_pair_memory_forget(plii_pair_memory* memory);
-void plii_pair_memory_release(pli_context* context, plii_pair_memory* memory);
-size_t plii_pair_memory_bytes(const plii_pair_memory* memory);
+void plii_pair_cache_forget(plii_pair_cache* memory);
+void plii_pair_cache_release(pli_context* context, plii_pair_cache* memory);
+size_t plii_pair_cache_bytes(const plii_pair_cache* memory);
 
 #endif

@@ -229,7 +229,7 @@ static bool sampling_fill(sampling_grid* grid, size_t count) {
     return true;
 }
 
-pli_status plii_mesh_sampling_run(plii_soup* soup, const plii_mesh_sampling* sampling) {
+pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
     if (soup->count == 0) { return PLI_ERROR_INVALID_MESH; }
     sampling_grid grid = {.soup = soup, .distances = sampling->samples};
     size_t count = 1;

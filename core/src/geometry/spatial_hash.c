@@ -6,47 +6,47 @@
 
 #include "geometry/spatial_hash.h"
 
-static int node_hash_coordinate(const plii_node_hash* hash, float from_origin) {
+static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
     const float cell = from_origin * hash->inverse_cell_size;
     if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
     return cell < 1e9f ? (int)cell : 1000000000; /* never negative but where something is not finite */
 }
 
-static plii_node_hash_cell node_hash_cell_of(const plii_node_hash* hash, pli_vec3 p) {
+static plii_spatial_hash_cell spatial_hash_cell_of(const plii_spatial_hash* hash, pli_vec3 p) {
     const float from[3] = {p.x - hash->origin.x, p.y - hash->origin.y, p.z - hash->origin.z};
-    return (plii_node_hash_cell){node_hash_coordinate(hash, from[hash->axes[0]]),
-                                 node_hash_coordinate(hash, from[hash->axes[1]]),
-                                 node_hash_coordinate(hash, from[hash->axes[2]])};
+    return (plii_spatial_hash_cell){spatial_hash_coordinate(hash, from[hash->axes[0]]),
+                                    spatial_hash_coordinate(hash, from[hash->axes[1]]),
+                                    spatial_hash_coordinate(hash, from[hash->axes[2]])};
 }
 
-static uint64_t node_hash_column_name(int x, int y) {
+static uint64_t spatial_hash_column_name(int x, int y) {
     return (uint64_t)(uint32_t)x << 32 | (uint32_t)y;
 }
 
-static bool node_hash_is_grid(const plii_node_hash* hash) {
+static bool spatial_hash_is_grid(const plii_spatial_hash* hash) {
     return hash->strides[0] != 0;
 }
 
-static unsigned node_hash_column(const plii_node_hash* hash, int x, int y) {
-    if (node_hash_is_grid(hash)) { return (unsigned)x * hash->strides[0] + (unsigned)y * hash->strides[1]; }
+static unsigned spatial_hash_column(const plii_spatial_hash* hash, int x, int y) {
+    if (spatial_hash_is_grid(hash)) { return (unsigned)x * hash->strides[0] + (unsigned)y * hash->strides[1]; }
     unsigned h = (unsigned)x * 0x8da6b343u ^ (unsigned)y * 0xd8163841u;
     h ^= h >> 15;
     h *= 0x2c1b3c6du;
     return h ^ h >> 13;
 }
 
-static unsigned node_hash_bucket(const plii_node_hash* hash, plii_node_hash_cell cell) {
-    return (node_hash_column(hash, cell.x, cell.y) + (unsigned)cell.z) & hash->mask;
+static unsigned spatial_hash_bucket(const plii_spatial_hash* hash, plii_spatial_hash_cell cell) {
+    return (spatial_hash_column(hash, cell.x, cell.y) + (unsigned)cell.z) & hash->mask;
 }
 
 /* Coordinates are rounded when cells are computed. So much larger, cells of points within the radius still touch. */
-static float node_hash_padded_size(float cell_size, pli_vec3 extent) {
+static float spatial_hash_padded_size(float cell_size, pli_vec3 extent) {
     const float largest = plii_max(extent.x, plii_max(extent.y, extent.z));
     return cell_size + (cell_size + largest) * (4.0f * FLT_EPSILON);
 }
 
 /* Where the grid has at most `most` cells, it is the table. An empty cell is between rows. */
-static void node_hash_choose_table(plii_node_hash* hash, pli_vec3 extent, unsigned most) {
+static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, unsigned most) {
     const float extents[3] = {extent.x, extent.y, extent.z};
     float cells[3];
     for (int k = 0; k < 3; ++k) {
@@ -67,7 +67,7 @@ static void node_hash_choose_table(plii_node_hash* hash, pli_vec3 extent, unsign
 
 enum { NODE_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
 
-static void node_hash_choose_axes(plii_node_hash* hash, int count, const pli_vec3* positions) {
+static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const pli_vec3* positions) {
     float way[3] = {0.0f, 0.0f, 0.0f};
     for (int i = 1; i < count; i += NODE_HASH_SAMPLE) {
         const pli_vec3 step = pli_vec3_sub(positions[i], positions[i - 1]);
@@ -84,8 +84,8 @@ static void node_hash_choose_axes(plii_node_hash* hash, int count, const pli_vec
     hash->axes[2] = last;
 }
 
-static void node_hash_place_grid(plii_node_hash* hash, int count, const pli_vec3* positions, float cell_size,
-                                 float shift, unsigned most) {
+static void spatial_hash_place_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
+                                    float shift, unsigned most) {
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     for (int i = 0; i < count; ++i) {
         low = plii_vec3_min(positions[i], low);
@@ -93,15 +93,15 @@ static void node_hash_place_grid(plii_node_hash* hash, int count, const pli_vec3
     }
     const pli_vec3 extent = pli_vec3_sub(high, low);
     const bool is_finite = plii_vec3_is_finite(extent) && plii_vec3_is_finite(low);
-    hash->cell_size = is_finite ? node_hash_padded_size(cell_size, extent) : cell_size;
+    hash->cell_size = is_finite ? spatial_hash_padded_size(cell_size, extent) : cell_size;
     hash->inverse_cell_size = 1.0f / hash->cell_size;
     hash->origin = is_finite ? pli_vec3_sub(low, pli_vec3_make(shift, shift, shift)) : pli_vec3_make(0, 0, 0);
-    node_hash_choose_axes(hash, count, positions);
+    spatial_hash_choose_axes(hash, count, positions);
     const pli_vec3 from_origin = pli_vec3_add(extent, pli_vec3_make(shift, shift, shift));
-    node_hash_choose_table(hash, is_finite ? from_origin : pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), most);
+    spatial_hash_choose_table(hash, is_finite ? from_origin : pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), most);
 }
 
-static bool node_hash_reserve(pli_context* context, plii_node_hash* hash, int count, int size) {
+static bool spatial_hash_reserve(pli_context* context, plii_spatial_hash* hash, int count, int size) {
     bool has_room = PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
                     PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
                     PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, count + PLII_LANES - 1) &&
@@ -113,42 +113,42 @@ static bool node_hash_reserve(pli_context* context, plii_node_hash* hash, int co
     return has_room;
 }
 
-static void node_hash_put(plii_node_hash* hash, int place, int node, pli_vec3 position) {
+static void spatial_hash_put(plii_spatial_hash* hash, int place, int node, pli_vec3 position) {
     hash->nodes[place] = node;
-    if (!node_hash_is_grid(hash)) {
-        hash->columns[place] = node_hash_column_name(hash->cells[node].x, hash->cells[node].y);
+    if (!spatial_hash_is_grid(hash)) {
+        hash->columns[place] = spatial_hash_column_name(hash->cells[node].x, hash->cells[node].y);
     }
     hash->components[0][place] = position.x;
     hash->components[1][place] = position.y;
     hash->components[2][place] = position.z;
 }
 
-static void node_hash_clear(plii_node_hash* hash, int place) {
+static void spatial_hash_clear(plii_spatial_hash* hash, int place) {
     hash->nodes[place] = 0;
-    if (!node_hash_is_grid(hash)) { hash->columns[place] = 0; }
+    if (!spatial_hash_is_grid(hash)) { hash->columns[place] = 0; }
     for (int k = 0; k < 3; ++k) {
         hash->components[k][place] = 0.0f;
     }
 }
 
-bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count, const pli_vec3* positions,
-                          float cell_size, float shift) {
+bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
+                             float cell_size, float shift) {
     unsigned most = 64;
     while (most < 2u * (unsigned)count && most < 1u << 30) {
         most *= 2;
     }
     hash->count = 0;
-    if (!node_hash_reserve(context, hash, count, (int)most)) { return false; }
+    if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    node_hash_place_grid(hash, count, positions, cell_size, shift, most);
+    spatial_hash_place_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {
         hash->starts[i] = 0;
     }
     for (int i = 0; i < count; ++i) {
-        hash->cells[i] = node_hash_cell_of(hash, positions[i]);
-        ++hash->starts[node_hash_bucket(hash, hash->cells[i])];
+        hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
+        ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
     int sum = 0;
     for (unsigned i = 0; i <= size; ++i) {
@@ -157,30 +157,30 @@ bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count,
     }
     /* Backwards, so that each bucket ends up in the order of nodes. */
     for (int i = count - 1; i >= 0; --i) {
-        node_hash_put(hash, --hash->starts[node_hash_bucket(hash, hash->cells[i])], i, positions[i]);
+        spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, hash->cells[i])], i, positions[i]);
     }
     for (int i = count; i < count + PLII_LANES - 1; ++i) {
-        node_hash_clear(hash, i);
+        spatial_hash_clear(hash, i);
     }
     return true;
 }
 
 /* Entries that lie side by side, and the column that those of interest belong to. */
-typedef struct node_hash_run {
+typedef struct spatial_hash_run {
     int begin, end;
     uint64_t column;
-} node_hash_run;
+} spatial_hash_run;
 
 enum { NODE_HASH_MAX_RUNS = 10 };
 
-typedef struct node_hash_search {
+typedef struct spatial_hash_search {
     pli_context* context;
-    const plii_node_hash* hash;
+    const plii_spatial_hash* hash;
     plii_node_pairs* pairs;
     float radius_squared;
-} node_hash_search;
+} spatial_hash_search;
 
-static plii_float4 node_hash_squared_distances(const plii_node_hash* hash, int first, plii_vec3x4 p) {
+static plii_float4 spatial_hash_squared_distances(const plii_spatial_hash* hash, int first, plii_vec3x4 p) {
     const plii_vec3x4 at = {plii_float4_load(hash->components[0] + first),
                             plii_float4_load(hash->components[1] + first),
                             plii_float4_load(hash->components[2] + first)};
@@ -190,14 +190,14 @@ static plii_float4 node_hash_squared_distances(const plii_node_hash* hash, int f
 
 /* Without a branch that depends on positions: every point of the run is written, those too far are written over. False
    when there were more than `most`. */
-PLII_SIMD_INLINE bool node_hash_scan(const node_hash_search* search, const node_hash_run* run, plii_vec3x4 p, int most,
-                                     bool is_grid) {
+PLII_SIMD_INLINE bool spatial_hash_scan(const spatial_hash_search* search, const spatial_hash_run* run, plii_vec3x4 p,
+                                        int most, bool is_grid) {
     static const unsigned lanes_left[PLII_LANES] = {0, 1, 3, 7};
-    const plii_node_hash* hash = search->hash;
+    const plii_spatial_hash* hash = search->hash;
     const plii_float4 limit = plii_float4_all(search->radius_squared);
     plii_node_pairs* pairs = search->pairs;
     for (int first = run->begin; first < run->end; first += PLII_LANES) {
-        const plii_float4 squared = node_hash_squared_distances(hash, first, p);
+        const plii_float4 squared = spatial_hash_squared_distances(hash, first, p);
         const int left = run->end - first;
         const unsigned in_run = left < PLII_LANES ? lanes_left[left] : 15u;
         const unsigned bits = (unsigned)plii_lanes_bits(plii_lanes_less(squared, limit)) & in_run;
@@ -216,10 +216,11 @@ PLII_SIMD_INLINE bool node_hash_scan(const node_hash_search* search, const node_
 }
 
 /* Appends the pairs of a point with the points of some runs. */
-static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const node_hash_run* runs, int run_count) {
+static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, const spatial_hash_run* runs,
+                                int run_count) {
     plii_node_pairs* pairs = search->pairs;
     const plii_vec3x4 lanes = plii_vec3x4_all(p);
-    const bool is_grid = node_hash_is_grid(search->hash);
+    const bool is_grid = spatial_hash_is_grid(search->hash);
     const int most = pairs->count + PLII_NODE_PAIRS_MAX_ROW;
     if (pairs->count > INT32_MAX - PLII_NODE_PAIRS_ROOM ||
         !PLII_RESERVE(search->context, &pairs->pairs, &pairs->capacity, pairs->count + PLII_NODE_PAIRS_ROOM)) {
@@ -227,101 +228,102 @@ static bool node_hash_append(const node_hash_search* search, pli_vec3 p, const n
     }
     bool is_whole = true;
     for (int r = 0; r < run_count && is_whole; ++r) {
-        is_whole = is_grid ? node_hash_scan(search, &runs[r], lanes, most, true)
-                           : node_hash_scan(search, &runs[r], lanes, most, false);
+        is_whole = is_grid ? spatial_hash_scan(search, &runs[r], lanes, most, true)
+                           : spatial_hash_scan(search, &runs[r], lanes, most, false);
     }
     pairs->is_truncated = pairs->is_truncated || !is_whole;
     return true;
 }
 
 /* Of the bucket of a node, those of larger index. */
-static node_hash_run node_hash_own_run(const plii_node_hash* hash, int node, unsigned bucket, uint64_t column) {
-    node_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
+static spatial_hash_run spatial_hash_own_run(const plii_spatial_hash* hash, int node, unsigned bucket,
+                                             uint64_t column) {
+    spatial_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
     while (run.begin > hash->starts[bucket] && hash->nodes[run.begin - 1] > node) {
         --run.begin;
     }
     return run;
 }
 
-bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position, float radius,
-                         plii_node_pairs* pairs) {
-    const node_hash_search search = {context, hash, pairs, radius * radius};
+bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+                            float radius, plii_node_pairs* pairs) {
+    const spatial_hash_search search = {context, hash, pairs, radius * radius};
     static const int columns[4][2] = {{0, 1}, {1, -1}, {1, 0}, {1, 1}};
     const int* starts = hash->starts;
-    const plii_node_hash_cell cell = hash->cells[node];
-    const unsigned own = node_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
-    const uint64_t name = node_hash_column_name(cell.x, cell.y);
-    node_hash_run runs[NODE_HASH_MAX_RUNS] = {node_hash_own_run(hash, node, own, name),
-                                              {starts[above], starts[above + 1], name}};
+    const plii_spatial_hash_cell cell = hash->cells[node];
+    const unsigned own = spatial_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
+    const uint64_t name = spatial_hash_column_name(cell.x, cell.y);
+    spatial_hash_run runs[NODE_HASH_MAX_RUNS] = {spatial_hash_own_run(hash, node, own, name),
+                                                 {starts[above], starts[above + 1], name}};
     int run_count = 2;
     for (int c = 0; c < 4; ++c) {
         const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
-        const uint64_t column = node_hash_column_name(x, y);
-        const unsigned below = (node_hash_column(hash, x, y) + (unsigned)cell.z - 1u) & hash->mask;
+        const uint64_t column = spatial_hash_column_name(x, y);
+        const unsigned below = (spatial_hash_column(hash, x, y) + (unsigned)cell.z - 1u) & hash->mask;
         const unsigned before_end = hash->mask + 1 - below; /* of the table, where runs go on at its start */
         const unsigned first = before_end < 3 ? before_end : 3;
-        runs[run_count++] = (node_hash_run){starts[below], starts[below + first], column};
-        if (first < 3) { runs[run_count++] = (node_hash_run){starts[0], starts[3 - first], column}; }
+        runs[run_count++] = (spatial_hash_run){starts[below], starts[below + first], column};
+        if (first < 3) { runs[run_count++] = (spatial_hash_run){starts[0], starts[3 - first], column}; }
     }
-    return node_hash_append(&search, position, runs, run_count);
+    return spatial_hash_append(&search, position, runs, run_count);
 }
 
-bool plii_node_hash_find_in_cell(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position,
-                                 float radius, plii_node_pairs* pairs) {
-    const node_hash_search search = {context, hash, pairs, radius * radius};
-    const plii_node_hash_cell cell = hash->cells[node];
-    const node_hash_run run =
-        node_hash_own_run(hash, node, node_hash_bucket(hash, cell), node_hash_column_name(cell.x, cell.y));
-    return node_hash_append(&search, position, &run, 1);
+bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+                                    float radius, plii_node_pairs* pairs) {
+    const spatial_hash_search search = {context, hash, pairs, radius * radius};
+    const plii_spatial_hash_cell cell = hash->cells[node];
+    const spatial_hash_run run =
+        spatial_hash_own_run(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
+    return spatial_hash_append(&search, position, &run, 1);
 }
 
 /* A search from far away would go through more cells than there are nodes. */
 #define NODE_HASH_MAX_CELLS 16.0f
 
-/* As in node_hash_padded_size. */
-static float node_hash_padded_radius(const plii_node_hash* hash, pli_vec3 point, float radius) {
+/* As in spatial_hash_padded_size. */
+static float spatial_hash_padded_radius(const plii_spatial_hash* hash, pli_vec3 point, float radius) {
     const pli_vec3 from = pli_vec3_sub(point, hash->origin);
     const float largest = plii_max(fabsf(from.x), plii_max(fabsf(from.y), fabsf(from.z)));
     return radius + (radius + largest) * (4.0f * FLT_EPSILON);
 }
 
 /* Entries of the cells of a column from z on, in one run or two. */
-static bool node_hash_append_column(const node_hash_search* search, pli_vec3 p, int x, int y, int z, int cells) {
-    const plii_node_hash* hash = search->hash;
+static bool spatial_hash_append_column(const spatial_hash_search* search, pli_vec3 p, int x, int y, int z, int cells) {
+    const plii_spatial_hash* hash = search->hash;
     const unsigned size = hash->mask + 1, length = (unsigned)cells < size ? (unsigned)cells : size;
-    const unsigned first = (node_hash_column(hash, x, y) + (unsigned)z) & hash->mask, before_end = size - first;
-    const uint64_t column = node_hash_column_name(x, y);
+    const unsigned first = (spatial_hash_column(hash, x, y) + (unsigned)z) & hash->mask, before_end = size - first;
+    const uint64_t column = spatial_hash_column_name(x, y);
     const bool wraps = length > before_end;
-    const node_hash_run runs[2] = {
+    const spatial_hash_run runs[2] = {
         {hash->starts[first], hash->starts[first + (wraps ? before_end : length)], column},
         {0, wraps ? hash->starts[length - before_end] : 0, column},
     };
-    return node_hash_append(search, p, runs, wraps ? 2 : 1);
+    return spatial_hash_append(search, p, runs, wraps ? 2 : 1);
 }
 
-bool plii_node_hash_find_near(pli_context* context, const plii_node_hash* hash, pli_vec3 point, float radius,
-                              plii_node_pairs* pairs) {
-    const node_hash_search search = {context, hash, pairs, radius * radius};
-    const float padded = node_hash_padded_radius(hash, point, radius);
+bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
+                                 plii_node_pairs* pairs) {
+    const spatial_hash_search search = {context, hash, pairs, radius * radius};
+    const float padded = spatial_hash_padded_radius(hash, point, radius);
     if (hash->count == 0) { return true; }
     if (!(padded <= NODE_HASH_MAX_CELLS * hash->cell_size)) { return false; }
     const pli_vec3 reach = pli_vec3_make(padded, padded, padded);
-    const plii_node_hash_cell low = node_hash_cell_of(hash, pli_vec3_sub(point, reach)),
-                              high = node_hash_cell_of(hash, pli_vec3_add(point, reach));
+    const plii_spatial_hash_cell low = spatial_hash_cell_of(hash, pli_vec3_sub(point, reach)),
+                                 high = spatial_hash_cell_of(hash, pli_vec3_add(point, reach));
     for (int x = low.x; x <= high.x; ++x) {
         for (int y = low.y; y <= high.y; ++y) {
-            if (!node_hash_append_column(&search, point, x, y, low.z, high.z - low.z + 1)) { return false; }
+            if (!spatial_hash_append_column(&search, point, x, y, low.z, high.z - low.z + 1)) { return false; }
         }
     }
     return true;
 }
 
-bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b) {
-    const plii_node_hash_cell i = node_hash_cell_of(hash, a), j = node_hash_cell_of(hash, b);
+bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b) {
+    const plii_spatial_hash_cell i = spatial_hash_cell_of(hash, a), j = spatial_hash_cell_of(hash, b);
     return i.x == j.x && i.y == j.y && i.z == j.z;
 }
 
-void plii_node_hash_free(pli_context* context, plii_node_hash* hash) {
+void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash) {
     plii_release(context, hash->starts, (size_t)hash->start_capacity * sizeof *hash->starts);
     plii_release(context, hash->cells, (size_t)hash->cell_capacity * sizeof *hash->cells);
     plii_release(context, hash->nodes, (size_t)hash->node_capacity * sizeof *hash->nodes);
@@ -329,10 +331,10 @@ void plii_node_hash_free(pli_context* context, plii_node_hash* hash) {
     for (int k = 0; k < 3; ++k) {
         plii_release(context, hash->components[k], (size_t)hash->component_capacities[k] * sizeof(float));
     }
-    *hash = (plii_node_hash){0};
+    *hash = (plii_spatial_hash){0};
 }
 
-size_t plii_node_hash_bytes(const plii_node_hash* hash) {
+size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash) {
     size_t bytes =
         (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->cell_capacity * sizeof *hash->cells +
         (size_t)hash->node_capacity * sizeof *hash->nodes + (size_t)hash->column_capacity * sizeof *hash->columns;

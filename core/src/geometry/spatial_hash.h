@@ -11,9 +11,9 @@
 #include "math/vec.h"
 
 /* In the order of the axes of the hash. */
-typedef struct plii_node_hash_cell {
+typedef struct plii_spatial_hash_cell {
     int x, y, z;
-} plii_node_hash_cell;
+} plii_spatial_hash_cell;
 
 /* With the node or point that was searched around. */
 typedef struct plii_node_pair {
@@ -21,22 +21,22 @@ typedef struct plii_node_pair {
     float distance_squared;
 } plii_node_pair;
 
-typedef struct plii_node_hash {
+typedef struct plii_spatial_hash {
     int count;
     pli_vec3 origin;
     int axes[3]; /* a cyclic order of x, y, z */
     float cell_size, inverse_cell_size;
-    unsigned mask;              /* table size - 1; a power of two minus 1 */
-    unsigned strides[2];        /* of the first two axes in the table; 0 where columns are hashed */
-    int* starts;                /* [mask + 2] first entry of each bucket */
-    plii_node_hash_cell* cells; /* [count] by node */
+    unsigned mask;                 /* table size - 1; a power of two minus 1 */
+    unsigned strides[2];           /* of the first two axes in the table; 0 where columns are hashed */
+    int* starts;                   /* [mask + 2] first entry of each bucket */
+    plii_spatial_hash_cell* cells; /* [count] by node */
     /* By bucket, then by node; with room to read four from any place. */
     int* nodes; /* [count] */
     uint64_t*
         columns; /* [count] set where columns are hashed: of the cell. Others in a run of the table are not near. */
     float* components[3]; /* [count] of positions */
     int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacities[3];
-} plii_node_hash;
+} plii_spatial_hash;
 
 /* Of one node in one search; a body that has collapsed to a point must not ask for the square of its nodes in memory
    and time. */
@@ -52,25 +52,25 @@ typedef struct plii_node_pairs {
 
 /* Sorts points into cells of at least `cell_size` > 0 m; `shift` m moves the grid along all axes. Positions that are
    not finite do no harm. False when out of memory. */
-bool plii_node_hash_build(pli_context* context, plii_node_hash* hash, int count, const pli_vec3* positions,
-                          float cell_size, float shift);
+bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
+                             float cell_size, float shift);
 /* Appends nodes that are nearer to node `node`, at `position`, than `radius`, at most the cell size that the hash was
    built with: each pair is met from one of its ends only. The order depends on positions only. False when out of
    memory: then some are missing. */
-bool plii_node_hash_find(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position, float radius,
-                         plii_node_pairs* pairs);
+bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+                            float radius, plii_node_pairs* pairs);
 /* Only those in the same cell. */
-bool plii_node_hash_find_in_cell(pli_context* context, const plii_node_hash* hash, int node, pli_vec3 position,
-                                 float radius, plii_node_pairs* pairs);
+bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_hash* hash, int node, pli_vec3 position,
+                                    float radius, plii_node_pairs* pairs);
 /* Appends the nodes that are nearer to a point than `radius`. False when out of memory, or when the radius is larger
    than 16 cells. */
-bool plii_node_hash_find_near(pli_context* context, const plii_node_hash* hash, pli_vec3 point, float radius,
-                              plii_node_pairs* pairs);
+bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* hash, pli_vec3 point, float radius,
+                                 plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */
-bool plii_node_hash_same_cell(const plii_node_hash* hash, pli_vec3 a, pli_vec3 b);
+bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b);
 
-void plii_node_hash_free(pli_context* context, plii_node_hash* hash);
-size_t plii_node_hash_bytes(const plii_node_hash* hash);
+void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash);
+size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash);
 void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs);
 size_t plii_node_pairs_bytes(const plii_node_pairs* pairs);
 

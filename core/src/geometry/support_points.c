@@ -47,7 +47,7 @@ static void support_select(const pli_vec4* positions, int* nodes, int count, int
     }
 }
 
-static void support_split(const pli_vec4* positions, plii_support_groups* groups, int begin, int count, int largest) {
+static void support_split(const pli_vec4* positions, plii_support_points* groups, int begin, int count, int largest) {
     if (count <= largest) {
         groups->begin[groups->count++] = begin;
         return;
@@ -61,13 +61,13 @@ static void support_split(const pli_vec4* positions, plii_support_groups* groups
     support_split(positions, groups, begin + half, count - half, largest);
 }
 
-bool plii_support_groups_create(pli_context* context, const pli_vec4* positions, const int* nodes, int node_stride,
-                                int node_count, plii_support_groups* groups) {
-    *groups = (plii_support_groups){0};
+bool plii_support_points_create(pli_context* context, const pli_vec4* positions, const int* nodes, int node_stride,
+                                int node_count, plii_support_points* groups) {
+    *groups = (plii_support_points){0};
     if (node_count < PLII_SUPPORT_PACKED_MIN) { return true; }
     groups->node_count = node_count;
     const size_t count = (size_t)node_count;
-    const bool is_whole = node_count < PLII_SUPPORT_GROUPS_MIN;
+    const bool is_whole = node_count < PLII_SUPPORT_POINTS_MIN;
     groups->nodes = plii_allocate(context, count * sizeof *groups->nodes);
     bool has_memory = groups->nodes != NULL;
     if (is_whole) {
@@ -79,7 +79,7 @@ bool plii_support_groups_create(pli_context* context, const pli_vec4* positions,
         has_memory = has_memory && groups->begin != NULL && groups->bounds != NULL;
     }
     if (!has_memory) {
-        plii_support_groups_release(context, groups);
+        plii_support_points_release(context, groups);
         return false;
     }
     for (int i = 0; i < node_count; ++i) {
@@ -92,7 +92,7 @@ bool plii_support_groups_create(pli_context* context, const pli_vec4* positions,
     return true;
 }
 
-static void support_pack(const pli_vec4* positions, plii_support_groups* groups) {
+static void support_pack(const pli_vec4* positions, plii_support_points* groups) {
     const int block_count = (int)plii_support_block_count(groups);
     for (int b = 0; b < block_count; ++b) {
         plii_support_block* block = &groups->packed[b];
@@ -106,7 +106,7 @@ static void support_pack(const pli_vec4* positions, plii_support_groups* groups)
     }
 }
 
-void plii_support_groups_update(const pli_vec4* positions, plii_support_groups* groups) {
+void plii_support_points_update(const pli_vec4* positions, plii_support_points* groups) {
     if (groups->packed != NULL) { support_pack(positions, groups); }
     for (int i = 0; i < groups->count; ++i) {
         const int begin = groups->begin[i];
@@ -132,7 +132,7 @@ static inline float support_largest(plii_float8 a) {
 
 /* The first of the farthest nodes, as a search one by one finds it: each lane keeps the first of its farthest. Places
    are counted in floats, and nothing branches: which lane has the farthest node is anybody's guess. */
-static int support_farthest(const plii_support_groups* groups, pli_vec3 direction) {
+static int support_farthest(const plii_support_points* groups, pli_vec3 direction) {
     const plii_vec3x8 along = plii_vec3x8_all(direction);
     const plii_float8 step = plii_float8_all((float)PLII_SUPPORT_LANES);
     plii_float8 place = plii_float8_of(plii_lanes_xyzw(0, 1, 2, 3), plii_lanes_xyzw(4, 5, 6, 7));
@@ -148,7 +148,7 @@ static int support_farthest(const plii_support_groups* groups, pli_vec3 directio
     return (int)support_least(plii_float8_select_less(best, farthest, plii_float8_all(INFINITY), found));
 }
 
-static int support_query_groups(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
+static int support_query_groups(const pli_vec4* positions, const plii_support_points* groups, pli_vec3 direction) {
     float best = -INFINITY;
     int farthest = groups->nodes[0];
     for (int i = 0; i < groups->count; ++i) {
@@ -168,12 +168,12 @@ static int support_query_groups(const pli_vec4* positions, const plii_support_gr
     return farthest;
 }
 
-int plii_support_groups_query(const pli_vec4* positions, const plii_support_groups* groups, pli_vec3 direction) {
+int plii_support_points_query(const pli_vec4* positions, const plii_support_points* groups, pli_vec3 direction) {
     return groups->packed != NULL ? groups->nodes[support_farthest(groups, direction)]
                                   : support_query_groups(positions, groups, direction);
 }
 
-float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 direction) {
+float plii_support_points_reach(const plii_support_points* groups, pli_vec3 direction) {
     const plii_vec3x8 along = plii_vec3x8_all(direction);
     plii_float8 best = plii_float8_all(-INFINITY);
     const plii_support_block* end = groups->packed + plii_support_block_count(groups);
@@ -184,7 +184,7 @@ float plii_support_groups_reach(const plii_support_groups* groups, pli_vec3 dire
 }
 
 /* Returns the square of the length of the gap. */
-static float support_find_gap(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, pli_vec3* gap) {
+static float support_find_gap(const plii_support_points* groups, pli_vec3 hub, pli_vec3 point, pli_vec3* gap) {
     const plii_vec3x8 from = plii_vec3x8_all(hub), arm = plii_vec3x8_all(pli_vec3_sub(point, hub));
     const plii_float8 zero = plii_float8_all(0.0f), one = plii_float8_all(1.0f), tiny = plii_float8_all(FLT_MIN);
     plii_float8 nearest = plii_float8_all(INFINITY);
@@ -216,14 +216,14 @@ static float support_find_gap(const plii_support_groups* groups, pli_vec3 hub, p
     return squares[lane];
 }
 
-bool plii_support_groups_has_near(const plii_support_groups* groups, pli_vec3 hub, pli_vec3 point, float distance,
+bool plii_support_points_has_near(const plii_support_points* groups, pli_vec3 hub, pli_vec3 point, float distance,
                                   pli_vec3* gap) {
     *gap = pli_vec3_make(0, 0, 0);
     if (groups->packed == NULL) { return false; }
     return support_find_gap(groups, hub, point, gap) < distance * distance;
 }
 
-int plii_support_groups_find_below(const plii_support_groups* groups, pli_vec3 foot, pli_vec3 normal, float limit,
+int plii_support_points_find_below(const plii_support_points* groups, pli_vec3 foot, pli_vec3 normal, float limit,
                                    pli_vec3* points, float* heights) {
     const plii_vec3x8 from = plii_vec3x8_all(foot), up = plii_vec3x8_all(normal);
     const plii_float8 limits = plii_float8_all(limit);
@@ -244,16 +244,16 @@ int plii_support_groups_find_below(const plii_support_groups* groups, pli_vec3 f
     return count;
 }
 
-void plii_support_groups_release(pli_context* context, plii_support_groups* groups) {
+void plii_support_points_release(pli_context* context, plii_support_points* groups) {
     const size_t count = (size_t)groups->node_count;
     plii_release(context, groups->nodes, count * sizeof *groups->nodes);
     plii_release(context, groups->packed, plii_support_block_count(groups) * sizeof *groups->packed);
     plii_release(context, groups->begin, (count + 1) * sizeof *groups->begin);
     plii_release(context, groups->bounds, count * sizeof *groups->bounds);
-    *groups = (plii_support_groups){0};
+    *groups = (plii_support_points){0};
 }
 
-size_t plii_support_groups_bytes(const plii_support_groups* groups) {
+size_t plii_support_points_bytes(const plii_support_points* groups) {
     const size_t count = (size_t)groups->node_count;
     size_t bytes = count * sizeof *groups->nodes;
     if (groups->packed != NULL) { bytes += plii_support_block_count(groups) * sizeof *groups->packed; }

@@ -97,7 +97,7 @@ static bool soup_build_tree(plii_soup* soup) {
         boxes[i].min = plii_vec3_min(c[0], plii_vec3_min(c[1], c[2]));
         boxes[i].max = plii_vec3_max(c[0], plii_vec3_max(c[1], c[2]));
     }
-    const bool is_built = plii_box_tree_build(soup->context, &soup->tree, soup->count, boxes);
+    const bool is_built = plii_bvh_build(soup->context, &soup->tree, soup->count, boxes);
     plii_release(soup->context, boxes, size);
     return is_built;
 }
@@ -117,7 +117,7 @@ bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count
 
 void plii_soup_free(plii_soup* soup) {
     plii_release(soup->context, soup->triangles, (size_t)soup->capacity * sizeof *soup->triangles);
-    plii_box_tree_free(soup->context, &soup->tree);
+    plii_bvh_free(soup->context, &soup->tree);
 }
 
 static float soup_measure(int triangle, pli_vec3 point, const void* user) {
@@ -134,7 +134,7 @@ float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point) {
 
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance) {
     const float reach = guess != PLI_NULL_INDEX ? soup_measure(guess, point, soup) : FLT_MAX;
-    int nearest = plii_box_tree_nearest(&soup->tree, point, reach, soup_measure, soup);
+    int nearest = plii_bvh_nearest(&soup->tree, point, reach, soup_measure, soup);
     if (nearest == PLI_NULL_INDEX) { nearest = guess; }
     *distance = nearest != PLI_NULL_INDEX ? plii_soup_distance(soup, nearest, point) : INFINITY;
     return nearest;

@@ -16,7 +16,7 @@ typedef struct plii_soup {
     pli_context* context;
     plii_soup_triangle* triangles;
     int count, capacity;
-    plii_box_tree tree;
+    plii_bvh tree;
 } plii_soup;
 
 /* The soup starts as {.context = ...}. Corners become (point - origin) * scale. Triangles without an area are left out;

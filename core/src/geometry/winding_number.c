@@ -25,7 +25,7 @@ static void winding_add_weighted(plii_winding_cluster* sum, pli_vec3 centre, pli
 }
 
 bool plii_winding_build(plii_winding* winding, const plii_soup* soup) {
-    const plii_box_tree* tree = &soup->tree;
+    const plii_bvh* tree = &soup->tree;
     winding->soup = soup;
     winding->cluster_count = tree->begin[tree->level_count];
     winding->clusters = plii_allocate(soup->context, (size_t)winding->cluster_count * sizeof *winding->clusters);
@@ -42,7 +42,7 @@ bool plii_winding_build(plii_winding* winding, const plii_soup* soup) {
         const int below = tree->begin[level - 1], begin = tree->begin[level], end = tree->begin[level + 1];
         for (int i = below; i < begin; ++i) {
             const plii_winding_cluster* child = &winding->clusters[i];
-            winding_add_weighted(&winding->clusters[begin + (i - below) / PLII_BOX_TREE_FAN], child->centre,
+            winding_add_weighted(&winding->clusters[begin + (i - below) / PLII_BVH_FAN], child->centre,
                                  child->area_normal, child->area);
         }
         for (int i = begin; i < end; ++i) {
@@ -68,10 +68,10 @@ static float winding_solid_angle(const pli_vec3* corners, pli_vec3 point) {
 }
 
 float plii_winding_at(const plii_winding* winding, pli_vec3 point) {
-    const plii_box_tree* tree = &winding->soup->tree;
+    const plii_bvh* tree = &winding->soup->tree;
     struct {
         int level, index;
-    } stack[PLII_BOX_TREE_STACK];
+    } stack[PLII_BVH_STACK];
     int depth = 0;
     stack[depth].level = tree->level_count - 1;
     stack[depth++].index = 0;
@@ -90,9 +90,9 @@ float plii_winding_at(const plii_winding* winding, pli_vec3 point) {
             angle += winding_solid_angle(winding->soup->triangles[tree->items[index]].corners, point);
             continue;
         }
-        const int first = index * PLII_BOX_TREE_FAN;
+        const int first = index * PLII_BVH_FAN;
         const int width = tree->begin[level] - tree->begin[level - 1];
-        for (int child = first; child < first + PLII_BOX_TREE_FAN && child < width; ++child) {
+        for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             stack[depth].level = level - 1;
             stack[depth++].index = child;
         }

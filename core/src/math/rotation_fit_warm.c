@@ -110,7 +110,7 @@ static follow_mat3 follow_load(const pli_mat3* const matrices[LANES]) {
         for (int i = 0; i < LANES; ++i) {
             rows[i] = plii_lanes_from_vec3(&matrices[i]->rows[k]);
         }
-        plii_float4_turn(rows);
+        plii_float4_transpose(rows);
         loaded.rows[k] = (plii_vec3x4){rows[0], rows[1], rows[2]};
         squared = plii_float4_add(squared, plii_vec3x4_dot(loaded.rows[k], loaded.rows[k]));
     }
@@ -177,7 +177,7 @@ static int follow_block(int lane_count, const pli_mat3* matrices, pli_quat* quat
     return found;
 }
 
-void plii_rotation_follow(int count, const pli_mat3* matrices, pli_quat* quaternions, pli_mat3* rotations) {
+void plii_rotation_fit_warm(int count, const pli_mat3* matrices, pli_quat* quaternions, pli_mat3* rotations) {
     for (int begin = 0; begin < count; begin += LANES) {
         const int lane_count = count - begin < LANES ? count - begin : LANES;
         const int found = follow_block(lane_count, matrices + begin, quaternions + begin, rotations + begin);

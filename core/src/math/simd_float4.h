@@ -126,7 +126,7 @@ PLII_SIMD_INLINE float plii_lanes_sum(plii_float4 a) {
     return a[0] + a[1] + a[2];
 }
 /* Four records to components, and back. */
-PLII_SIMD_INLINE void plii_float4_turn(plii_float4 r[4]) {
+PLII_SIMD_INLINE void plii_float4_transpose(plii_float4 r[4]) {
     const plii_float4 xy01 = PLII_SHUFFLE(r[0], r[1], 0, 4, 1, 5), zw01 = PLII_SHUFFLE(r[0], r[1], 2, 6, 3, 7);
     const plii_float4 xy23 = PLII_SHUFFLE(r[2], r[3], 0, 4, 1, 5), zw23 = PLII_SHUFFLE(r[2], r[3], 2, 6, 3, 7);
     r[0] = PLII_SHUFFLE(xy01, xy23, 0, 1, 4, 5);
@@ -211,7 +211,7 @@ typedef struct plii_lanes_mat3 {
 PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
     plii_float4 rows[4] = {plii_lanes_from_vec3(&m->rows[0]), plii_lanes_from_vec3(&m->rows[1]),
                            plii_lanes_from_vec3(&m->rows[2]), plii_float4_all(0.0f)};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     return (plii_lanes_mat3){{rows[0], rows[1], rows[2]}};
 }
 /* pli_mat3_mul_vec3 */
@@ -293,7 +293,7 @@ PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, plii_float4* w) {
     plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
                            plii_float4_from(&records[3])};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     if (w != NULL) { *w = rows[3]; }
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }

@@ -63,7 +63,7 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return _mm256_movemask_ps((plii_float8)(a < b));
 }
-/* plii_float4_turn of both halves. */
+/* plii_float4_transpose of both halves. */
 PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
     const plii_float8 xy01 = _mm256_unpacklo_ps(r[0], r[1]), zw01 = _mm256_unpackhi_ps(r[0], r[1]);
     const plii_float8 xy23 = _mm256_unpacklo_ps(r[2], r[3]), zw23 = _mm256_unpackhi_ps(r[2], r[3]);
@@ -132,8 +132,8 @@ PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
 PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
     plii_float4 low[4] = {r[0].low, r[1].low, r[2].low, r[3].low};
     plii_float4 high[4] = {r[0].high, r[1].high, r[2].high, r[3].high};
-    plii_float4_turn(low);
-    plii_float4_turn(high);
+    plii_float4_transpose(low);
+    plii_float4_transpose(high);
     r[0] = (plii_float8){low[0], high[0]};
     r[1] = (plii_float8){low[1], high[1]};
     r[2] = (plii_float8){low[2], high[2]};

@@ -137,7 +137,7 @@ static void self_faces_disable(pli_body* body, void* data) {
     plii_release(body->context, state->pairs, (size_t)state->pair_capacity * sizeof *state->pairs);
     plii_release(body->context, state->due, (size_t)state->due_capacity * sizeof *state->due);
     plii_release(body->context, state->active, (size_t)state->active_capacity * sizeof *state->active);
-    plii_box_tree_free(body->context, &state->tree);
+    plii_bvh_free(body->context, &state->tree);
 }
 
 static size_t self_faces_bytes(const pli_body* body, const void* data) {
@@ -147,7 +147,7 @@ static size_t self_faces_bytes(const pli_body* body, const void* data) {
     size_t bytes = (size_t)state->box_capacity * sizeof *state->boxes +
                    (size_t)state->pair_capacity * sizeof *state->pairs +
                    (size_t)state->due_capacity * sizeof *state->due +
-                   (size_t)state->active_capacity * sizeof *state->active + plii_box_tree_bytes(&state->tree);
+                   (size_t)state->active_capacity * sizeof *state->active + plii_bvh_bytes(&state->tree);
     for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
         bytes += sizes[i];
     }

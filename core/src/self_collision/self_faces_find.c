@@ -180,7 +180,7 @@ static void self_faces_search_run(self_faces_search* search) {
         state->boxes[i] = search->is_edges ? self_faces_box(body, state->edges[i], 2)
                                            : self_faces_box(body, body->topology->faces[i], 3);
     }
-    if (!plii_box_tree_build(body->context, &state->tree, targets, state->boxes)) {
+    if (!plii_bvh_build(body->context, &state->tree, targets, state->boxes)) {
         search->has_memory = false;
         return;
     }
@@ -188,7 +188,7 @@ static void self_faces_search_run(self_faces_search* search) {
     for (int i = 0; i < count; ++i) {
         search->item = i;
         search->box = search->is_edges ? self_faces_box(body, state->edges[i], 2) : self_faces_box(body, &i, 1);
-        plii_box_tree_overlaps(&state->tree, plii_bounds_grow(search->box, state->reach), self_faces_hit, search);
+        plii_bvh_overlaps(&state->tree, plii_bounds_grow(search->box, state->reach), self_faces_hit, search);
     }
 }
 

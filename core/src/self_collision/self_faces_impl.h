@@ -36,7 +36,7 @@ typedef struct plii_self_faces_state {
     float* due;  /* [pair_count] value of `moved` up to which a pair cannot come together */
     int* active; /* pairs to be solved in this step or substep */
     int box_capacity, pair_count, pair_capacity, due_capacity, active_count, active_capacity;
-    plii_box_tree tree;
+    plii_bvh tree;
     pli_self_faces_report report;
 } plii_self_faces_state;
 

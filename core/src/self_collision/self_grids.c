@@ -11,7 +11,7 @@
 typedef struct self_grids_state {
     pli_self_grids_def def;
     pli_vec3* positions; /* [node_count] where pairs were looked for */
-    plii_node_hash hash;
+    plii_spatial_hash hash;
     plii_node_pairs pairs;
     pli_self_grids_report report;
 } self_grids_state;
@@ -47,16 +47,16 @@ static void self_grids_part(pli_body* body, const self_grids_state* state, int a
 }
 
 /* `seen`: the grid before, whose pairs are done, or NULL. False when pairs were left out. */
-static bool self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_node_hash* seen) {
+static bool self_grids_part_near(pli_body* body, self_grids_state* state, int node, const plii_spatial_hash* seen) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_node_pairs* pairs = &state->pairs;
     pairs->count = 0;
-    const bool has_all = plii_node_hash_find_in_cell(body->context, &state->hash, node, state->positions[node],
-                                                     state->def.distance, pairs);
+    const bool has_all = plii_spatial_hash_find_in_cell(body->context, &state->hash, node, state->positions[node],
+                                                        state->def.distance, pairs);
     for (int k = 0; k < pairs->count; ++k) {
         const int other = pairs->pairs[k].other;
         if (self_grids_are_linked(graph, node, other)) { continue; }
-        if (seen != NULL && plii_node_hash_same_cell(seen, state->positions[node], state->positions[other])) {
+        if (seen != NULL && plii_spatial_hash_same_cell(seen, state->positions[node], state->positions[other])) {
             continue;
         }
         state->report.pairs += 1;
@@ -66,9 +66,9 @@ static bool self_grids_part_near(pli_body* body, self_grids_state* state, int no
 }
 
 /* False when there was no memory for the grid. */
-static bool self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_node_hash* seen) {
-    const bool is_built = plii_node_hash_build(body->context, &state->hash, body->node_count, state->positions,
-                                               state->def.distance, shift);
+static bool self_grids_solve(pli_body* body, self_grids_state* state, float shift, const plii_spatial_hash* seen) {
+    const bool is_built = plii_spatial_hash_build(body->context, &state->hash, body->node_count, state->positions,
+                                                  state->def.distance, shift);
     bool has_all = is_built;
     state->pairs.is_truncated = false;
     for (int i = 0; i < state->hash.count; ++i) {
@@ -86,7 +86,7 @@ static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
     }
     state->report = (pli_self_grids_report){0};
     if (!self_grids_solve(body, state, 0.0f, NULL)) { return; }
-    const plii_node_hash first = state->hash; /* its geometry; the tables are built anew */
+    const plii_spatial_hash first = state->hash; /* its geometry; the tables are built anew */
     (void)self_grids_solve(body, state, 0.5f * first.cell_size, &first);
 }
 
@@ -101,13 +101,13 @@ static pli_status self_grids_enable(pli_body* body, void* data) {
 static void self_grids_disable(pli_body* body, void* data) {
     self_grids_state* state = data;
     plii_release(body->context, state->positions, (size_t)body->node_count * sizeof *state->positions);
-    plii_node_hash_free(body->context, &state->hash);
+    plii_spatial_hash_free(body->context, &state->hash);
     plii_node_pairs_free(body->context, &state->pairs);
 }
 
 static size_t self_grids_bytes(const pli_body* body, const void* data) {
     const self_grids_state* state = data;
-    return (size_t)body->node_count * sizeof *state->positions + plii_node_hash_bytes(&state->hash) +
+    return (size_t)body->node_count * sizeof *state->positions + plii_spatial_hash_bytes(&state->hash) +
            plii_node_pairs_bytes(&state->pairs);
 }
 

@@ -59,19 +59,19 @@ pli_status pli_body_count_crossings(const pli_body* body, int* count) {
         return PLI_OK;
     }
     pli_bounds* boxes = plii_allocate(body->context, size);
-    plii_box_tree tree = {0};
+    plii_bvh tree = {0};
     for (int i = 0; boxes != NULL && i < topology->face_count; ++i) {
         const pli_vec3 a = plii_xyz(body->positions[topology->faces[i][0]]);
         const pli_vec3 b = plii_xyz(body->positions[topology->faces[i][1]]);
         const pli_vec3 c = plii_xyz(body->positions[topology->faces[i][2]]);
         boxes[i] = (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
     }
-    const bool has_memory = boxes != NULL && plii_box_tree_build(body->context, &tree, topology->face_count, boxes);
+    const bool has_memory = boxes != NULL && plii_bvh_build(body->context, &tree, topology->face_count, boxes);
     crossings_search search = {body, 0, 0};
     for (; has_memory && search.face < topology->face_count; ++search.face) {
-        plii_box_tree_overlaps(&tree, boxes[search.face], crossings_test, &search);
+        plii_bvh_overlaps(&tree, boxes[search.face], crossings_test, &search);
     }
-    plii_box_tree_free(body->context, &tree);
+    plii_bvh_free(body->context, &tree);
     plii_release(body->context, boxes, size);
     if (!has_memory) { return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to look for crossings"); }
     *count = search.count;

@@ -112,7 +112,7 @@ static void self_nodes_take_common(const pli_body* body, const plii_link_graph* 
     const float radius = state->thickness + 2.0f * state->reach;
     const int first = state->count;
     near->count = 0;
-    if (!plii_node_hash_find(body->context, &state->hash, node, state->middle[node], radius, near) ||
+    if (!plii_spatial_hash_find(body->context, &state->hash, node, state->middle[node], radius, near) ||
         !self_nodes_reserve(body, state, near->count)) {
         state->is_truncated = true;
         return;
@@ -143,7 +143,7 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
     plii_node_pairs* near = &state->near;
     const int first = state->count;
     near->count = 0;
-    if (!plii_node_hash_find_near(body->context, &state->hash, centre, radius, near) ||
+    if (!plii_spatial_hash_find_near(body->context, &state->hash, centre, radius, near) ||
         !self_nodes_reserve(body, state, near->count + index)) {
         state->is_truncated = true;
         return;
@@ -239,8 +239,8 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->near.is_truncated = false;
     if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
         !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_ROOM) ||
-        !plii_node_hash_build(body->context, &state->hash, node_count, state->middle,
-                              state->thickness + 2.0f * state->reach, 0.0f)) {
+        !plii_spatial_hash_build(body->context, &state->hash, node_count, state->middle,
+                                 state->thickness + 2.0f * state->reach, 0.0f)) {
         state->is_truncated = true;
         return;
     }
@@ -386,14 +386,14 @@ void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pa
 }
 
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    plii_node_hash_free(context, &state->hash);
+    plii_spatial_hash_free(context, &state->hash);
     plii_node_pairs_free(context, &state->near);
     plii_release(context, state->pairs, (size_t)state->capacity * sizeof *state->pairs);
 }
 
 size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_count) {
     size_t sizes[PLII_SELF_NODE_BLOCKS];
-    size_t bytes = (size_t)state->capacity * sizeof *state->pairs + plii_node_hash_bytes(&state->hash) +
+    size_t bytes = (size_t)state->capacity * sizeof *state->pairs + plii_spatial_hash_bytes(&state->hash) +
                    plii_node_pairs_bytes(&state->near);
     plii_self_node_sizes(node_count, sizes);
     for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {

@@ -32,7 +32,7 @@ typedef struct plii_self_node_pairs {
     float travel_time; /* s */
     pli_vec3 drift;    /* mean travel */
     float reach;       /* of nodes in the common search, at most: margin + half of what they travel beside the drift */
-    plii_node_hash hash;
+    plii_spatial_hash hash;
     plii_node_pairs near;
     plii_self_pair* pairs;
     int count, capacity;

@@ -25,7 +25,7 @@ typedef struct hull_data {
     pli_vec3* points; /* corners of the hull */
     int (*triangles)[3];
     hull_plane* planes;
-    plii_box_tree tree;
+    plii_bvh tree;
 } hull_data;
 
 // ------------------------------------------------------------------------------------------------------- queries
@@ -52,7 +52,7 @@ static float hull_distance(const hull_data* hull, pli_vec3 p, float max_distance
     }
     *normal = hull->planes[side].normal;
     if (height <= 0.0f || height - hull->radius > max_distance) { return height - hull->radius; }
-    const int triangle = plii_box_tree_nearest(&hull->tree, p, INFINITY, hull_measure, hull);
+    const int triangle = plii_bvh_nearest(&hull->tree, p, INFINITY, hull_measure, hull);
     if (triangle == PLI_NULL_INDEX) { return height - hull->radius; }
     const pli_vec3 offset = pli_vec3_sub(p, hull_closest(hull, triangle, p));
     const float length = pli_vec3_length(offset);
@@ -164,7 +164,7 @@ static pli_status hull_build(hull_data* hull, const plii_convex_hull* source, in
     if (has_memory) {
         hull_take_corners(hull, source, point_count, points, map);
         hull_take_triangles(hull, source, map, boxes);
-        has_memory = plii_box_tree_build(context, &hull->tree, hull->triangle_count, boxes);
+        has_memory = plii_bvh_build(context, &hull->tree, hull->triangle_count, boxes);
     }
     plii_release(context, boxes, triangles * sizeof *boxes);
     plii_release(context, map, (size_t)point_count * sizeof *map);
@@ -193,7 +193,7 @@ static void hull_destroy(void* user) {
     plii_release(hull->context, hull->points, (size_t)shape->point_capacity * sizeof *hull->points);
     plii_release(hull->context, hull->triangles, (size_t)shape->triangle_capacity * sizeof *hull->triangles);
     plii_release(hull->context, hull->planes, (size_t)shape->triangle_capacity * sizeof *hull->planes);
-    plii_box_tree_free(hull->context, &hull->tree);
+    plii_bvh_free(hull->context, &hull->tree);
 }
 
 static pli_status hull_create(pli_context* context, const plii_convex_hull* source, int point_count,

@@ -18,7 +18,7 @@ typedef struct sampled_mesh {
     pli_vec3 origin; /* of sample (0, 0, 0) */
     float cell_size, inverse_cell_size;
     pli_bounds bounds; /* of the solid */
-    plii_mesh_sampling sampling;
+    plii_sdf_grid sampling;
 } sampled_mesh;
 
 pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
@@ -41,7 +41,7 @@ static float sampled_mesh_lerp(float a, float b, float t) {
 }
 
 /* Distance in cells and its gradient at a point of the grid, in cells. */
-static float sampled_mesh_interpolate(const plii_mesh_sampling* sampling, pli_vec3 p, pli_vec3* gradient) {
+static float sampled_mesh_interpolate(const plii_sdf_grid* sampling, pli_vec3 p, pli_vec3* gradient) {
     pli_vec3 f;
     const size_t i = (size_t)sampled_mesh_cell(p.x, sampling->counts[0], &f.x);
     const size_t j = (size_t)sampled_mesh_cell(p.y, sampling->counts[1], &f.y);
@@ -201,7 +201,7 @@ static pli_status sampled_mesh_sample(sampled_mesh* mesh, const pli_vec3* points
     mesh->sampling.samples = plii_allocate(mesh->context, sampled_mesh_bytes(mesh));
     if (mesh->sampling.samples != NULL &&
         plii_soup_build(&soup, points, triangle_count, triangles, mesh->origin, mesh->inverse_cell_size)) {
-        status = plii_mesh_sampling_run(&soup, &mesh->sampling);
+        status = plii_sdf_grid_run(&soup, &mesh->sampling);
     }
     plii_soup_free(&soup);
     if (status == PLI_ERROR_OUT_OF_MEMORY) {

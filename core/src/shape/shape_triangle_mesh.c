@@ -42,7 +42,7 @@ typedef struct surface_data {
     int vertex_count, triangle_count;
     surface_vertex* vertices;
     surface_triangle* triangles;
-    plii_box_tree tree;
+    plii_bvh tree;
 } surface_data;
 
 // ------------------------------------------------------------------------------------------------------- queries
@@ -98,7 +98,7 @@ static surface_candidates surface_find_candidates(const surface_data* surface, i
     candidates.half = pli_vec3_sub(near.max, candidates.middle);
     candidates.reach = SURFACE_BOX_REACH * reach;
     candidates.count = 0;
-    plii_box_tree_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
+    plii_bvh_overlaps(&surface->tree, plii_bounds_grow(near, reach), surface_add_candidate, &candidates);
     return candidates;
 }
 
@@ -165,7 +165,7 @@ static void surface_distances(const void* user, int count, const pli_vec3* point
         if (candidates.count == 0 || surface_distance_to_bounds(surface, p) > max_distance) { continue; }
         const int nearest = candidates.count <= SURFACE_MAX_CANDIDATES
                                 ? surface_nearest_candidate(&candidates, p, reach * reach)
-                                : plii_box_tree_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
+                                : plii_bvh_nearest(&surface->tree, p, reach * reach, surface_measure, surface);
         if (nearest != PLI_NULL_INDEX) { distances[i] = surface_distance(surface, p, nearest, &normals[i]); }
     }
 }
@@ -192,7 +192,7 @@ static void surface_visit_triangle(int item, void* user) {
 
 static void surface_triangles(const void* user, pli_bounds box, plii_shape_triangle_fn* visit, void* context) {
     surface_visit all = {user, visit, context};
-    plii_box_tree_overlaps(&((const surface_data*)user)->tree, box, surface_visit_triangle, &all);
+    plii_bvh_overlaps(&((const surface_data*)user)->tree, box, surface_visit_triangle, &all);
 }
 
 // ------------------------------------------------------------------------------------------------------ building
@@ -378,7 +378,7 @@ static bool surface_build_tree(surface_data* surface) {
         boxes[i].max = plii_vec3_max(a, plii_vec3_max(b, c));
         extent = plii_max(extent, plii_max(pli_vec3_length(a), plii_max(pli_vec3_length(b), pli_vec3_length(c))));
     }
-    const bool is_built = plii_box_tree_build(surface->context, &surface->tree, surface->triangle_count, boxes);
+    const bool is_built = plii_bvh_build(surface->context, &surface->tree, surface->triangle_count, boxes);
     plii_release(surface->context, boxes, size);
     if (!is_built) { return false; }
     /* The inside of an open part reaches behind its faces. */
@@ -425,7 +425,7 @@ static void surface_destroy(void* user) {
     surface_data* surface = &shape->surface;
     plii_release(surface->context, surface->vertices, (size_t)shape->point_capacity * sizeof *surface->vertices);
     plii_release(surface->context, surface->triangles, (size_t)shape->triangle_capacity * sizeof *surface->triangles);
-    plii_box_tree_free(surface->context, &surface->tree);
+    plii_bvh_free(surface->context, &surface->tree);
 }
 
 static pli_status surface_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,

@@ -113,7 +113,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
         !world_reserve_events(world, count, world->rigid_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    world->wants_room = true;
+    world->needs_reserve = true;
     body->world_index = world->body_count;
     world->sweep[world->body_count] = body;
     world->bodies[world->body_count++] = body;
@@ -126,7 +126,9 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
         pli_body* body = world->bodies[i];
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->forget_rigid != NULL) { feature->klass->forget_rigid(body, feature->state, rigid); }
+            if (feature->klass->on_rigid_removed != NULL) {
+                feature->klass->on_rigid_removed(body, feature->state, rigid);
+            }
         }
         for (int k = 0; k < body->ignored_rigid_count; ++k) {
             if (body->ignored_rigids[k] == rigid) {
@@ -142,7 +144,9 @@ static void world_forget_body(pli_world* world, const pli_body* gone) {
         pli_body* body = world->bodies[i];
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->forget_body != NULL) { feature->klass->forget_body(body, feature->state, gone); }
+            if (feature->klass->on_body_removed != NULL) {
+                feature->klass->on_body_removed(body, feature->state, gone);
+            }
         }
     }
 }
@@ -177,7 +181,7 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
         !world_reserve_events(world, world->body_count, world->rigid_count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    world->wants_room = true;
+    world->needs_reserve = true;
     rigid->world_index = world->rigid_count;
     world->rigids[world->rigid_count++] = rigid;
     return PLI_OK;
@@ -280,12 +284,12 @@ static void world_make_room(pli_world* world) {
         pli_body* body = world->bodies[i];
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->make_room == NULL) { continue; }
+            if (feature->klass->reserve == NULL) { continue; }
             world->context->pass = (plii_pass){i, feature->klass};
-            feature->klass->make_room(body, feature->state);
+            feature->klass->reserve(body, feature->state);
         }
     }
-    world->wants_room = world->context->shortage.count != before;
+    world->needs_reserve = world->context->shortage.count != before;
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
@@ -298,7 +302,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     }
     PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
-    if (world->wants_room && world->def.makes_room) { world_make_room(world); }
+    if (world->needs_reserve && world->def.makes_room) { world_make_room(world); }
     const uint64_t before = world_begin_call(world);
     world->is_stepping = true;
     world->event_count = 0;

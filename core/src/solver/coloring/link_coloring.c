@@ -1,8 +1,8 @@
 /* Colours of links: quads in the order in which they were found, then links that are in none, each with the lowest
    colour that is free at its nodes. Linear time. */
 
-#include "math/simd_float8.h"
 #include "solver/coloring/link_coloring.h"
+#include "math/simd_float8.h"
 
 #include <string.h>
 

@@ -25,16 +25,16 @@ static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
     if (filter->count < 3 && length > 1e-3) { filter->axes[filter->count++] = plii_dvec3_scale(axis, 1.0 / length); }
 }
 
-static bool gradient_is_rigid(const plii_implicit_hold* hold) {
+static bool gradient_is_rigid(const plii_implicit_constraint* hold) {
     return hold->rows > 0 && !hold->is_pinned && hold->share >= 1.0;
 }
 
 /* Of the node of hold `begin`. A node between several bodies follows one that does not move, if there is one. */
-static gradient_filter gradient_make_filter(const plii_implicit_holds* holds, int begin) {
+static gradient_filter gradient_make_filter(const plii_implicit_constraints* holds, int begin) {
     gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
     for (; filter.end < holds->count && holds->items[filter.end].node == holds->items[begin].node; ++filter.end) {
-        const plii_implicit_hold* hold = &holds->items[filter.end];
+        const plii_implicit_constraint* hold = &holds->items[filter.end];
         if (!gradient_is_rigid(hold)) { continue; }
         if (!is_led || !holds->rigids[hold->rigid].is_dynamic) {
             filter.rigid = holds->rigids[hold->rigid].is_dynamic ? hold->rigid : PLI_NULL_INDEX;
@@ -59,7 +59,7 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
 }
 
 /* Impulse per velocity of holds that give way: anchors of partial influence, and all on pinned nodes. */
-static plii_dvec3 gradient_yield(const plii_implicit_hold* hold, plii_dvec3 x) {
+static plii_dvec3 gradient_yield(const plii_implicit_constraint* hold, plii_dvec3 x) {
     if (hold->rows == 0 || gradient_is_rigid(hold)) { return (plii_dvec3){0}; }
     if (!hold->is_pinned) {
         return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, x), hold->share / (1.0 - hold->share));
@@ -73,7 +73,7 @@ static plii_dvec3 gradient_yield(const plii_implicit_hold* hold, plii_dvec3 x) {
 // ------------------------------------------------------------------------------------------- what the holds change
 
 /* The held part of x is that of the rigid bodies' motion. */
-static void gradient_lead(const plii_implicit_holds* holds, const double* (*motion)(const plii_implicit_rigid*),
+static void gradient_lead(const plii_implicit_constraints* holds, const double* (*motion)(const plii_implicit_rigid*),
                           plii_dvec3* x) {
     for (int i = 0; i < holds->count;) {
         const gradient_filter filter = gradient_make_filter(holds, i);
@@ -90,7 +90,8 @@ static void gradient_lead(const plii_implicit_holds* holds, const double* (*moti
 }
 
 /* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
-static void gradient_reduce(const plii_implicit_holds* holds, double* (*sum)(plii_implicit_rigid*), plii_dvec3* y) {
+static void gradient_reduce(const plii_implicit_constraints* holds, double* (*sum)(plii_implicit_rigid*),
+                            plii_dvec3* y) {
     for (int i = 0; i < holds->count;) {
         const gradient_filter filter = gradient_make_filter(holds, i);
         plii_dvec3* of_node = &y[holds->items[i].node];
@@ -117,7 +118,7 @@ static const double* gradient_direction_of(const plii_implicit_rigid* rigid) {
 
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     for (int i = 0; i < system->node_count; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->residual[i] =
@@ -132,13 +133,13 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
         }
     }
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         plii_dvec3 impulse = {0};
         if (gradient_is_rigid(hold) && hold->rows == 1) {
             impulse = plii_dvec3_add_scaled(hold->impulse, hold->normal, -plii_dvec3_dot(hold->normal, hold->impulse));
         } else if (hold->rows > 0 && !gradient_is_rigid(hold)) {
             const plii_dvec3 x = hold->is_pinned ? (plii_dvec3){0} : system->solution[hold->node];
-            impulse = gradient_yield(hold, plii_dvec3_sub(plii_implicit_hold_goal(holds, hold), x));
+            impulse = gradient_yield(hold, plii_dvec3_sub(plii_implicit_constraint_goal(holds, hold), x));
         }
         if (!hold->is_pinned) { system->residual[hold->node] = plii_dvec3_add(system->residual[hold->node], impulse); }
         plii_implicit_add_push(holds->rigids[hold->rigid].residual, hold->lever, impulse, -1.0);
@@ -148,7 +149,7 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     for (int i = 0; i < system->node_count; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->spare[i] = is_pinned ? (plii_dvec3){0} : plii_implicit_product(body, system, i, system->direction);
@@ -159,7 +160,7 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
         }
     }
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
         if (hold->rows == 0 || gradient_is_rigid(hold)) { continue; }
         plii_dvec3 relative = hold->is_pinned ? (plii_dvec3){0} : system->direction[hold->node];
@@ -211,7 +212,7 @@ static plii_dvec3 gradient_free_solve(const plii_implicit_block* block, const gr
 
 /* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
 static void gradient_factorise_rigids(plii_implicit_system* system) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     for (int i = 0; i < holds->rigid_count; ++i) {
         if (holds->rigids[i].is_dynamic) { plii_implicit_rigid_matrix(&holds->rigids[i], holds->rigids[i].factor); }
     }
@@ -230,7 +231,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
         i = filter.end;
     }
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
         for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {
             double unit[6] = {0}, column[6] = {0};
@@ -250,7 +251,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
 
 /* direction = preconditioned residual + beta direction; or with `beta` NULL only the product of both residuals. */
 static double gradient_precondition(plii_implicit_system* system, const double* beta) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     double sum = 0.0;
     gradient_filter filter = holds->count > 0 ? gradient_make_filter(holds, 0) : (gradient_filter){0};
     for (int i = 0; i < system->node_count; ++i) {
@@ -327,9 +328,9 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
 /* Whether a contact presses, sticks or slides after a solution with what it did before. `free` is where the node would
    go without it. Sliding that turned round during the step has come to rest: if the node decided that by itself, nodes
    of a stiff sheet would go to and fro together. */
-static void gradient_judge_contact(const plii_implicit_holds* holds, plii_implicit_hold* hold, plii_dvec3 x,
+static void gradient_judge_contact(const plii_implicit_constraints* holds, plii_implicit_constraint* hold, plii_dvec3 x,
                                    plii_dvec3 free) {
-    const plii_dvec3 n = hold->normal, relative = plii_dvec3_sub(x, plii_implicit_hold_goal(holds, hold));
+    const plii_dvec3 n = hold->normal, relative = plii_dvec3_sub(x, plii_implicit_constraint_goal(holds, hold));
     const plii_dvec3 impulse = plii_implicit_block_mul(&hold->block, plii_dvec3_sub(x, free));
     const double pressing = plii_dvec3_dot(n, impulse), limit = hold->friction * pressing;
     const plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
@@ -361,17 +362,17 @@ static void gradient_judge_contact(const plii_implicit_holds* holds, plii_implic
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
    so is friction. */
 static bool gradient_judge(plii_implicit_system* system) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
     for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_hold* hold = &holds->items[i];
+        plii_implicit_constraint* hold = &holds->items[i];
         if (!hold->is_pinned) { system->spare[hold->node] = plii_implicit_swept(system, hold->node); }
         hold->rows_before = hold->rows;
         hold->impulse_before = hold->impulse;
     }
     for (int begin = 0, end = 0; begin < holds->count; begin = end) {
-        plii_implicit_hold* hold = &holds->items[begin];
+        plii_implicit_constraint* hold = &holds->items[begin];
         end = gradient_make_filter(holds, begin).end;
         if (end - begin > 1 || hold->is_anchor || hold->is_pinned) {
             plii_implicit_project_node(holds, begin, end, system->spare);
@@ -379,14 +380,14 @@ static bool gradient_judge(plii_implicit_system* system) {
         } else {
             plii_dvec3* x = &system->solution[hold->node];
             gradient_judge_contact(holds, hold, *x, system->spare[hold->node]);
-            const plii_dvec3 off = plii_dvec3_sub(plii_implicit_hold_goal(holds, hold), *x);
+            const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(holds, hold), *x);
             const plii_dvec3 held =
                 hold->rows == 3 ? off : plii_dvec3_scale(hold->normal, plii_dvec3_dot(hold->normal, off));
             if (hold->rows > 0) { *x = plii_dvec3_add(*x, held); }
         }
     }
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         is_same = is_same && hold->rows == hold->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(hold->impulse, hold->impulse_before);
         change += hold->rows == 1 ? plii_dvec3_dot(more, more) : 0.0;
@@ -397,7 +398,7 @@ static bool gradient_judge(plii_implicit_system* system) {
 
 int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
                                      double tolerance, bool is_warm, double* residual) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     double first = 0.0, last = 0.0;
     for (int i = 0; i < system->node_count; ++i) {
         if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }

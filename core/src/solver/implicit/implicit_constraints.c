@@ -14,14 +14,14 @@
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
 
-static int holds_find_rigid(const plii_implicit_holds* holds, const pli_rigid* rigid) {
+static int holds_find_rigid(const plii_implicit_constraints* holds, const pli_rigid* rigid) {
     for (int i = holds->rigid_count - 1; i >= 0; --i) {
         if (holds->rigids[i].rigid == rigid) { return i; }
     }
     return PLI_NULL_INDEX;
 }
 
-bool plii_implicit_holds_meet(pli_body* body, plii_implicit_holds* holds, pli_rigid* rigid) {
+bool plii_implicit_constraints_meet(pli_body* body, plii_implicit_constraints* holds, pli_rigid* rigid) {
     if (holds_find_rigid(holds, rigid) != PLI_NULL_INDEX) { return true; }
     if (!PLII_RESERVE(body->context, &holds->rigids, &holds->rigid_capacity, holds->rigid_count + 1)) { return false; }
     plii_implicit_rigid* met = &holds->rigids[holds->rigid_count++];
@@ -29,7 +29,7 @@ bool plii_implicit_holds_meet(pli_body* body, plii_implicit_holds* holds, pli_ri
     return true;
 }
 
-void plii_implicit_holds_forget(plii_implicit_holds* holds, const pli_rigid* rigid) {
+void plii_implicit_constraints_forget(plii_implicit_constraints* holds, const pli_rigid* rigid) {
     const int index = holds_find_rigid(holds, rigid);
     if (index == PLI_NULL_INDEX) { return; }
     for (int i = index; i + 1 < holds->rigid_count; ++i) {
@@ -82,7 +82,7 @@ static void holds_prepare_rigid(plii_implicit_rigid* met) {
     holds_invert_inertia(inverse_inertia, met->inertia);
 }
 
-void plii_implicit_holds_push_rigids(plii_implicit_holds* holds) {
+void plii_implicit_constraints_push_rigids(plii_implicit_constraints* holds) {
     for (int i = 0; i < holds->rigid_count; ++i) {
         const plii_implicit_rigid* met = &holds->rigids[i];
         const double* q = met->change;
@@ -96,7 +96,8 @@ void plii_implicit_holds_push_rigids(plii_implicit_holds* holds) {
     }
 }
 
-void plii_implicit_hold_again(pli_body* body, plii_implicit_holds* holds, plii_implicit_hold* hold) {
+void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* holds,
+                                        plii_implicit_constraint* hold) {
     plii_implicit_rigid* met = &holds->rigids[hold->rigid];
     pli_rigid* rigid = met->rigid;
     const double h = (double)body->step.dt;
@@ -136,7 +137,7 @@ void plii_implicit_hold_again(pli_body* body, plii_implicit_holds* holds, plii_i
 // --------------------------------------------------------------------------------------------------- conditions
 
 /* Merges neighbouring sorted runs until there is one; holds of a node keep their order. `to` is as long as `from`. */
-static void holds_sort(plii_hold* from, plii_hold* to, int count) {
+static void holds_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
             const int middle = begin + width < count ? begin + width : count;
@@ -152,7 +153,7 @@ static void holds_sort(plii_hold* from, plii_hold* to, int count) {
     }
 }
 
-static bool holds_is_sorted(const plii_hold* holds, int count) {
+static bool holds_is_sorted(const plii_node_constraint* holds, int count) {
     for (int i = 1; i < count; ++i) {
         if (holds[i].node < holds[i - 1].node) { return false; }
     }
@@ -160,16 +161,16 @@ static bool holds_is_sorted(const plii_hold* holds, int count) {
 }
 
 /* Lists the holds of all features, twice if they are more than there is room for. */
-static int holds_list(pli_body* body, plii_implicit_holds* holds, bool with_contacts) {
+static int holds_list(pli_body* body, plii_implicit_constraints* holds, bool with_contacts) {
     int count = 0, wanted = 0;
     for (int attempt = 0; attempt < 2; ++attempt) {
         count = wanted = 0;
         const int room = holds->listed_capacity / 2; /* the other half is for sorting */
         for (int i = 0; i < body->pipeline.feature_count; ++i) {
             const plii_feature* feature = &body->pipeline.features[i];
-            if (feature->klass->list_holds == NULL) { continue; }
-            plii_hold* free = holds->listed != NULL ? holds->listed + count : NULL;
-            const int found = feature->klass->list_holds(body, feature->state, room - count, free);
+            if (feature->klass->list_constraints == NULL) { continue; }
+            plii_node_constraint* free = holds->listed != NULL ? holds->listed + count : NULL;
+            const int found = feature->klass->list_constraints(body, feature->state, room - count, free);
             wanted += found;
             count = count + found < room ? count + found : room;
         }
@@ -207,8 +208,8 @@ static plii_dvec3 holds_point_velocity(const plii_implicit_rigid* met, pli_vec3 
     return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)dt);
 }
 
-static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met, const plii_hold* from,
-                            plii_dvec3 start, plii_implicit_hold* item) {
+static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met, const plii_node_constraint* from,
+                            plii_dvec3 start, plii_implicit_constraint* item) {
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
     pli_vec3 local = from->pivot;
     item->is_anchor = from->is_anchor;
@@ -232,26 +233,26 @@ static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met
     item->lever = plii_dvec3_from(pli_mat3_mul_vec3(met->rigid->state.pose.rotation, local));
 }
 
-void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool with_contacts,
-                                const plii_implicit_block* blocks, const plii_dvec3* base) {
+void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* holds, bool with_contacts,
+                                      const plii_implicit_block* blocks, const plii_dvec3* base) {
     const int listed = holds_list(body, holds, with_contacts);
     holds->count = 0;
     for (int i = 0; i < holds->rigid_count; ++i) {
         holds_prepare_rigid(&holds->rigids[i]);
     }
     for (int i = 0; i < listed; ++i) {
-        const plii_hold* from = &holds->listed[i];
+        const plii_node_constraint* from = &holds->listed[i];
         int rigid = holds_find_rigid(holds, from->rigid);
         if (rigid == PLI_NULL_INDEX) {
-            if (!plii_implicit_holds_meet(body, holds, from->rigid)) { continue; }
+            if (!plii_implicit_constraints_meet(body, holds, from->rigid)) { continue; }
             rigid = holds->rigid_count - 1;
             holds_prepare_rigid(&holds->rigids[rigid]);
         }
         const plii_implicit_rigid* met = &holds->rigids[rigid];
         const bool is_pinned = !(body->positions[from->node].w > 0.0f);
         if ((is_pinned && !met->is_dynamic) || !(from->influence > 0.0f)) { continue; }
-        plii_implicit_hold* item = &holds->items[holds->count++];
-        *item = (plii_implicit_hold){.node = from->node, .rigid = rigid, .is_pinned = is_pinned};
+        plii_implicit_constraint* item = &holds->items[holds->count++];
+        *item = (plii_implicit_constraint){.node = from->node, .rigid = rigid, .is_pinned = is_pinned};
         const pli_vec4 start = base != NULL ? body->previous[from->node] : body->positions[from->node];
         holds_make_item(body, met, from, plii_dvec3_from(plii_xyz(start)), item);
         plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[from->node]));
@@ -262,7 +263,7 @@ void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool
     }
 }
 
-bool plii_implicit_holds_have_contacts(const plii_implicit_holds* holds) {
+bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* holds) {
     for (int i = 0; i < holds->count; ++i) {
         if (!holds->items[i].is_anchor) { return true; }
     }
@@ -271,14 +272,14 @@ bool plii_implicit_holds_have_contacts(const plii_implicit_holds* holds) {
 
 // ------------------------------------------------------------------------------------------------------- memory
 
-void plii_implicit_holds_release(pli_body* body, plii_implicit_holds* holds) {
+void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* holds) {
     plii_release(body->context, holds->items, (size_t)holds->capacity * sizeof *holds->items);
     plii_release(body->context, holds->listed, (size_t)holds->listed_capacity * sizeof *holds->listed);
     plii_release(body->context, holds->rigids, (size_t)holds->rigid_capacity * sizeof *holds->rigids);
-    *holds = (plii_implicit_holds){0};
+    *holds = (plii_implicit_constraints){0};
 }
 
-size_t plii_implicit_holds_bytes(const plii_implicit_holds* holds) {
+size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* holds) {
     return (size_t)holds->capacity * sizeof *holds->items + (size_t)holds->listed_capacity * sizeof *holds->listed +
            (size_t)holds->rigid_capacity * sizeof *holds->rigids;
 }

@@ -22,7 +22,7 @@ typedef struct plii_implicit_rigid {
     bool is_solved;
 } plii_implicit_rigid;
 
-typedef struct plii_implicit_hold {
+typedef struct plii_implicit_constraint {
     int node, rigid;
     bool is_anchor, is_pinned;
     double share, friction;
@@ -36,44 +36,45 @@ typedef struct plii_implicit_hold {
     plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
     int rows_before;
     plii_implicit_block block;
-} plii_implicit_hold;
+} plii_implicit_constraint;
 
-typedef struct plii_implicit_holds {
-    plii_implicit_hold* items; /* by node */
+typedef struct plii_implicit_constraints {
+    plii_implicit_constraint* items; /* by node */
     int count, capacity;
-    plii_hold* listed;
+    plii_node_constraint* listed;
     int listed_capacity;
     plii_implicit_rigid* rigids;
     int rigid_count, rigid_capacity;
-} plii_implicit_holds;
+} plii_implicit_constraints;
 
 // ------------------------------------------------------------------------------------------- implicit_holds.c
 
 /* Remembers where a rigid body is before its host may move it. False: no memory. */
-bool plii_implicit_holds_meet(pli_body* body, plii_implicit_holds* holds, pli_rigid* rigid);
-void plii_implicit_holds_forget(plii_implicit_holds* holds, const pli_rigid* rigid);
+bool plii_implicit_constraints_meet(pli_body* body, plii_implicit_constraints* holds, pli_rigid* rigid);
+void plii_implicit_constraints_forget(plii_implicit_constraints* holds, const pli_rigid* rigid);
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
-void plii_implicit_holds_gather(pli_body* body, plii_implicit_holds* holds, bool with_contacts,
-                                const plii_implicit_block* blocks, const plii_dvec3* base);
+void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* holds, bool with_contacts,
+                                      const plii_implicit_block* blocks, const plii_dvec3* base);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
-bool plii_implicit_holds_have_contacts(const plii_implicit_holds* holds);
+bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* holds);
 /* Hands the changes to the rigid bodies. */
-void plii_implicit_holds_push_rigids(plii_implicit_holds* holds);
+void plii_implicit_constraints_push_rigids(plii_implicit_constraints* holds);
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
-void plii_implicit_hold_again(pli_body* body, plii_implicit_holds* holds, plii_implicit_hold* hold);
-void plii_implicit_holds_release(pli_body* body, plii_implicit_holds* holds);
-size_t plii_implicit_holds_bytes(const plii_implicit_holds* holds);
+void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* holds,
+                                        plii_implicit_constraint* hold);
+void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* holds);
+size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* holds);
 
 // ------------------------------------------------------------------------------------------- implicit_project.c
 
 /* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
    changes of the rigid bodies that balance the impulses. */
-void plii_implicit_project(plii_implicit_holds* holds, plii_dvec3* x);
+void plii_implicit_project(plii_implicit_constraints* holds, plii_dvec3* x);
 /* Only the node that has holds begin .. end - 1, with the rigid bodies as they are. */
-void plii_implicit_project_node(const plii_implicit_holds* holds, int begin, int end, plii_dvec3* x);
+void plii_implicit_project_node(const plii_implicit_constraints* holds, int begin, int end, plii_dvec3* x);
 /* Velocity that a hold asks of its node. */
-plii_dvec3 plii_implicit_hold_goal(const plii_implicit_holds* holds, const plii_implicit_hold* hold);
+plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* holds, const plii_implicit_constraint* hold);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
 void plii_implicit_solve6(const double m[6][6], double b[6]);

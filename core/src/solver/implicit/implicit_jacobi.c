@@ -61,7 +61,7 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
 
 /* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
 static void implicit_extrapolate(plii_implicit_system* system, double weight) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     for (int r = 0; r < holds->rigid_count; ++r) {
         memcpy(holds->rigids[r].product, holds->rigids[r].change, sizeof holds->rigids[r].product);
     }

@@ -44,7 +44,7 @@ void plii_implicit_solve6(const double m[6][6], double b[6]) {
 
 // ------------------------------------------------------------------------------------------------------ nodes
 
-plii_dvec3 plii_implicit_hold_goal(const plii_implicit_holds* holds, const plii_implicit_hold* hold) {
+plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* holds, const plii_implicit_constraint* hold) {
     const plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
     if (!rigid->is_dynamic) { return hold->target; }
     return plii_dvec3_add(hold->target, plii_implicit_point_change(rigid->change, hold->lever));
@@ -52,7 +52,7 @@ plii_dvec3 plii_implicit_hold_goal(const plii_implicit_holds* holds, const plii_
 
 /* Impulse of a contact whose node slides: normal + friction against the sliding, so that the node stays at the surface.
    `direction` is a first guess of that of friction. */
-static plii_dvec3 project_sliding(const plii_implicit_hold* hold, plii_dvec3 relative, plii_dvec3 direction) {
+static plii_dvec3 project_sliding(const plii_implicit_constraint* hold, plii_dvec3 relative, plii_dvec3 direction) {
     const plii_dvec3 n = hold->normal;
     const double depth = -plii_dvec3_dot(n, relative);
     const double response = plii_dvec3_dot(n, plii_implicit_block_solve(&hold->block, n));
@@ -73,8 +73,8 @@ static plii_dvec3 project_sliding(const plii_implicit_hold* hold, plii_dvec3 rel
 }
 
 /* The impulse of one hold on its node, which moves with `free` without it. */
-static void project_hold(const plii_implicit_holds* holds, plii_implicit_hold* hold, plii_dvec3 free) {
-    const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_hold_goal(holds, hold));
+static void project_hold(const plii_implicit_constraints* holds, plii_implicit_constraint* hold, plii_dvec3 free) {
+    const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_constraint_goal(holds, hold));
     const plii_dvec3 stopping = plii_dvec3_scale(plii_implicit_block_mul(&hold->block, relative), -hold->share);
     hold->rows = 3;
     hold->impulse = stopping;
@@ -92,8 +92,8 @@ static void project_hold(const plii_implicit_holds* holds, plii_implicit_hold* h
 }
 
 /* Several holds share it by turns, each given the others. */
-void plii_implicit_project_node(const plii_implicit_holds* holds, int begin, int end, plii_dvec3* x) {
-    plii_implicit_hold* items = holds->items;
+void plii_implicit_project_node(const plii_implicit_constraints* holds, int begin, int end, plii_dvec3* x) {
+    plii_implicit_constraint* items = holds->items;
     const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].node];
     plii_dvec3 sum = {0};
     for (int i = begin; i < end; ++i) {
@@ -102,7 +102,7 @@ void plii_implicit_project_node(const plii_implicit_holds* holds, int begin, int
     const int passes = end - begin > 1 ? IMPLICIT_SHARED_PASSES : 1;
     for (int pass = 0; pass < passes; ++pass) {
         for (int i = begin; i < end; ++i) {
-            plii_implicit_hold* hold = &items[i];
+            plii_implicit_constraint* hold = &items[i];
             const plii_dvec3 others = end - begin > 1 ? plii_dvec3_sub(sum, hold->impulse) : sum;
             project_hold(holds, hold, plii_dvec3_add(alone, plii_implicit_block_solve(&hold->block, others)));
             sum = plii_dvec3_add(others, hold->impulse);
@@ -116,14 +116,14 @@ void plii_implicit_project_node(const plii_implicit_holds* holds, int begin, int
 // -------------------------------------------------------------------------------------------------- rigid bodies
 
 /* Change of the impulse of a hold when its point is moved, as long as the directions held stay the same. */
-static plii_dvec3 project_response(const plii_implicit_hold* hold, plii_dvec3 moved) {
+static plii_dvec3 project_response(const plii_implicit_constraint* hold, plii_dvec3 moved) {
     if (hold->rows == 3) { return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, moved), hold->share); }
     if (hold->rows == 0) { return (plii_dvec3){0}; }
     const double response = plii_dvec3_dot(hold->normal, plii_implicit_block_solve(&hold->block, hold->normal));
     return plii_dvec3_scale(hold->normal, plii_dvec3_dot(hold->normal, moved) / response);
 }
 
-static void project_add_matrix(const plii_implicit_hold* hold, double m[6][6]) {
+static void project_add_matrix(const plii_implicit_constraint* hold, double m[6][6]) {
     for (int k = 0; k < 6; ++k) {
         double unit[6] = {0}, column[6] = {0};
         unit[k] = 1.0;
@@ -135,7 +135,7 @@ static void project_add_matrix(const plii_implicit_hold* hold, double m[6][6]) {
     }
 }
 
-static void project_rigid(plii_implicit_holds* holds, int index, plii_dvec3* x) {
+static void project_rigid(plii_implicit_constraints* holds, int index, plii_dvec3* x) {
     plii_implicit_rigid* rigid = &holds->rigids[index];
     double m[6][6], b[6];
     plii_implicit_rigid_matrix(rigid, m);
@@ -144,7 +144,7 @@ static void project_rigid(plii_implicit_holds* holds, int index, plii_dvec3* x) 
         b[i] = -b[i];
     }
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         if (hold->rigid != index || hold->rows == 0) { continue; }
         plii_implicit_add_push(b, hold->lever, hold->impulse, -1.0);
         project_add_matrix(hold, m);
@@ -155,7 +155,7 @@ static void project_rigid(plii_implicit_holds* holds, int index, plii_dvec3* x) 
         rigid->change[i] += b[i];
     }
     for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_hold* hold = &holds->items[i];
+        plii_implicit_constraint* hold = &holds->items[i];
         if (hold->rigid != index || hold->rows == 0) { continue; }
         const plii_dvec3 more = project_response(hold, plii_implicit_point_change(b, hold->lever));
         hold->impulse = plii_dvec3_add(hold->impulse, more);
@@ -165,7 +165,7 @@ static void project_rigid(plii_implicit_holds* holds, int index, plii_dvec3* x) 
     }
 }
 
-void plii_implicit_project(plii_implicit_holds* holds, plii_dvec3* x) {
+void plii_implicit_project(plii_implicit_constraints* holds, plii_dvec3* x) {
     for (int begin = 0, end = 0; begin < holds->count; begin = end) {
         while (end < holds->count && holds->items[end].node == holds->items[begin].node) {
             ++end;

@@ -20,7 +20,7 @@ typedef struct implicit_state {
     plii_implicit_block* blocks;
     int* groups;
     plii_dvec3* vectors[IMPLICIT_MAX_VECTORS];
-    plii_implicit_holds holds;
+    plii_implicit_constraints holds;
     plii_implicit_system system; /* of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
     pli_implicit_report report;
@@ -86,7 +86,7 @@ static void implicit_iterate(const pli_body* body, implicit_state* state, bool i
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
-    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_holds_have_contacts(&state->holds)) {
+    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->holds)) {
         if (state->spectral_radius == 0.0) { state->spectral_radius = plii_implicit_spectral_radius(system); }
         state->report.spectral_radius = (float)state->spectral_radius;
         plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
@@ -104,14 +104,14 @@ static int implicit_group(const plii_implicit_system* system, int component) {
 }
 
 static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
-    const plii_implicit_holds* holds = system->holds;
+    const plii_implicit_constraints* holds = system->holds;
     for (int i = 0; i < system->node_count; ++i) {
         system->groups[i] = i;
     }
     for (int r = 0; r < holds->rigid_count; ++r) {
         int group = PLI_NULL_INDEX;
         for (int i = 0; i < holds->count && holds->rigids[r].is_dynamic; ++i) {
-            const plii_implicit_hold* hold = &holds->items[i];
+            const plii_implicit_constraint* hold = &holds->items[i];
             if (hold->rigid != r || hold->rows == 0) { continue; }
             const int other = implicit_group(system, graph->components[hold->node]);
             if (group == PLI_NULL_INDEX) {
@@ -132,7 +132,7 @@ static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
 /* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that they hold. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
 static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
-    plii_implicit_holds* holds = system->holds;
+    plii_implicit_constraints* holds = system->holds;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
     implicit_join_groups(graph, system);
     for (int i = 0; i < body->node_count; ++i) {
@@ -150,7 +150,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     for (int r = 0; r < holds->rigid_count; ++r) {
         const plii_implicit_rigid* rigid = &holds->rigids[r];
         for (int i = 0; i < holds->count; ++i) {
-            const plii_implicit_hold* hold = &holds->items[i];
+            const plii_implicit_constraint* hold = &holds->items[i];
             if (hold->rigid != r || hold->rows == 0) { continue; }
             const int group = implicit_group(system, graph->components[hold->node]);
             if (rigid->is_dynamic) {
@@ -173,7 +173,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     for (int r = 0; r < holds->rigid_count; ++r) {
         plii_implicit_rigid* rigid = &holds->rigids[r];
         for (int i = 0; i < holds->count && rigid->is_dynamic; ++i) {
-            const plii_implicit_hold* hold = &holds->items[i];
+            const plii_implicit_constraint* hold = &holds->items[i];
             if (hold->rigid != r || hold->rows == 0) { continue; }
             const plii_dvec3 shift = momenta[implicit_group(system, graph->components[hold->node])];
             rigid->change[0] += shift.x;
@@ -222,7 +222,7 @@ static void implicit_predict(pli_body* body, float dt) {
     state->holds.rigid_count = 0;
     implicit_add_external(body, state, step->dt, system->rhs);
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
-    plii_implicit_holds_gather(body, &state->holds, false, state->blocks, NULL);
+    plii_implicit_constraints_gather(body, &state->holds, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
     implicit_add_solution(body, system->solution, step->dt);
@@ -234,13 +234,13 @@ static void implicit_predict(pli_body* body, float dt) {
 // -------------------------------------------------------------------------------------------- anchors and contacts
 
 static pli_status implicit_meet_rigid(pli_body* body, void* data, pli_rigid* rigid) {
-    const bool has_room = plii_implicit_holds_meet(body, &((implicit_state*)data)->holds, rigid);
+    const bool has_room = plii_implicit_constraints_meet(body, &((implicit_state*)data)->holds, rigid);
     return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static void implicit_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
     (void)body;
-    plii_implicit_holds_forget(&((implicit_state*)data)->holds, rigid);
+    plii_implicit_constraints_forget(&((implicit_state*)data)->holds, rigid);
 }
 
 /* Where the velocity of a node leads, rounded as in implicit_add_solution. */
@@ -254,7 +254,7 @@ static void implicit_solve_holds(pli_body* body, implicit_state* state) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_implicit_system* system = &state->system;
     body->context->pass.feature = NULL; /* stages have run */
-    plii_implicit_holds_gather(body, &state->holds, true, state->blocks, system->solution);
+    plii_implicit_constraints_gather(body, &state->holds, true, state->blocks, system->solution);
     if (state->holds.count == 0) { return; }
     plii_dvec3* before = state->vectors[4];
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
@@ -269,13 +269,13 @@ static void implicit_solve_holds(pli_body* body, implicit_state* state) {
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
-    plii_implicit_holds_push_rigids(&state->holds);
+    plii_implicit_constraints_push_rigids(&state->holds);
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */
-static void implicit_end_recovery(pli_body* body, const plii_implicit_holds* holds) {
+static void implicit_end_recovery(pli_body* body, const plii_implicit_constraints* holds) {
     for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_hold* hold = &holds->items[i];
+        const plii_implicit_constraint* hold = &holds->items[i];
         if (hold->rows == 0 || hold->is_pinned || holds->rigids[hold->rigid].is_dynamic) { continue; }
         const pli_vec3 velocity = plii_xyz(body->velocities[hold->node]);
         plii_set_xyz(&body->velocities[hold->node],
@@ -298,12 +298,12 @@ static void implicit_follow_corrections(pli_body* body, const plii_step* step) {
 }
 
 /* Those that the stage has moved. */
-static void implicit_hold_moved_nodes(pli_body* body, plii_implicit_holds* holds) {
+static void implicit_hold_moved_nodes(pli_body* body, plii_implicit_constraints* holds) {
     for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_hold* hold = &holds->items[i];
+        plii_implicit_constraint* hold = &holds->items[i];
         const pli_vec3 x = plii_xyz(body->positions[hold->node]), solved = implicit_reached(body, hold->node);
         const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
-        if (has_moved && !hold->is_pinned) { plii_implicit_hold_again(body, holds, hold); }
+        if (has_moved && !hold->is_pinned) { plii_implicit_constraint_reproject(body, holds, hold); }
     }
 }
 
@@ -329,7 +329,7 @@ static void implicit_solve(pli_body* body) {
 }
 
 static const plii_solver_class implicit_solver = {
-    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .holds_nodes = true};
+    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .solves_constraints = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -367,14 +367,14 @@ static pli_status implicit_enable(pli_body* body, void* data) {
 
 static void implicit_disable(pli_body* body, void* data) {
     implicit_release(body, data, body->node_count, body->link_count);
-    plii_implicit_holds_release(body, &((implicit_state*)data)->holds);
+    plii_implicit_constraints_release(body, &((implicit_state*)data)->holds);
     body->solver_class = &plii_position_solver;
 }
 
 static size_t implicit_bytes(const pli_body* body, const void* data) {
     const implicit_state* state = data;
     return implicit_halves_size(body->link_count) + implicit_blocks_size(body->node_count) +
-           implicit_groups_size(body->node_count) + plii_implicit_holds_bytes(&state->holds) +
+           implicit_groups_size(body->node_count) + plii_implicit_constraints_bytes(&state->holds) +
            (size_t)implicit_vector_count(state) * implicit_vector_size(body->node_count);
 }
 
@@ -414,7 +414,7 @@ static const plii_feature_class implicit_class = {
     .enable = implicit_enable,
     .disable = implicit_disable,
     .collide_rigid = implicit_meet_rigid,
-    .forget_rigid = implicit_forget_rigid,
+    .on_rigid_removed = implicit_forget_rigid,
     .bytes = implicit_bytes,
     .topology_blocks = implicit_topology_blocks,
     .topology_commit = implicit_topology_commit,

@@ -49,7 +49,7 @@ static void xpbd_anchors_restart(pli_body* body, void* data, const plii_substep*
         plii_substep_rigid_point_restart(&anchor->point, substep);
         anchor->multiplier = pli_vec3_make(0, 0, 0);
         anchor->inverse =
-            plii_impulse_matrix(1.0f, substep->displacements[anchor->node].w + alpha, rigid->state.inverse_mass,
+            plii_effective_mass(1.0f, substep->displacements[anchor->node].w + alpha, rigid->state.inverse_mass,
                                 rigid->state.inverse_inertia_world, anchor->point.offset);
     }
 }

@@ -1,7 +1,7 @@
 /* The definition that contacts with rigid and with soft bodies share. */
 
-#include "math/range.h"
 #include "solver/xpbd/xpbd_contact.h"
+#include "math/range.h"
 
 pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void) {
     return (pli_xpbd_contacts_def){.friction = 0.5f, .recovery_speed = 1.0f, .cookie = PLII_DEF_COOKIE};

@@ -51,8 +51,8 @@ PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const pli_vec4* positions, 
                                     plii_float4_add(plii_float4_from(&positions[nodes[1]]), moved[1]),
                                     plii_float4_add(plii_float4_from(&positions[nodes[2]]), moved[2]),
                                     plii_float4_add(plii_float4_from(&positions[nodes[3]]), moved[3])};
-    plii_float4_turn(sums);
-    plii_float4_turn(moved);
+    plii_float4_transpose(sums);
+    plii_float4_transpose(moved);
     return (xpbd_tetra_corners){{sums[0], sums[1], sums[2]}, moved[3]};
 }
 
@@ -63,7 +63,7 @@ PLII_SIMD_INLINE void xpbd_tetras_move(pli_vec4* displacements, const int* nodes
                                        plii_float4 scale) {
     const plii_vec3x4 move = plii_vec3x4_scale(gradient, scale);
     plii_float4 rows[PLII_LANES] = {move.x, move.y, move.z, plii_float4_all(0.0f)};
-    plii_float4_turn(rows);
+    plii_float4_transpose(rows);
     xpbd_tetras_add(&displacements[nodes[0]], rows[0]);
     xpbd_tetras_add(&displacements[nodes[1]], rows[1]);
     xpbd_tetras_add(&displacements[nodes[2]], rows[2]);
