@@ -478,6 +478,57 @@ static void test_friction_is_coulombs(void** unused) {
     }
 }
 
+/* Contacts with bodies that nothing moves are solved four at a time: nodes of one body have the bits of bodies of one
+   node each. The surface drags and turns, some nodes begin inside, one is pinned. */
+static void test_contacts_of_many_nodes_are_those_of_single_ones(void** unused) {
+    (void)unused;
+    enum { nodes = 11 };
+    pli_shape* plane = NULL;
+    CHECK_OK(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0.0f, &plane));
+    pli_rigid* rigid = make_rigid(PLI_RIGID_KINEMATIC, plane, 0, 0);
+    pli_shape_release(plane);
+    pli_rigid_state moving = pli_rigid_get_state(rigid);
+    moving.linear_velocity = pli_vec3_make(0.3f, 0, -0.1f);
+    moving.angular_velocity = pli_vec3_make(0, 0.5f, 0);
+    CHECK_OK(pli_rigid_set_state(rigid, &moving));
+    for (int softness = 0; softness < 2; ++softness) {
+        pli_body* bodies[nodes + 1];
+        for (int b = 0; b <= nodes; ++b) {
+            pli_mesh* mesh = NULL;
+            CHECK_OK(pli_mesh_create(context, &mesh));
+            for (int i = b < nodes ? b : 0; i <= (b < nodes ? b : nodes - 1); ++i) {
+                const pli_vec3 x =
+                    pli_vec3_make(0.3f * (float)i, 0.03f * (float)(i % 4) - 0.02f, 0.1f * (float)(i % 3));
+                CHECK_OK(pli_mesh_append_node(mesh, x, i == 5 ? 0.0f : 0.1f + 0.05f * (float)i, NULL));
+            }
+            bodies[b] = make_body(mesh, 7, 2);
+            enable_rigid_contacts(bodies[b], 0.3f);
+            pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+            def.friction = 0.7f;
+            def.compliance = softness == 0 ? 0.0f : 1e-4f;
+            CHECK_OK(pli_body_enable_xpbd_rigid_contacts(bodies[b], &def));
+        }
+        for (int i = 0; i < nodes; ++i) {
+            const pli_vec3 velocity = pli_vec3_make(0.2f * (float)(i % 5) - 0.3f, -0.5f * (float)(i % 2), 0.1f);
+            CHECK_OK(pli_body_set_node_velocity(bodies[i], 0, velocity));
+            CHECK_OK(pli_body_set_node_velocity(bodies[nodes], i, velocity));
+        }
+        for (int step = 0; step < 60; ++step) {
+            step_many(1, 1.0 / 60.0);
+            const pli_body_view all = pli_body_get_view(bodies[nodes]);
+            for (int i = 0; i < nodes; ++i) {
+                const pli_body_view one = pli_body_get_view(bodies[i]);
+                assert_memory_equal(&one.positions[0], &all.positions[i], sizeof *all.positions);
+                assert_memory_equal(&one.velocities[0], &all.velocities[i], sizeof *all.velocities);
+            }
+        }
+        assert_true(pli_body_get_rigid_contacts(bodies[nodes], 0, NULL) >= 8);
+        for (int b = 0; b <= nodes; ++b) {
+            pli_body_destroy(bodies[b]);
+        }
+    }
+}
+
 static void test_contact_shares_momentum_with_a_rigid_body(void** unused) {
     (void)unused;
     no_gravity();
@@ -788,6 +839,8 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_of_many_nodes_are_those_of_single_ones, setup_world,
+                                        teardown_world),
         cmocka_unit_test_setup_teardown(test_contact_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_sheet_lies_on_another_one, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_momentum, setup_world, teardown_world),
