@@ -381,7 +381,9 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     *colors = maker.made;
     maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.place_count = 0;
     link_colors_make_groups(&maker);
-    memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
+    if (serial_count > 0) {
+        memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
+    }
     colors->storage = block.memory;
     colors->storage_size = block.size;
     return true;
