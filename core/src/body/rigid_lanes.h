@@ -1,8 +1,7 @@
 #ifndef PLII_RIGID_LANES_H
 #define PLII_RIGID_LANES_H
 
-/* What rigid_impl.h has for contacts and anchors of nodes, in lanes and with the same results. Goes before other
-   headers of the core. */
+/* What rigid_impl.h has for contacts and anchors of nodes, in lanes and with the same results. */
 
 #include "math/simd_float4.h"
 
