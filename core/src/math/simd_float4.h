@@ -87,12 +87,25 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
     return a | b;
 }
+/* Of bits: operations of floats and of integers are in different parts of a processor. */
+#if defined(__SSE2__)
+PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
+    return _mm_or_ps(_mm_and_ps((plii_float4)mask, yes), _mm_andnot_ps((plii_float4)mask, no));
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value) {
+    return _mm_and_ps((plii_float4)mask, value);
+}
+#else
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
     return (plii_float4)((mask & (plii_mask4)yes) | (~mask & (plii_mask4)no));
 }
+PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value) {
+    return (plii_float4)(mask & (plii_mask4)value);
+}
+#endif
 /* `value` where a > b, else 0. */
 PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
-    return (plii_float4)((a > b) & (plii_mask4)value);
+    return plii_lanes_where(a > b, value);
 }
 /* copysignf */
 PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
@@ -100,7 +113,7 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 
 }
 /* x, y, z, 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyz(plii_float4 a) {
-    return (plii_float4)((plii_mask4)a & (plii_mask4){-1, -1, -1, 0});
+    return plii_lanes_where((plii_mask4){-1, -1, -1, 0}, a);
 }
 /* y, z, x, w */
 PLII_SIMD_INLINE plii_float4 plii_lanes_yzx(plii_float4 a) {

@@ -12,7 +12,6 @@
 enum { PLII_FLOAT8_IS_ONE = 1 }; /* register */
 
 typedef float plii_float8 __attribute__((vector_size(32)));
-typedef int32_t plii_mask8 __attribute__((vector_size(32)));
 
 PLII_SIMD_INLINE plii_float8 plii_float8_of(plii_float4 low, plii_float4 high) {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
@@ -53,7 +52,7 @@ PLII_SIMD_INLINE plii_float8 plii_float8_max(plii_float8 a, plii_float8 b) {
 }
 /* `value` where a > b, else 0. */
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
-    return (plii_float8)((a > b) & (plii_mask8)value);
+    return _mm256_and_ps((plii_float8)(a > b), value);
 }
 /* a < b ? yes : no */
 PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
