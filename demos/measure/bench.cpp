@@ -177,7 +177,7 @@ void sum_up_stages(const StageTimes& times, const Counts& counts, int frames, Be
         if (feature == "clusters") { cluster_time += time; }
         if (!is_iteration(stage)) { continue; }
         if (feature.find("links") != std::string::npos) { link_time += time; }
-        if (feature == "rigid_contacts" || feature == "soft_contacts") { contact_time += time; }
+        if (feature == "rigid contacts" || feature == "soft contacts") { contact_time += time; }
     }
     std::sort(result.stages.begin(), result.stages.end(),
               [](const StageCost& a, const StageCost& b) { return a.microseconds > b.microseconds; });

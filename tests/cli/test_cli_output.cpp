@@ -244,7 +244,7 @@ static void test_costs_tell_what_is_on(void**) {
     const auto linked = costs.at("linked_bytes").get<size_t>();
     assert_in_range(linked, 50000, costs.at("core_bytes").get<size_t>() / 2);
     const std::vector<std::string> modules = costs.at("linked_modules");
-    assert_int_equal(std::count(modules.begin(), modules.end(), "solve_links_colored"), 1);
+    assert_int_equal(std::count(modules.begin(), modules.end(), "pbd_links_colored"), 1);
     assert_int_equal(std::count(modules.begin(), modules.end(), "cluster"), 0);
     const cli::Result bullet = cli::run("run Torus --engine bullet --costs");
     assert_int_equal(bullet.status, 1);

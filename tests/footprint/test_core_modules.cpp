@@ -34,7 +34,7 @@ static void modules_are_those_that_a_linker_takes(void**) {
     const demos::LinkedCore linked =
         demos::linked_core({"pli_context_create", "pli_world_create", "pli_world_step", "pli_mesh_create_patch",
                             "pli_body_create", "pli_rigid_create", "pli_shape_create_plane"},
-                           {"rigid_contacts"});
+                           {"rigid contacts"});
     const std::vector<std::string> expected = modules_in_map(CLOTH_MAP);
     assert_true(expected.size() > 10);
     assert_true(linked.modules == expected);
@@ -54,7 +54,7 @@ static void more_features_link_more(void**) {
 static void features_are_known_by_the_names_of_the_core(void**) {
     const std::vector<std::string> names = demos::core_features();
     assert_true(names.size() > 30);
-    for (const char* name : {"links", "clusters", "XPBD solver", "rigid_contacts_last", "self-collision of faces"}) {
+    for (const char* name : {"links", "clusters", "XPBD solver", "rigid contacts last", "self-collision of faces"}) {
         assert_true(has(names, name));
     }
     assert_false(has(names, "bullet")); // a solver, which is no feature

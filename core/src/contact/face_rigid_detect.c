@@ -452,7 +452,7 @@ static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_t
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
 static const plii_feature_class rigid_faces_class = {
-    .name = "rigid_face_contacts",
+    .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},

@@ -384,7 +384,7 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
 
 static const plii_feature_class rigid_contacts_class = {
-    .name = "rigid_contacts",
+    .name = "rigid contacts",
     .state_size = sizeof(rigid_contacts_state),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
@@ -406,7 +406,7 @@ static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_con
 
 /* Their solve at another place of the iteration. */
 static const plii_feature_class rigid_contacts_last_class = {
-    .name = "rigid_contacts_last",
+    .name = "rigid contacts last",
     .needs = rigid_contacts_last_needs,
     .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
 };

@@ -132,7 +132,7 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
 enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 
 const plii_feature_class plii_soft_contacts_class = {
-    .name = "soft_contacts",
+    .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
