@@ -798,7 +798,7 @@ static void a_body_without_room_for_contacts_is_stepped_without_them_and_others_
     landing_begin(&short_one, true);
     short_one.t.allocator.fail_at = 1;
     check_told(&short_one, pli_world_step(short_one.t.world, dt), "pli_world_step: no memory, ");
-    check_told(&short_one, PLI_ERROR_OUT_OF_MEMORY, "for rigid_contacts of body 0;");
+    check_told(&short_one, PLI_ERROR_OUT_OF_MEMORY, "for rigid contacts of body 0;");
     assert_true(landing_hash(&short_one, 0) == landing_hash(&free_one, 0));
     assert_true(landing_hash(&short_one, 1) == landing_hash(&landed, 1));
     assert_int_equal(pli_world_step(short_one.t.world, dt), PLI_OK);
@@ -831,7 +831,7 @@ static void a_collide_call_tells_of_its_pair_and_the_solve_of_the_step(void** st
     }
     l.t.allocator.fail_at = 0;
     check_told(&l, pli_world_solve(l.t.world), "pli_world_solve: no memory");
-    check_told(&l, PLI_ERROR_OUT_OF_MEMORY, "for rigid_contacts of body 1;");
+    check_told(&l, PLI_ERROR_OUT_OF_MEMORY, "for rigid contacts of body 1;");
     assert_false(pli_world_is_stepping(l.t.world));
     assert_int_equal(pli_world_step(l.t.world, dt), PLI_OK);
     landing_end(&l);
