@@ -42,6 +42,7 @@ typedef struct trial {
 typedef struct trial_counts {
     long places, in_steps; /* allocations with enough memory */
     long runs, reported;   /* in which one failed; by a step */
+    long not_made;         /* runs that came to an end before that allocation */
 } trial_counts;
 
 #define TRIAL_FAIL(t, format, ...)                                                                                     \
@@ -263,7 +264,12 @@ static inline trial_counts trial_run_all(const trial_setup* setup, bool makes_ro
         if ((place + strides.phase) % (is_in_step ? strides.in_steps : strides.in_calls) != 0) { continue; }
         for (int for_good = 0; for_good < 2; ++for_good) {
             const trial t = trial_run(setup, makes_room, place, for_good != 0, &record);
-            if (t.allocator.failed == 0) { TRIAL_FAIL(&t, "%s", "was not made"); }
+            if (t.allocator.failed == 0) {
+                /* A checked build asks again for blocks that lie where handles were, as often as addresses want it. */
+                if (!PLIANT_CHECKED) { TRIAL_FAIL(&t, "%s", "was not made"); }
+                counts.not_made += 1;
+                continue;
+            }
             counts.runs += 1;
             counts.reported += t.has_deviated;
         }

@@ -730,14 +730,16 @@ static void nothing_fails_in_silence(void** state) {
         for (int room = 0; room < 2; ++room) {
             const trial_counts counts = trial_run_all(&setups[i], room != 0, strides_of(2 * i + (size_t)room));
             if (tries_all()) {
-                print_message("%-32s %s: %4ld allocations, %4ld in steps; %4ld of %4ld failures reported by a step\n",
+                print_message("%-32s %s: %4ld allocations, %4ld in steps; %4ld of %4ld failures reported by a step, "
+                              "%ld not made\n",
                               setups[i].name, room != 0 ? "with room" : "no room  ", counts.places, counts.in_steps,
-                              counts.reported, counts.runs);
+                              counts.reported, counts.runs, counts.not_made);
             }
             places += counts.places;
             in_steps += counts.in_steps;
             reported += counts.reported;
             assert_true(!tries_all() || counts.in_steps == 0 || counts.reported > 0);
+            if (tries_all()) { assert_in_range(counts.not_made, 0, counts.runs); }
         }
     }
     print_message("%ld allocations, %ld of them in steps; steps reported %ld failures\n", places, in_steps, reported);
