@@ -7,8 +7,8 @@
 // Run with --benchmark_repetitions=9 --benchmark_enable_random_interleaving=true on a machine that does other things.
 
 extern "C" {
-#include "body/pipeline.h"
 #include "body/body_impl.h"
+#include "body/pipeline.h"
 #include "pliant/contact.h"
 #include "pliant/generate.h"
 #include "pliant/io.h"

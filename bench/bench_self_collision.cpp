@@ -78,7 +78,7 @@ void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, floa
     plii_spatial_hash_build(context, &all, count, points.data(), distance, 0.0f);
     for (int g = 0; g < 2; ++g) {
         plii_spatial_hash_build(context, &grids[g], count, points.data(), distance,
-                             0.5f * distance * static_cast<float>(g));
+                                0.5f * distance * static_cast<float>(g));
     }
     int missed = 0, missed_near = 0, near = 0;
     for (int i = 0; i < count; ++i) {

@@ -1,8 +1,8 @@
 /* The hull service: closed, convex, made of extreme points only, whatever the points. */
 
 #include "check.h"
-#include "geometry/convex_hull.h"
 #include "failing_allocator.h"
+#include "geometry/convex_hull.h"
 #include "geometry/orient3d.h"
 
 static pli_context* context;

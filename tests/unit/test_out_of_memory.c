@@ -739,7 +739,7 @@ static void nothing_fails_in_silence(void** state) {
             in_steps += counts.in_steps;
             reported += counts.reported;
             assert_true(!tries_all() || counts.in_steps == 0 || counts.reported > 0);
-            if (tries_all()) { assert_in_range(counts.not_made, 0, counts.runs); }
+            assert_true(!tries_all() || 2 * counts.not_made <= counts.runs); /* a fifth was seen */
         }
     }
     print_message("%ld allocations, %ld of them in steps; steps reported %ld failures\n", places, in_steps, reported);

@@ -28,8 +28,7 @@ struct pli_context {
     void* log_user;
     pli_parallel_for_fn* parallel_for; /* never NULL */
     void* parallel_user;
-    bool has_threads; /* parallel_for is that of the caller */
-    pli_simd simd;    /* never PLI_SIMD_BEST */
+    pli_simd simd; /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
     plii_pass pass;
@@ -107,10 +106,6 @@ bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
 
-/* False where plii_parallel_for is known to run everything in one piece. */
-static inline bool plii_has_threads(const pli_context* context) {
-    return context->has_threads;
-}
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
     if (count > grain) {
         plii_walk_begin(context);

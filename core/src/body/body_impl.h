@@ -24,7 +24,8 @@ typedef struct plii_solver_class {
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the collision margin: contacts with rigid bodies are looked for so much further out. */
     float contact_reach;
-    bool solves_constraints; /* takes the constraints of features (node_constraint.h) into its system; their position solves rest */
+    /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */
+    bool solves_constraints;
 } plii_solver_class;
 
 struct pli_body {

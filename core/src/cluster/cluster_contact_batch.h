@@ -1,7 +1,7 @@
 #ifndef PLII_CLUSTER_CONTACT_BATCH_H
 #define PLII_CLUSTER_CONTACT_BATCH_H
 
-/* Data of contacts that are solved side by side, see cluster_contact_groups.h. */
+/* Data of contacts that are solved side by side, see cluster_contact_batches.h. */
 
 #include "cluster/joint_end.h"
 

@@ -2,7 +2,7 @@
 #define PLII_CLUSTER_CONTACT_KERNEL_H
 
 /* What groups of contacts do in a step, with the instructions of every processor of the target or with more, from
-   cluster_groups_kernel.inl; all with the same results. */
+   cluster_contact_kernel.inl; all with the same results. */
 
 #include "cluster/cluster_contact_batch.h"
 

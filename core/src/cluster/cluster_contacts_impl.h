@@ -2,7 +2,7 @@
 #define PLII_CLUSTER_CONTACTS_IMPL_H
 
 /* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_rigid.c and
-   cluster_contacts_body.c look for pairs, cluster_contacts_measure.c measures them, cluster_contacts_pair.c knows them
+   cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
    from step to step, cluster_contact.c makes and solves a contact. */
 
 #include "base/edge_set.h"

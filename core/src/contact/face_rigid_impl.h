@@ -1,8 +1,8 @@
 #ifndef PLII_FACE_RIGID_IMPL_H
 #define PLII_FACE_RIGID_IMPL_H
 
-/* Contacts of faces with rigid shapes: state shared by their making (collide_rigid_faces.c) and their solve
-   (solve_rigid_faces.c). */
+/* Contacts of faces with rigid shapes: state shared by their making (face_rigid_detect.c) and their solve
+   (face_rigid_solve.c). */
 
 #include "body/body_impl.h"
 #include "body/rigid_impl.h"

@@ -1,8 +1,8 @@
 #ifndef PLII_SIMD_FLOAT8_H
 #define PLII_SIMD_FLOAT8_H
 
-/* Eight floats at a time: one register where the compiler has AVX2, else two of lanes.h, with the same results. What is
-   worth it is compiled with AVX2 in a source file of its own and chosen at run time. */
+/* Eight floats at a time: one register where the compiler has AVX2, else two of simd_float4.h, with the same results.
+   What is worth it is compiled with AVX2 in a source file of its own and chosen at run time. */
 
 #include "math/simd_float4.h"
 

@@ -2,7 +2,7 @@
 #define PLII_SELF_FACES_IMPL_H
 
 /* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
-   their solve (plii_self_faces_solve.c). */
+   their solve (self_faces_solve.c). */
 
 #include "geometry/bvh.h"
 #include "self_collision/self_collision_impl.h"

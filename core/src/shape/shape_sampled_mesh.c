@@ -1,5 +1,5 @@
 /* The solid inside of triangles by signed distances on a dense grid, interpolated trilinearly; the normal is the
-   gradient of the interpolant. How the samples come about: mesh_sampling.c. */
+   gradient of the interpolant. How the samples come about: sdf_grid.c. */
 
 #include "geometry/sdf_grid.h"
 #include "math/bounds.h"

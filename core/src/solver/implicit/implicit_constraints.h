@@ -47,7 +47,7 @@ typedef struct plii_implicit_constraints {
     int rigid_count, rigid_capacity;
 } plii_implicit_constraints;
 
-// ------------------------------------------------------------------------------------------- implicit_holds.c
+// ------------------------------------------------------------------------------------------- implicit_constraints.c
 
 /* Remembers where a rigid body is before its host may move it. False: no memory. */
 bool plii_implicit_constraints_meet(pli_body* body, plii_implicit_constraints* holds, pli_rigid* rigid);
