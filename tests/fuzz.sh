@@ -34,7 +34,7 @@ done
 
 run() { # NAME LOG SECONDS MOST_BYTES
     [ "$3" -gt 0 ] || return 0
-    "$programs/fuzz_$1" -max_total_time="$3" -max_len="$4" -len_control=0 -timeout=20 -reload=30 -print_final_stats=1 \
+    "$programs/fuzz_$1" -max_total_time="$3" -max_len="$4" -len_control=0 -timeout=60 -reload=30 -print_final_stats=1 \
         -artifact_prefix="$findings/$1-" "build/fuzz/corpus/$1" >"build/fuzz/$2.log" 2>&1
 }
 readers() {
