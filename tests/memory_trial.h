@@ -224,7 +224,7 @@ typedef struct trial_setup {
 } trial_setup;
 
 /* Fails the allocation `place`, 0: none. */
-static inline trial trial_run(const trial_setup* setup, bool makes_room, long place, bool for_good,
+static inline trial trial_run(const trial_setup* setup, bool preallocates, long place, bool for_good,
                               trial_record* record) {
     trial t = {.name = setup->name,
                .place = place,
@@ -237,7 +237,7 @@ static inline trial trial_run(const trial_setup* setup, bool makes_room, long pl
     t.allocator.fail_at = place;
     t.allocator.fails_for_good = for_good;
     pli_world_def def = pli_world_def_default();
-    def.makes_room = makes_room;
+    def.preallocates = preallocates;
     TRIAL_CALL(&t, pli_world_create(t.context, &def, &t.world));
     setup->run(&t);
     pli_world_destroy(t.world);
@@ -254,16 +254,16 @@ typedef struct trial_strides {
     long in_steps, in_calls, phase;
 } trial_strides;
 
-static inline trial_counts trial_run_all(const trial_setup* setup, bool makes_room, trial_strides strides) {
+static inline trial_counts trial_run_all(const trial_setup* setup, bool preallocates, trial_strides strides) {
     trial_record record = {0};
     trial_counts counts = {0};
-    counts.places = trial_run(setup, makes_room, 0, false, &record).allocator.calls;
+    counts.places = trial_run(setup, preallocates, 0, false, &record).allocator.calls;
     for (long place = 1; place <= counts.places; ++place) {
         const bool is_in_step = record.is_in_step[place];
         counts.in_steps += is_in_step;
         if ((place + strides.phase) % (is_in_step ? strides.in_steps : strides.in_calls) != 0) { continue; }
         for (int for_good = 0; for_good < 2; ++for_good) {
-            const trial t = trial_run(setup, makes_room, place, for_good != 0, &record);
+            const trial t = trial_run(setup, preallocates, place, for_good != 0, &record);
             if (t.allocator.failed == 0) {
                 /* A checked build asks again for blocks that lie where handles were, as often as addresses want it. */
                 if (!PLIANT_CHECKED) { TRIAL_FAIL(&t, "%s", "was not made"); }

@@ -123,7 +123,7 @@ void calls_make_world(calls* c) {
         def.gravity = bytes_vec3(&c->bytes, -20.0f, 20.0f);
         def.air_density = bytes_float(&c->bytes, 0.0f, 2.0f);
         def.max_force_displacement = bytes_float(&c->bytes, 0.1f, 1000.0f);
-        def.makes_room = bytes_flag(&c->bytes);
+        def.preallocates = bytes_flag(&c->bytes);
     }
     def.user_data = c;
     pli_world* made = NULL;

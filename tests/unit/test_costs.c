@@ -136,10 +136,10 @@ static void use_soft_contacts(pli_body* body) {
 // ------------------------------------------------------------------------------------------------ room for contacts
 
 /* Bytes that the first step of two patches, with faces and nothing near them, adds. */
-static double measure_room(enable_fn* enable, bool with_rigid, bool makes_room) {
+static double measure_room(enable_fn* enable, bool with_rigid, bool preallocates) {
     pli_context* context = create_context();
     pli_world_def def = pli_world_def_default();
-    def.makes_room = makes_room;
+    def.preallocates = preallocates;
     pli_world* world = NULL;
     assert_int_equal(pli_world_create(context, &def, &world), PLI_OK);
     pli_mesh* mesh = create_patch(context, false);

@@ -759,7 +759,7 @@ static void landing_begin(landing* l, bool with_contacts) {
     *l = (landing){.t = {.name = "landing"}};
     l->t.context = failing_context(&l->t.allocator);
     pli_world_def def = pli_world_def_default();
-    def.makes_room = false;
+    def.preallocates = false;
     assert_int_equal(pli_world_create(l->t.context, &def, &l->t.world), PLI_OK);
     l->floor = add_floor(&l->t, 0.9f);
     for (int i = 0; i < 2; ++i) {

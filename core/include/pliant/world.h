@@ -20,7 +20,7 @@ typedef struct pli_world_def {
     /// Default true: the first step after something was added or changed makes room for the contacts that bodies can be
     /// expected to have, and later steps allocate nothing (docs/costs.md); without memory for it later steps try again.
     /// False: lists grow when they are full.
-    bool makes_room;
+    bool preallocates;
     /// Reference mode only: as btSoftBody does it, default false. Bounds of predicted bodies are those from before pose
     /// matching, and the force of volume conservation has no limit.
     bool reference_mode;

@@ -51,7 +51,7 @@ static void handles_unlock(void) {
 }
 
 /* Where the record is, or a free place. The table is never full. */
-static handle_record* handles_find_place(const void* handle) {
+static handle_record* handles_find_slot(const void* handle) {
     const size_t mask = handles.capacity - 1;
     size_t place = (size_t)(((uint64_t)(uintptr_t)handle >> 4) * 0x9e3779b97f4a7c15u >> 32) & mask;
     while (handles.records[place].handle != NULL && handles.records[place].handle != handle) {
@@ -63,7 +63,7 @@ static handle_record* handles_find_place(const void* handle) {
 /* NULL when nothing is known of it. */
 static handle_record* handles_find(const void* handle) {
     if (handles.capacity == 0 || handle == NULL) { return NULL; }
-    handle_record* record = handles_find_place(handle);
+    handle_record* record = handles_find_slot(handle);
     return record->handle != NULL ? record : NULL;
 }
 
@@ -81,7 +81,7 @@ static bool handles_grow(void) {
     handles.records = records;
     handles.capacity = capacity;
     for (size_t i = 0; i < old_capacity; ++i) {
-        if (old[i].handle != NULL && (keeps_gone || old[i].is_alive)) { *handles_find_place(old[i].handle) = old[i]; }
+        if (old[i].handle != NULL && (keeps_gone || old[i].is_alive)) { *handles_find_slot(old[i].handle) = old[i]; }
     }
     handles.count = kept;
     handles.gone_count = keeps_gone ? handles.gone_count : 0;
@@ -93,7 +93,7 @@ static bool handles_add(const void* handle, plii_handle_kind kind, const pli_con
     handles_lock();
     bool has_room = 2 * (handles.count + 1) <= handles.capacity || handles_grow();
     if (has_room) {
-        handle_record* record = handles_find_place(handle);
+        handle_record* record = handles_find_slot(handle);
         if (record->handle == NULL) {
             handles.count += 1;
         } else if (!record->is_alive) {

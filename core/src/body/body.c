@@ -298,7 +298,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
         if (!plii_vec3_is_finite(positions[i]) || (velocities != NULL && !plii_vec3_is_finite(velocities[i]))) {
             return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the state of node %d is not finite", i);
         }
-        if (!plii_is_place(positions[i]) ||
+        if (!plii_is_point(positions[i]) ||
             (velocities != NULL && !plii_vec3_is_within(velocities[i], PLI_MAX_SPEED))) {
             const pli_vec3 x = positions[i], v = velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0);
             return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
@@ -355,7 +355,7 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
         const pli_vec3 moved = pli_transform_point(transform, plii_xyz(body->positions[i]));
         const pli_vec3 before = pli_transform_point(transform, plii_xyz(body->previous[i]));
         const pli_vec3 turned = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
-        if (!plii_is_place(moved) || !plii_is_place(before) || !plii_vec3_is_within(turned, PLI_MAX_SPEED)) {
+        if (!plii_is_point(moved) || !plii_is_point(before) || !plii_vec3_is_within(turned, PLI_MAX_SPEED)) {
             const bool is_finite = plii_vec3_is_finite(moved) && plii_vec3_is_finite(turned);
             return PLII_FAIL(body->context, is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE,
                              "the transform takes node %d out of range: to (%g, %g, %g) with (%g, %g, %g) m/s, the "

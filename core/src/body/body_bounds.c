@@ -69,8 +69,8 @@ static node_extent node_extent_in_blocks(const pli_body* body, const pli_vec4* r
 
 /* Of all nodes; x, y and z of every record are numbers no larger than the limit. */
 static bool node_extent_is_within(const node_extent* extent, float limit) {
-    const plii_mask4 is_within = plii_lanes_both(plii_lanes_at_most(plii_float4_all(-limit), extent->low),
-                                                 plii_lanes_at_most(extent->high, plii_float4_all(limit)));
+    const plii_mask4 is_within = plii_lanes_both(plii_lanes_less_equal(plii_float4_all(-limit), extent->low),
+                                                 plii_lanes_less_equal(extent->high, plii_float4_all(limit)));
     return (plii_lanes_bits(plii_lanes_both(extent->finite, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
@@ -96,7 +96,7 @@ bool plii_body_is_slow(const pli_body* body) {
 
 int plii_body_find_lost_node(const pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
-        if (!plii_is_place(plii_xyz(body->positions[i])) ||
+        if (!plii_is_point(plii_xyz(body->positions[i])) ||
             !plii_vec3_is_within(plii_xyz(body->velocities[i]), PLI_MAX_SPEED)) {
             return i;
         }

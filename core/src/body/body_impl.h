@@ -127,7 +127,7 @@ bool plii_solver_update_bounds(pli_body* body);
 /* The same for velocities, at the end of a step; where they follow from positions in bounds nothing is looked at. */
 bool plii_solver_check_velocities(pli_body* body);
 /* Puts all nodes back to the start of the step, at rest. */
-void plii_solver_take_start(pli_body* body);
+void plii_solver_set_start(pli_body* body);
 /* At the end of a prediction: the same, of the whole way where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
 
@@ -143,7 +143,7 @@ pli_status plii_check_node(const pli_body* body, int node, const char* function)
 
 /* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
    everything. */
-static inline int plii_body_contact_room(const pli_body* body) {
+static inline int plii_body_contact_bound(const pli_body* body) {
     const int most = 1024;
     return body->node_count < most ? body->node_count : most;
 }

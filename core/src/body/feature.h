@@ -102,7 +102,8 @@ typedef struct plii_feature_class {
     /* `other` has the same feature enabled. */
     pli_status (*collide_body)(pli_body* body, void* state, pli_body* other, void* other_state);
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
-    int (*list_constraints)(const pli_body* body, const void* state, int capacity, struct plii_node_constraint* holds);
+    int (*list_constraints)(const pli_body* body, const void* state, int capacity,
+                            struct plii_node_constraint* constraints);
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
     void (*on_body_removed)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
     void (*on_clusters_removed)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */

@@ -21,7 +21,7 @@ typedef struct normals_state {
 
 /* Of four nodes; those without faces keep their zero. */
 PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
-    const plii_vec3x4 sum = plii_vec3x4_from_records(sums, NULL);
+    const plii_vec3x4 sum = plii_vec3x4_from_vec4s(sums, NULL);
     const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(sum, sum));
     const plii_float4 one = plii_float4_all(1.0f);
     const plii_mask4 is_long = plii_lanes_less(plii_float4_all(PLII_EPSILON), length);

@@ -47,19 +47,20 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
     enum { COUNT = sizeof *state / sizeof(float) };
     _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
     const float* values = (const float*)state;
-    plii_mask4 is_within = plii_lanes_at_most(plii_float4_all(0.0f), plii_float4_all(0.0f));
+    plii_mask4 is_within = plii_lanes_less_equal(plii_float4_all(0.0f), plii_float4_all(0.0f));
 #pragma GCC unroll 7 /* each body that takes part comes here twice in a step */
     for (int i = 0; i < COUNT; i += PLII_LANES) {
         const plii_float4 four = plii_float4_load(&values[i]), size = plii_lanes_max(four, plii_float4_negate(four));
-        is_within = plii_lanes_both(is_within, plii_lanes_at_most(size, plii_float4_load(&limits[i])));
+        is_within = plii_lanes_both(is_within, plii_lanes_less_equal(size, plii_float4_load(&limits[i])));
     }
     return plii_lanes_bits(is_within) == 15;
 }
 
 static pli_status rigid_check_pose(pli_context* context, pli_transform pose, const char* function) {
-    const pli_mat3* turn = &pose.rotation;
+    const pli_mat3* rotation = &pose.rotation;
     for (int i = 0; i < 3; ++i) {
-        PLII_TRY(plii_check_vec3_within(context, turn->rows[i], RIGID_MAX_ROTATION, "a row of the rotation", function));
+        PLII_TRY(
+            plii_check_vec3_within(context, rotation->rows[i], RIGID_MAX_ROTATION, "a row of the rotation", function));
     }
     return plii_check_vec3_within(context, pose.origin, PLI_MAX_COORDINATE, "the origin", function);
 }
@@ -360,17 +361,17 @@ static pli_mat3 rigid_orthonormalize(pli_mat3 m) {
     return (pli_mat3){{x, y, pli_vec3_cross(x, y)}};
 }
 
-/* Rotation by the vector `turn` (axis times angle in radians). */
-static pli_mat3 rigid_rotation(pli_vec3 turn) {
-    const float angle = pli_vec3_length(turn);
+/* Rotation by a vector, axis times angle in radians. */
+static pli_mat3 rigid_rotation(pli_vec3 rotation) {
+    const float angle = pli_vec3_length(rotation);
     const float half = 0.5f * angle;
     const float scale = angle > 1e-4f ? sinf(half) / angle : 0.5f;
-    return pli_mat3_from_quat((pli_quat){turn.x * scale, turn.y * scale, turn.z * scale, cosf(half)});
+    return pli_mat3_from_quat((pli_quat){rotation.x * scale, rotation.y * scale, rotation.z * scale, cosf(half)});
 }
 
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt) {
-    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
-    return (pli_transform){rigid_orthonormalize(pli_mat3_mul(turn, pose.rotation)),
+    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(angular_velocity, dt));
+    return (pli_transform){rigid_orthonormalize(pli_mat3_mul(rotation, pose.rotation)),
                            pli_vec3_add(pose.origin, pli_vec3_scale(linear_velocity, dt))};
 }
 
@@ -388,9 +389,9 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
         state.linear_velocity = pli_vec3_add(state.linear_velocity, pli_vec3_scale(gravity, dt));
     }
     state.pose = plii_rigid_advance(state.pose, state.linear_velocity, state.angular_velocity, dt);
-    const pli_mat3 turn = rigid_rotation(pli_vec3_scale(state.angular_velocity, dt));
+    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(state.angular_velocity, dt));
     state.inverse_inertia_world =
-        pli_mat3_mul(pli_mat3_mul(turn, state.inverse_inertia_world), pli_mat3_transpose(turn));
+        pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
     return PLI_OK;

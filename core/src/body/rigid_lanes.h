@@ -48,8 +48,9 @@ PLII_SIMD_INLINE void plii_lanes_rigid_apply_impulse(pli_rigid* rigid, plii_floa
     plii_lanes_to_vec3(&state->linear_velocity, plii_float4_add(plii_lanes_from_vec3(&state->linear_velocity), push));
     const plii_lanes_mat3 inverse_inertia = plii_lanes_from_mat3(&state->inverse_inertia_world);
     const plii_float4 spin = plii_lanes_mat3_mul(&inverse_inertia, plii_lanes_cross(offset, scaled));
-    const plii_float4 turn = plii_float4_mul(spin, plii_lanes_from_vec3(&rigid->angular_factor));
-    plii_lanes_to_vec3(&state->angular_velocity, plii_float4_add(plii_lanes_from_vec3(&state->angular_velocity), turn));
+    const plii_float4 angular_change = plii_float4_mul(spin, plii_lanes_from_vec3(&rigid->angular_factor));
+    plii_lanes_to_vec3(&state->angular_velocity,
+                       plii_float4_add(plii_lanes_from_vec3(&state->angular_velocity), angular_change));
 }
 
 /* A row of -[offset]x times `turned`, with the inverse masses of both on the diagonal: in the lane where `unit` is 1.

@@ -12,7 +12,7 @@ typedef struct plii_substep {
     int index;                          /* of the substep in the step */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
-    pli_vec4* carried; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
+    pli_vec4* start_displacements; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
 } plii_substep;
 
 typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
@@ -37,7 +37,7 @@ static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_su
 }
 /* Since the start of the substep. */
 static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node) {
-    return pli_vec3_sub(plii_xyz(substep->displacements[node]), plii_xyz(substep->carried[node]));
+    return pli_vec3_sub(plii_xyz(substep->displacements[node]), plii_xyz(substep->start_displacements[node]));
 }
 static inline void plii_substep_move(const plii_substep* substep, int node, pli_vec3 gradient, float multiplier) {
     pli_vec4* displacement = &substep->displacements[node];
@@ -47,7 +47,7 @@ static inline void plii_substep_move(const plii_substep* substep, int node, pli_
 
 /* Before the sweeps of a substep: moves a node as if it had started there, so that no velocity comes of it. */
 static inline void plii_substep_shift(const plii_substep* substep, int node, pli_vec3 shift) {
-    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->carried[node];
+    pli_vec4 *displacement = &substep->displacements[node], *start = &substep->start_displacements[node];
     plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
     plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
 }

@@ -72,7 +72,7 @@ static void cluster_update_velocities(const pli_body* body, const plii_clusters*
 }
 
 /* Turned to where the frame is: two products of matrices, row by row. */
-static void cluster_take_inertia(plii_cluster* cluster) {
+static void cluster_update_inertia(plii_cluster* cluster) {
     const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&cluster->frame.rotation);
     const pli_mat3* local = &cluster->inverse_inertia_local;
     const plii_lanes_mat3 local_rows = {{plii_lanes_from_vec3(&local->rows[0]), plii_lanes_from_vec3(&local->rows[1]),
@@ -92,7 +92,7 @@ static void cluster_clear_impulses(plii_cluster* cluster) {
 
 /* The frame is known; what follows from it. */
 static void cluster_update_from_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_take_inertia(cluster);
+    cluster_update_inertia(cluster);
     cluster_update_velocities(body, clusters, cluster);
     cluster_clear_impulses(cluster);
 }
@@ -173,7 +173,7 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
 
 /* Takes centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
    covariance. */
-static pli_mat3 cluster_take_sums(plii_cluster* cluster, const cluster_sums* sums) {
+static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
     const plii_float4 centre = plii_float4_mul(sums->moment, inverse_mass);
     plii_lanes_to_vec3(&cluster->frame.origin, plii_float4_add(sums->first, centre));
@@ -192,23 +192,23 @@ static pli_mat3 cluster_take_sums(plii_cluster* cluster, const cluster_sums* sum
     return covariance;
 }
 
-static void clusters_take_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
-                                int count) {
+static void clusters_update_batch(const pli_body* body, const plii_clusters* clusters, plii_cluster* const* items,
+                                  int count) {
     pli_mat3 covariances[CLUSTER_BATCH] = {{.rows = {{0}}}};
-    pli_quat turns[CLUSTER_BATCH] = {{0}};
+    pli_quat warm_rotations[CLUSTER_BATCH] = {{0}};
     for (int i = 0; i < count; ++i) {
         plii_cluster* cluster = items[i];
         const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
-        covariances[i] = cluster_take_sums(cluster, &sums);
-        turns[i] = cluster->turn;
+        covariances[i] = cluster_read_sums(cluster, &sums);
+        warm_rotations[i] = cluster->warm_rotation;
     }
     pli_mat3 rotations[CLUSTER_BATCH];
-    plii_rotation_fit_warm(count, covariances, turns, rotations);
+    plii_rotation_fit_warm(count, covariances, warm_rotations, rotations);
     for (int i = 0; i < count; ++i) {
         plii_cluster* cluster = items[i];
-        cluster->turn = turns[i];
+        cluster->warm_rotation = warm_rotations[i];
         cluster->frame.rotation = rotations[i];
-        cluster_take_inertia(cluster);
+        cluster_update_inertia(cluster);
         cluster_clear_impulses(cluster);
         const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
         plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
@@ -225,7 +225,7 @@ typedef struct cluster_batch {
 } cluster_batch;
 
 static void cluster_batch_end(cluster_batch* batch) {
-    if (batch->count > 0) { clusters_take_batch(batch->body, batch->clusters, batch->items, batch->count); }
+    if (batch->count > 0) { clusters_update_batch(batch->body, batch->clusters, batch->items, batch->count); }
     batch->count = 0;
 }
 static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
@@ -233,8 +233,8 @@ static void cluster_batch_add(cluster_batch* batch, plii_cluster* cluster) {
     if (batch->count == CLUSTER_BATCH) { cluster_batch_end(batch); }
 }
 
-void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    if (!cluster->has_frame) { clusters_take_batch(body, clusters, &cluster, 1); }
+void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    if (!cluster->has_frame) { clusters_update_batch(body, clusters, &cluster, 1); }
 }
 
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near) {
@@ -278,7 +278,7 @@ static void clusters_update_from(pli_body* body, plii_clusters* clusters, int fi
 
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
     for (int i = first; i < clusters->count; ++i) {
-        plii_cluster_take_rest_shape(body, clusters, &clusters->items[i]);
+        plii_cluster_set_rest_shape(body, clusters, &clusters->items[i]);
     }
     clusters_update_from(body, clusters, first, false);
 }
@@ -290,9 +290,10 @@ static void clusters_update(pli_body* body, void* state, const plii_step* step) 
 
 /* Adds the rigid motion of a cluster to its members' sums. */
 static void cluster_spread(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster,
-                           pli_vec3 displacement, pli_vec3 turn) {
+                           pli_vec3 displacement, pli_vec3 rotation_vector) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
-    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin), axis = plii_lanes_from_vec3(&turn);
+    const plii_float4 centre = plii_lanes_from_vec3(&cluster->frame.origin),
+                      axis = plii_lanes_from_vec3(&rotation_vector);
     const plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, 1.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
@@ -358,8 +359,8 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
         const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
         const plii_float4 own = plii_float4_from(&body->velocities[node]);
         const plii_float4 damped = plii_float4_add(own, plii_float4_mul(plii_float4_sub(rigid, own), damping));
-        const plii_mask4 is_slower = plii_lanes_at_most(plii_float4_all(plii_lanes_dot(rigid, rigid)),
-                                                        plii_float4_all(plii_lanes_dot(own, own)));
+        const plii_mask4 is_slower = plii_lanes_less_equal(plii_float4_all(plii_lanes_dot(rigid, rigid)),
+                                                           plii_float4_all(plii_lanes_dot(own, own)));
         plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, own));
     }
 }

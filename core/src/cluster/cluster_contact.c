@@ -27,12 +27,12 @@ static void cluster_contact_make_as_reference(plii_cluster_contact* contact, con
     const float approach = pli_vec3_dot(velocity, contact->normal);
     const pli_vec3 sliding = pli_vec3_sub(velocity, pli_vec3_scale(contact->normal, approach));
     const float cone = approach * terms->friction * approach * terms->friction;
-    contact->as.bullet.friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction;
-    contact->as.bullet.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
-    contact->as.bullet.erp = terms->hardness;
-    contact->as.bullet.split = terms->split;
-    contact->as.bullet.split_drift = pli_vec3_make(0, 0, 0);
-    contact->as.bullet.impulse_matrix =
+    contact->as.reference.friction = pli_vec3_length_squared(sliding) < cone ? 1.0f : terms->friction;
+    contact->as.reference.drift = pli_vec3_scale(contact->normal, contact->info.distance - terms->margin);
+    contact->as.reference.erp = terms->hardness;
+    contact->as.reference.split = terms->split;
+    contact->as.reference.split_drift = pli_vec3_make(0, 0, 0);
+    contact->as.reference.impulse_matrix =
         plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
 }
 
@@ -80,7 +80,7 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
 // ---------------------------------------------------------------------------------------------------- reference mode
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
-    plii_cluster_contact_as_reference* own = &contact->as.bullet;
+    plii_cluster_contact_as_reference* own = &contact->as.reference;
     own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, own->erp), step->dt);
     if (own->split > 0.0f) {
         own->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, own->split));
@@ -92,20 +92,20 @@ void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step
 void plii_cluster_contact_solve(plii_cluster_contact* contact) {
     const pli_vec3 velocity = cluster_contact_velocity(contact);
     const float approach = pli_vec3_dot(velocity, contact->normal);
-    pli_vec3 change = contact->as.bullet.drift;
+    pli_vec3 change = contact->as.reference.drift;
     if (approach < 0.0f) {
         const pli_vec3 closing = pli_vec3_scale(contact->normal, approach);
         const pli_vec3 sliding = pli_vec3_sub(velocity, closing);
-        change = pli_vec3_add(change, pli_vec3_add(closing, pli_vec3_scale(sliding, contact->as.bullet.friction)));
+        change = pli_vec3_add(change, pli_vec3_add(closing, pli_vec3_scale(sliding, contact->as.reference.friction)));
     }
-    const pli_vec3 impulse = pli_mat3_mul_vec3(contact->as.bullet.impulse_matrix, change);
+    const pli_vec3 impulse = pli_mat3_mul_vec3(contact->as.reference.impulse_matrix, change);
     plii_joint_apply_impulse(&contact->targets[0], pli_vec3_neg(impulse), contact->arms[0]);
     plii_joint_apply_impulse(&contact->targets[1], impulse, contact->arms[1]);
 }
 
 void plii_cluster_contact_finish(plii_cluster_contact* contact) {
-    if (!(contact->as.bullet.split > 0.0f)) { return; }
-    const pli_vec3 drift = contact->as.bullet.split_drift;
+    if (!(contact->as.reference.split > 0.0f)) { return; }
+    const pli_vec3 drift = contact->as.reference.split_drift;
     plii_joint_apply_drift(&contact->targets[0], pli_vec3_neg(drift), contact->arms[0]);
     plii_joint_apply_drift(&contact->targets[1], drift, contact->arms[1]);
 }

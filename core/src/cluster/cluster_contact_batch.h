@@ -28,7 +28,7 @@ typedef struct plii_group_sides3 {
 typedef struct plii_contact_block {
     plii_group_vec3 directions[3];
     plii_group_sides3 arms;
-    plii_group_sides3 turns[3];            /* angular velocity per impulse along the directions */
+    plii_group_sides3 rotations[3];        /* angular velocity per impulse along the directions */
     float masses[3][PLII_GROUP_LANES];     /* that impulses along the directions meet, kg; 0 where nothing can move */
     float impulses[3][PLII_GROUP_LANES];   /* along the directions so far, N s */
     float wanted_speeds[PLII_GROUP_LANES]; /* along the normal, m/s */

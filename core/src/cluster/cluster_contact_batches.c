@@ -97,10 +97,10 @@ static int groups_open(pli_context* context, plii_contact_batches* groups, int c
 }
 
 static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_target* target) {
-    plii_group_rigid* met = groups_rigid(groups, target);
-    if (met == NULL || met->rigid != NULL) { return; }
-    met->rigid = target->rigid;
-    met->open_groups = 0;
+    plii_group_rigid* touched = groups_rigid(groups, target);
+    if (touched == NULL || touched->rigid != NULL) { return; }
+    touched->rigid = target->rigid;
+    touched->open_groups = 0;
 }
 
 /* A rigid body may be in several lanes, each of which then has a share of its mass, and moves as their mean (Tonge,
@@ -163,10 +163,10 @@ static pli_vec4 groups_with_zero(pli_vec3 v) {
 
 static void groups_read_rigids(plii_contact_batches* groups) {
     for (int i = 0; i < groups->rigid_count; ++i) {
-        plii_group_rigid* met = &groups->rigids[i];
-        if (met->rigid == NULL) { continue; }
-        met->linear_velocity = groups_with_zero(met->rigid->state.linear_velocity);
-        met->angular_velocity = groups_with_zero(met->rigid->state.angular_velocity);
+        plii_group_rigid* touched = &groups->rigids[i];
+        if (touched->rigid == NULL) { continue; }
+        touched->linear_velocity = groups_with_zero(touched->rigid->state.linear_velocity);
+        touched->angular_velocity = groups_with_zero(touched->rigid->state.angular_velocity);
     }
 }
 
@@ -195,10 +195,10 @@ void plii_contact_batches_solve(plii_contact_batches* groups) {
     groups_read_rigids(groups); /* joints may have moved them */
     groups->kernel->solve(groups);
     for (int i = 0; i < groups->rigid_count; ++i) {
-        const plii_group_rigid* met = &groups->rigids[i];
-        if (met->rigid == NULL || met->rigid->state.inverse_mass == 0.0f) { continue; }
-        met->rigid->state.linear_velocity = plii_xyz(met->linear_velocity);
-        met->rigid->state.angular_velocity = plii_xyz(met->angular_velocity);
+        const plii_group_rigid* touched = &groups->rigids[i];
+        if (touched->rigid == NULL || touched->rigid->state.inverse_mass == 0.0f) { continue; }
+        touched->rigid->state.linear_velocity = plii_xyz(touched->linear_velocity);
+        touched->rigid->state.angular_velocity = plii_xyz(touched->angular_velocity);
     }
 }
 

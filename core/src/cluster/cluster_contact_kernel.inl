@@ -37,13 +37,13 @@ static inline plii_vec3x8 groups_gather(pli_vec4* const a[PLII_GROUP_LANES], pli
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         rows[lane] = plii_float8_of(plii_float4_from(a[lane]), plii_float4_from(b[lane]));
     }
-    plii_float8_turn(rows);
+    plii_float8_transpose4(rows);
     return (plii_vec3x8){rows[0], rows[1], rows[2]};
 }
 static inline void groups_scatter(pli_vec4* const a[PLII_GROUP_LANES], pli_vec4* const b[PLII_GROUP_LANES],
                                   plii_vec3x8 v) {
     plii_float8 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
-    plii_float8_turn(rows);
+    plii_float8_transpose4(rows);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         plii_float4_to(a[lane], plii_float8_low(rows[lane]));
         plii_float4_to(b[lane], plii_float8_high(rows[lane]));
@@ -71,10 +71,10 @@ static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII
     return (plii_vec3x4){rows[0], rows[1], rows[2]};
 }
 
-static inline plii_vec3x8 groups_sum(const plii_group_sides3 turns[3], const plii_float4 impulses[3]) {
-    const plii_vec3x8 first = plii_vec3x8_scale(groups_load_sides(&turns[0]), groups_both(impulses[0]));
-    const plii_vec3x8 second = plii_vec3x8_scale(groups_load_sides(&turns[1]), groups_both(impulses[1]));
-    const plii_vec3x8 third = plii_vec3x8_scale(groups_load_sides(&turns[2]), groups_both(impulses[2]));
+static inline plii_vec3x8 groups_sum(const plii_group_sides3 rotations[3], const plii_float4 impulses[3]) {
+    const plii_vec3x8 first = plii_vec3x8_scale(groups_load_sides(&rotations[0]), groups_both(impulses[0]));
+    const plii_vec3x8 second = plii_vec3x8_scale(groups_load_sides(&rotations[1]), groups_both(impulses[1]));
+    const plii_vec3x8 third = plii_vec3x8_scale(groups_load_sides(&rotations[2]), groups_both(impulses[2]));
     return plii_vec3x8_add(plii_vec3x8_add(first, second), third);
 }
 static inline plii_vec3x4 groups_push(const plii_vec3x4 directions[3], const plii_float4 impulses[3]) {
@@ -101,7 +101,7 @@ static const plii_cluster_contact groups_no_contact = {.normal = {0, 0, 1}};
 static const pli_mat3 groups_no_inertia = {{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
 
 /* Returns the inverse inertia. */
-static const pli_mat3* groups_take_target(plii_contact_batches* groups, const plii_joint_target* target, int lane,
+static const pli_mat3* groups_load_target(plii_contact_batches* groups, const plii_joint_target* target, int lane,
                                           plii_group_side* side, float* inverse_mass) {
     side->clusters[lane] = target->cluster;
     side->linear[lane] = &groups->still[0];
@@ -114,9 +114,9 @@ static const pli_mat3* groups_take_target(plii_contact_batches* groups, const pl
         return &target->cluster->inverse_inertia;
     }
     if (target->rigid == NULL) { return &groups_no_inertia; }
-    plii_group_rigid* met = &groups->rigids[target->rigid->world_index];
-    side->linear[lane] = &met->linear_velocity;
-    side->angular[lane] = &met->angular_velocity;
+    plii_group_rigid* touched = &groups->rigids[target->rigid->world_index];
+    side->linear[lane] = &touched->linear_velocity;
+    side->angular[lane] = &touched->angular_velocity;
     if (target->rigid->state.inverse_mass == 0.0f) { return &groups_no_inertia; }
     *inverse_mass = target->rigid->state.inverse_mass;
     return &target->rigid->state.inverse_inertia_world;
@@ -152,7 +152,7 @@ typedef struct group_terms {
     plii_float4 factors; /* of impulses between clusters of one body */
 } group_terms;
 
-static void groups_take_factors(plii_contact_batch* group, group_terms* terms) {
+static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
     static const pli_vec3 one = {1, 1, 1};
     const pli_vec3 *linear[PLII_GROUP_LANES], *angular[PLII_GROUP_LANES];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
@@ -166,14 +166,14 @@ static void groups_take_factors(plii_contact_batch* group, group_terms* terms) {
     groups_store_sides(&group->inverse_masses, plii_vec3x8_scale(linear_factors, terms->inverse_masses));
 }
 
-static group_terms groups_take_terms(plii_contact_batches* groups, plii_contact_batch* group, const plii_step* step) {
+static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_batch* group, const plii_step* step) {
     plii_group_side *a = &group->sides[0], *b = &group->sides[1];
     const pli_mat3* inertias[2][PLII_GROUP_LANES];
     float inverse_masses[2][PLII_GROUP_LANES], included[PLII_GROUP_LANES], factors[PLII_GROUP_LANES];
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         const plii_cluster_contact* contact = lane < group->lane_count ? group->contacts[lane] : &groups_no_contact;
-        inertias[0][lane] = groups_take_target(groups, &contact->targets[0], lane, a, &inverse_masses[0][lane]);
-        inertias[1][lane] = groups_take_target(groups, &contact->targets[1], lane, b, &inverse_masses[1][lane]);
+        inertias[0][lane] = groups_load_target(groups, &contact->targets[0], lane, a, &inverse_masses[0][lane]);
+        inertias[1][lane] = groups_load_target(groups, &contact->targets[1], lane, b, &inverse_masses[1][lane]);
         included[lane] = b->clusters[lane] != NULL ? 1.0f : 0.0f;
         factors[lane] = contact->is_self ? a->clusters[lane]->settings.self_impulse_factor : 1.0f;
         group->limits[lane] = contact->is_self ? a->clusters[lane]->settings.max_self_impulse : INFINITY;
@@ -193,10 +193,10 @@ static group_terms groups_take_terms(plii_contact_batches* groups, plii_contact_
             rows[lane] = plii_float8_of(plii_lanes_from_vec3(&inertias[0][lane]->rows[i]),
                                         plii_lanes_from_vec3(&inertias[1][lane]->rows[i]));
         }
-        plii_float8_turn(rows);
+        plii_float8_transpose4(rows);
         terms.inertia[i] = plii_vec3x8_scale((plii_vec3x8){rows[0], rows[1], rows[2]}, lanes);
     }
-    groups_take_factors(group, &terms);
+    groups_load_factors(group, &terms);
     const plii_float8 share = plii_float8_of(one, plii_float4_load(included));
     terms.motion.linear = plii_vec3x8_scale(groups_gather(a->linear, b->linear), share);
     terms.motion.angular = plii_vec3x8_scale(groups_gather(a->angular, b->angular), share);
@@ -218,13 +218,14 @@ static inline void groups_find_tangents(plii_vec3x4 n, plii_vec3x4 tangents[2]) 
 }
 
 /* That impulses meet along a direction; how they turn the sides goes to the block. */
-static inline plii_float4 groups_take_direction(const group_terms* common, plii_vec3x8 arms, plii_vec3x4 direction,
-                                                plii_group_sides3* turns) {
+static inline plii_float4 groups_load_direction(const group_terms* common, plii_vec3x8 arms, plii_vec3x4 direction,
+                                                plii_group_sides3* rotations) {
     const plii_vec3x8 moment = plii_vec3x8_cross(arms, groups_both3(direction));
-    const plii_vec3x8 turn = {plii_vec3x8_dot(common->inertia[0], moment), plii_vec3x8_dot(common->inertia[1], moment),
-                              plii_vec3x8_dot(common->inertia[2], moment)};
-    groups_store_sides(turns, plii_vec3x8_mul(turn, common->angular_factors));
-    const plii_float8 responses = plii_float8_add(common->inverse_masses, plii_vec3x8_dot(moment, turn));
+    const plii_vec3x8 rotation = {plii_vec3x8_dot(common->inertia[0], moment),
+                                  plii_vec3x8_dot(common->inertia[1], moment),
+                                  plii_vec3x8_dot(common->inertia[2], moment)};
+    groups_store_sides(rotations, plii_vec3x8_mul(rotation, common->angular_factors));
+    const plii_float8 responses = plii_float8_add(common->inverse_masses, plii_vec3x8_dot(moment, rotation));
     const plii_float4 response = plii_float4_add(plii_float8_low(responses), plii_float8_high(responses));
     const plii_mask4 can_move =
         plii_lanes_both(plii_lanes_less(plii_float4_all(FLT_MIN), response), plii_lanes_finite(response));
@@ -244,7 +245,7 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     plii_float4 masses[3];
     for (int k = 0; k < 3; ++k) {
-        masses[k] = groups_take_direction(common, arms, directions[k], &block->turns[k]);
+        masses[k] = groups_load_direction(common, arms, directions[k], &block->rotations[k]);
         groups_store(&block->directions[k], directions[k]);
         plii_float4_store(block->masses[k], plii_float4_mul(masses[k], common->factors));
         plii_float4_store(block->impulses[k], zero);
@@ -273,7 +274,7 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
 static void groups_prepare(plii_contact_batches* groups, const plii_step* step) {
     for (int i = 0; i < groups->count; ++i) {
         plii_contact_batch* group = &groups->groups[i];
-        const group_terms common = groups_take_terms(groups, group, step);
+        const group_terms common = groups_load_terms(groups, group, step);
         for (int k = 0; k < group->block_count; ++k) {
             const plii_cluster_contact* contacts[PLII_GROUP_LANES];
             for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
@@ -329,7 +330,7 @@ static inline void groups_solve_block(const plii_contact_batch* group, plii_cont
     }
     const plii_vec3x8 push = groups_both3(groups_push(directions, changes));
     motion->linear = plii_vec3x8_add(motion->linear, plii_vec3x8_mul(push, groups_load_sides(&group->inverse_masses)));
-    motion->angular = plii_vec3x8_add(motion->angular, groups_sum(block->turns, changes));
+    motion->angular = plii_vec3x8_add(motion->angular, groups_sum(block->rotations, changes));
 }
 
 static void groups_solve(plii_contact_batches* groups) {
@@ -363,11 +364,12 @@ typedef struct group_sums {
     float drift_counts[PLII_GROUP_LANES];
 } group_sums;
 
-static inline void groups_sum_up(const plii_contact_batches* groups, const plii_contact_batch* group, group_sums* sums) {
+static inline void groups_sum_up(const plii_contact_batches* groups, const plii_contact_batch* group,
+                                 group_sums* sums) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_vec3x4 nothing = {zero, zero, zero};
     plii_vec3x4 pushes = nothing, drifts = nothing;
-    plii_vec3x8 turns = groups_both3(nothing), drift_turns = turns;
+    plii_vec3x8 rotations = groups_both3(nothing), drift_rotations = rotations;
     plii_float4 pushed = zero, drift_counts = zero;
     for (int i = 0; i < group->block_count; ++i) {
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
@@ -378,26 +380,26 @@ static inline void groups_sum_up(const plii_contact_batches* groups, const plii_
         const plii_float4 drift = plii_float4_load(block->drifts);
         pushes = plii_vec3x4_add(pushes, groups_push(directions, impulses));
         drifts = plii_vec3x4_add(drifts, plii_vec3x4_scale(directions[0], drift));
-        turns = plii_vec3x8_add(turns, groups_sum(block->turns, impulses));
-        drift_turns =
-            plii_vec3x8_add(drift_turns, plii_vec3x8_scale(groups_load_sides(&block->turns[0]), groups_both(drift)));
+        rotations = plii_vec3x8_add(rotations, groups_sum(block->rotations, impulses));
+        drift_rotations = plii_vec3x8_add(
+            drift_rotations, plii_vec3x8_scale(groups_load_sides(&block->rotations[0]), groups_both(drift)));
         /* Friction has no impulse without the normal. */
         pushed = plii_lanes_max(pushed, impulses[0]);
         drift_counts = plii_float4_add(drift_counts, plii_lanes_select(plii_lanes_less(zero, drift), one, zero));
     }
     const plii_vec3x8 inverse_masses = groups_load_sides(&group->inverse_masses);
     sums->linear = plii_vec3x8_mul(groups_both3(pushes), inverse_masses);
-    sums->angular = turns;
+    sums->angular = rotations;
     sums->drift = plii_vec3x8_mul(groups_both3(drifts), inverse_masses);
-    sums->angular_drift = drift_turns;
+    sums->angular_drift = drift_rotations;
     plii_float4_store(sums->pushed, pushed);
     plii_float4_store(sums->drift_counts, drift_counts);
 }
 
 /* As eight records: the lanes of side 0, then those of side 1. */
-static inline void groups_to_records(plii_vec3x8 v, pli_vec4 records[2 * PLII_GROUP_LANES]) {
+static inline void groups_to_vec4s(plii_vec3x8 v, pli_vec4 records[2 * PLII_GROUP_LANES]) {
     plii_float8 rows[PLII_GROUP_LANES] = {v.x, v.y, v.z, groups_both(plii_float4_all(0.0f))};
-    plii_float8_turn(rows);
+    plii_float8_transpose4(rows);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         plii_float4_to(&records[lane], plii_float8_low(rows[lane]));
         plii_float4_to(&records[lane + PLII_GROUP_LANES], plii_float8_high(rows[lane]));
@@ -414,10 +416,10 @@ static void groups_finish(plii_contact_batches* groups) {
         groups_sum_up(groups, group, &sums);
         pli_vec4 linear[2 * PLII_GROUP_LANES], angular[2 * PLII_GROUP_LANES];
         pli_vec4 drift[2 * PLII_GROUP_LANES], angular_drift[2 * PLII_GROUP_LANES];
-        groups_to_records(sums.linear, linear);
-        groups_to_records(sums.angular, angular);
-        groups_to_records(sums.drift, drift);
-        groups_to_records(sums.angular_drift, angular_drift);
+        groups_to_vec4s(sums.linear, linear);
+        groups_to_vec4s(sums.angular, angular);
+        groups_to_vec4s(sums.drift, drift);
+        groups_to_vec4s(sums.angular_drift, angular_drift);
         for (int k = 0; k < 2 * PLII_GROUP_LANES; ++k) {
             const int lane = k % PLII_GROUP_LANES;
             plii_cluster* cluster = group->sides[k / PLII_GROUP_LANES].clusters[lane];

@@ -103,32 +103,32 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     }
     /* What the first contacts would need; when memory runs out they ask again. */
     (void)plii_cluster_contacts_update_groups(body, state);
-    plii_cluster_contacts_turn(body, state);
+    plii_cluster_contacts_begin_step(body, state);
 }
 
-static void cluster_contacts_forget(plii_cluster_contacts* state) {
+static void cluster_contacts_end_all(plii_cluster_contacts* state) {
     state->count = 0;
-    plii_cluster_contacts_forget(state);
+    plii_cluster_contacts_clear(state);
 }
 
-static void cluster_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
+static void cluster_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     (void)other;
     (void)body;
-    cluster_contacts_forget(data);
+    cluster_contacts_end_all(data);
 }
 
-static void cluster_contacts_forget_clusters(pli_body* body, void* data, const pli_body* other) {
+static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
     plii_cluster_contacts* state = data;
-    cluster_contacts_forget(state);
+    cluster_contacts_end_all(state);
     if (other != body) { return; }
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
 }
 
-static void cluster_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     (void)body;
     (void)rigid;
-    cluster_contacts_forget(data);
+    cluster_contacts_end_all(data);
 }
 
 /* New members join clusters, which keep their places. */
@@ -136,7 +136,7 @@ static void cluster_contacts_topology_commit(pli_body* body, void* data, const p
                                              void** blocks) {
     (void)change;
     (void)blocks;
-    cluster_contacts_forget(data);
+    cluster_contacts_end_all(data);
     plii_cluster_contacts_drop_groups(body, data);
 }
 
@@ -152,7 +152,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
     plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
     plii_pair_cache_release(context, &state->memory);
-    plii_bvh4_free(context, &state->near_boxes);
+    plii_bvh4_free(context, &state->other_bvh);
     plii_bvh_free(context, &state->tree);
 }
 
@@ -164,7 +164,7 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
                    (size_t)state->candidate_capacity * sizeof *state->candidates +
                    (size_t)state->surface_capacity * sizeof *state->surface +
                    (size_t)state->hull_count * sizeof *state->hulls + plii_pair_cache_bytes(&state->memory) +
-                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_bvh4_bytes(&state->near_boxes) +
+                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_bvh4_bytes(&state->other_bvh) +
                    plii_bvh_bytes(&state->tree);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
@@ -196,7 +196,7 @@ static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* stat
     (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 
-static void cluster_contacts_make_room(pli_body* body, void* data) {
+static void cluster_contacts_preallocate(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     const pli_world* world = body->world;
     const int clusters = plii_body_clusters(body)->count;
@@ -214,9 +214,9 @@ static void cluster_contacts_make_room(pli_body* body, void* data) {
     }
     if (state->def.with_self ||
         (state->def.with_bodies && plii_feature_is_shared(body, &plii_cluster_contacts_class))) {
-        const int met = cluster_contacts_least(CLUSTER_CONTACTS_PER_CLUSTER * clusters, nodes);
-        contacts += met;
-        pairs += met;
+        const int touched = cluster_contacts_least(CLUSTER_CONTACTS_PER_CLUSTER * clusters, nodes);
+        contacts += touched;
+        pairs += touched;
         (void)plii_cluster_contacts_reserve_search(body, state);
     }
     cluster_contacts_reserve(body, state, contacts, pairs);
@@ -240,12 +240,12 @@ const plii_feature_class plii_cluster_contacts_class = {
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,
-    .on_rigid_removed = cluster_contacts_forget_rigid,
-    .on_body_removed = cluster_contacts_forget_body,
-    .on_clusters_removed = cluster_contacts_forget_clusters,
-    .on_topology_changed = cluster_contacts_forget_body,
+    .on_rigid_removed = cluster_contacts_on_rigid_removed,
+    .on_body_removed = cluster_contacts_on_body_removed,
+    .on_clusters_removed = cluster_contacts_on_clusters_removed,
+    .on_topology_changed = cluster_contacts_on_body_removed,
     .bytes = cluster_contacts_bytes,
-    .reserve = cluster_contacts_make_room,
+    .reserve = cluster_contacts_preallocate,
     .topology_commit = cluster_contacts_topology_commit,
 };
 

@@ -15,7 +15,7 @@ bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts*
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
-           (count <= CLUSTER_CONTACTS_FEW ? plii_bvh4_reserve(body->context, &state->near_boxes, count)
+           (count <= CLUSTER_CONTACTS_FEW ? plii_bvh4_reserve(body->context, &state->other_bvh, count)
                                           : plii_bvh_reserve(body->context, &state->tree, count));
 }
 
@@ -29,7 +29,7 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
     state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
-                          ? plii_bvh4_build(body->context, &state->near_boxes, clusters->count, state->boxes)
+                          ? plii_bvh4_build(body->context, &state->other_bvh, clusters->count, state->boxes)
                           : plii_bvh_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
@@ -42,7 +42,7 @@ static void cluster_contacts_visit(int item, void* user) {
 /* Clusters of a body near a box, ascending. */
 static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
     if (clusters->count <= CLUSTER_CONTACTS_FEW) {
-        state->candidate_count = plii_bvh4_overlaps(&state->near_boxes, &box, state->candidates);
+        state->candidate_count = plii_bvh4_overlaps(&state->other_bvh, &box, state->candidates);
         return;
     }
     state->candidate_count = 0;
@@ -96,7 +96,7 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     }
 }
 
-static pli_status cluster_contacts_measure_pair(plii_met_pair* pair, plii_cluster_contacts* other_state,
+static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, plii_cluster_contacts* other_state,
                                                 pli_cluster_contact info, const plii_contact_terms* terms,
                                                 plii_convex_cache* cache) {
     pli_body* body = pair->body;
@@ -143,18 +143,18 @@ static pli_status cluster_contacts_measure_pair(plii_met_pair* pair, plii_cluste
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_meet_cluster(pli_body* body, plii_cluster_contacts* state,
-                                                plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
-                                                const plii_contact_terms* terms) {
-    const plii_known_pair known =
+static pli_status cluster_contacts_collide_cluster(pli_body* body, plii_cluster_contacts* state,
+                                                   plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
+                                                   const plii_contact_terms* terms) {
+    const plii_cached_pair known =
         plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
-    if (plii_cluster_contacts_follow(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
+    if (plii_cluster_contacts_reuse(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
         return PLI_OK;
     }
-    plii_met_pair met;
-    plii_met_pair_start(&met, body, state);
+    plii_pair_context touched;
+    plii_pair_context_start(&touched, body, state);
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_pair(&met, other_state, *pair, terms, plii_known_pair_cache(known)));
+    PLII_TRY(cluster_contacts_measure_pair(&touched, other_state, *pair, terms, plii_cached_pair_cache(known)));
     plii_cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
     return PLI_OK;
 }
@@ -187,7 +187,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
             const int candidate = other_state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status = cluster_contacts_meet_cluster(body, state, other_state, &pair, &terms);
+            const pli_status status = cluster_contacts_collide_cluster(body, state, other_state, &pair, &terms);
             if (status != PLI_OK) {
                 state->count = before;
                 return status;
@@ -253,7 +253,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
-            PLII_TRY(cluster_contacts_meet_cluster(body, state, state, &pair, &terms));
+            PLII_TRY(cluster_contacts_collide_cluster(body, state, state, &pair, &terms));
         }
     }
     return PLI_OK;

@@ -36,7 +36,7 @@ struct plii_cluster_contact {
     pli_vec3 normal;
     bool is_self, reference_mode;
     union {
-        plii_cluster_contact_as_reference bullet;
+        plii_cluster_contact_as_reference reference;
         plii_cluster_contact_own own;
     } as;
 };
@@ -58,9 +58,9 @@ typedef struct plii_manifold_points {
 
 /* The contacts of a pair as they were measured, to be followed while the sides hardly move. */
 typedef struct plii_manifold {
-    int count, age;  /* points; steps since they were measured */
-    pli_mat3 turn;   /* of a in the frame of b */
-    const void* key; /* what else must be the same */
+    int count, age;             /* points; steps since they were measured */
+    pli_mat3 relative_rotation; /* of a in the frame of b */
+    const void* key;            /* what else must be the same */
     float margin;
     plii_manifold_points points[2]; /* of PLII_MANIFOLD_POINTS */
 } plii_manifold;
@@ -85,9 +85,9 @@ typedef struct plii_cluster_contacts {
     bool has_hulls;
     plii_support_points* hulls; /* [hull_count] per cluster */
     int hull_count;
-    plii_bvh4 near_boxes; /* the clusters' bounds, where they are few */
-    plii_bvh tree;        /* over them, where they are many */
-    bool has_tree;        /* one of them, of this step */
+    plii_bvh4 other_bvh; /* the clusters' bounds, where they are few */
+    plii_bvh tree;       /* over them, where they are many */
+    bool has_tree;       /* one of them, of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
@@ -170,7 +170,7 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
                                 float margin, plii_manifold* manifold);
 /* Adds the contacts of the pair that `info` names as they are now, or returns false when they have to be measured. The
    first has terms[0], the others terms[1]. There must be room for PLII_MANIFOLD_POINTS. */
-bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info,
+bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contact* info,
                                   const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
                                   plii_cluster_contacts* state);
 
@@ -179,8 +179,8 @@ bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contac
 /* For a search among the clusters of the body. False when out of memory. */
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state);
 /* What the step before knew of pairs becomes what is known; that of pairs it did not meet is dropped. */
-void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state);
-void plii_cluster_contacts_forget(plii_cluster_contacts* state);
+void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state);
+void plii_cluster_contacts_clear(plii_cluster_contacts* state);
 pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_rigid* rigid);
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);

@@ -7,12 +7,12 @@
 // -------------------------------------------------------------------------------------------------------------- memory
 
 /* Clusters of one body deform against each other too much for their contacts to be followed. */
-static bool cluster_contacts_are_followed(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
+static bool cluster_contacts_are_reused(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
     return !state->clusters->def.reference_mode && !state->def.disable_contact_cache && key.other != body;
 }
 
 /* A slot for a pair that is new; 0 when out of memory. */
-static int cluster_contacts_take_manifold(pli_body* body, plii_cluster_contacts* state) {
+static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts* state) {
     const int slot = state->free_manifold1;
     if (slot > 0) {
         state->free_manifold1 = state->manifolds[slot - 1].age;
@@ -24,66 +24,66 @@ static int cluster_contacts_take_manifold(pli_body* body, plii_cluster_contacts*
     return ++state->manifold_count;
 }
 
-static void cluster_contacts_give_manifold(plii_cluster_contacts* state, int slot) {
+static void cluster_contacts_free_manifold(plii_cluster_contacts* state, int slot) {
     state->manifolds[slot - 1].age = state->free_manifold1;
     state->free_manifold1 = slot;
 }
 
-plii_known_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
+plii_cached_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
     if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) {
-        return (plii_known_pair){NULL, false};
+        return (plii_cached_pair){NULL, false};
     }
     plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
-    const bool is_followed = cluster_contacts_are_followed(body, state, key);
+    const bool is_followed = cluster_contacts_are_reused(body, state, key);
     if (is_followed && record->previous_index != PLI_NULL_INDEX) {
         int* before = &state->memory.before[record->previous_index].slot;
         record->slot = *before;
         *before = 0;
     }
-    return (plii_known_pair){record, is_followed};
+    return (plii_cached_pair){record, is_followed};
 }
 
-bool plii_cluster_contacts_follow(pli_body* body, plii_cluster_contacts* state, plii_known_pair pair,
-                                  const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key) {
+bool plii_cluster_contacts_reuse(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair,
+                                 const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key) {
     if (!pair.is_followed || pair.record->slot == 0 ||
         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + PLII_MANIFOLD_POINTS)) {
         return false;
     }
-    return plii_cluster_manifold_follow(body, info, terms, key, &state->manifolds[pair.record->slot - 1], state);
+    return plii_cluster_manifold_update(body, info, terms, key, &state->manifolds[pair.record->slot - 1], state);
 }
 
-void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_known_pair pair, int first,
+void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair, int first,
                                 const void* key, float margin) {
     if (!pair.is_followed) { return; }
     plii_pair_record* record = pair.record;
     const int count = state->count - first;
     if (count == 0 || count > PLII_MANIFOLD_POINTS) {
-        if (record->slot > 0) { cluster_contacts_give_manifold(state, record->slot); }
+        if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
         record->slot = 0;
         return;
     }
-    if (record->slot == 0) { record->slot = cluster_contacts_take_manifold(body, state); }
+    if (record->slot == 0) { record->slot = cluster_contacts_alloc_manifold(body, state); }
     if (record->slot == 0) { return; }
     plii_cluster_manifold_keep(body, state, first, key, margin, &state->manifolds[record->slot - 1]);
 }
 
-void plii_cluster_contacts_turn(pli_body* body, plii_cluster_contacts* state) {
+void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state) {
     for (int i = 0; i < state->memory.before_count; ++i) {
         const int slot = state->memory.before[i].slot;
-        if (slot > 0) { cluster_contacts_give_manifold(state, slot); }
+        if (slot > 0) { cluster_contacts_free_manifold(state, slot); }
     }
     /* Without memory pairs start anew; the contacts are the same up to rounding. */
-    if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_forget(state); }
+    if (!plii_pair_cache_begin_step(body->context, &state->memory)) { plii_cluster_contacts_clear(state); }
 }
 
-void plii_cluster_contacts_forget(plii_cluster_contacts* state) {
-    plii_pair_cache_forget(&state->memory);
+void plii_cluster_contacts_clear(plii_cluster_contacts* state) {
+    plii_pair_cache_clear(&state->memory);
     state->manifold_count = state->free_manifold1 = 0;
 }
 
 // ------------------------------------------------------------------------------------------------------------ contacts
 
-pli_status plii_cluster_contacts_add(plii_met_pair* pair, const pli_cluster_contact* info,
+pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
                                      const plii_contact_terms* terms) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
@@ -105,8 +105,8 @@ pli_status plii_cluster_contacts_add(plii_met_pair* pair, const pli_cluster_cont
     return PLI_OK;
 }
 
-pli_status plii_cluster_contacts_add_nodes(plii_met_pair* pair, pli_cluster_contact info, const plii_near_nodes* found,
-                                           int first, const plii_contact_terms* terms) {
+pli_status plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info,
+                                           const plii_near_nodes* found, int first, const plii_contact_terms* terms) {
     for (int i = first; i < found->count; ++i) {
         const plii_near_node* node = &found->kept[i];
         info.witness = node->point;

@@ -14,41 +14,41 @@ static inline bool plii_cluster_contacts_are_as_reference(const pli_body* body, 
 }
 
 /* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
-typedef struct plii_known_pair {
+typedef struct plii_cached_pair {
     plii_pair_record* record;
     bool is_followed;
-} plii_known_pair;
+} plii_cached_pair;
 
-static inline plii_convex_cache* plii_known_pair_cache(plii_known_pair pair) {
+static inline plii_convex_cache* plii_cached_pair_cache(plii_cached_pair pair) {
     return pair.record != NULL ? &pair.record->cache : NULL;
 }
 
-plii_known_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key);
+plii_cached_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key);
 /* Adds the contacts of a pair that is followed as they are now, or returns false when they have to be measured. */
-bool plii_cluster_contacts_follow(pli_body* body, plii_cluster_contacts* state, plii_known_pair pair,
-                                  const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key);
+bool plii_cluster_contacts_reuse(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair,
+                                 const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key);
 /* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
-void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_known_pair pair, int first,
+void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair, int first,
                                 const void* key, float margin);
 
 /* A pair as its contacts are made. Its sides are taken for the first of them: most pairs have none. */
-typedef struct plii_met_pair {
+typedef struct plii_pair_context {
     pli_body* body;
     plii_cluster_contacts* state;
     plii_joint_end sides[2];
     bool has_sides;
-} plii_met_pair;
+} plii_pair_context;
 
-static inline void plii_met_pair_start(plii_met_pair* pair, pli_body* body, plii_cluster_contacts* state) {
+static inline void plii_pair_context_start(plii_pair_context* pair, pli_body* body, plii_cluster_contacts* state) {
     pair->body = body;
     pair->state = state;
     pair->has_sides = false;
 }
 
-pli_status plii_cluster_contacts_add(plii_met_pair* pair, const pli_cluster_contact* info,
+pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_contact* info,
                                      const plii_contact_terms* terms);
 /* Nodes from `first` on. */
-pli_status plii_cluster_contacts_add_nodes(plii_met_pair* pair, pli_cluster_contact info, const plii_near_nodes* found,
-                                           int first, const plii_contact_terms* terms);
+pli_status plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info,
+                                           const plii_near_nodes* found, int first, const plii_contact_terms* terms);
 
 #endif

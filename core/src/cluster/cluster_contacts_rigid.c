@@ -69,7 +69,7 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
 }
 
 /* terms[0] is that of the nearest points, terms[1] that of nodes and corners. */
-static pli_status cluster_contacts_measure_convex(plii_met_pair* pair, pli_cluster_contact info,
+static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_cluster_contact info,
                                                   const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
     plii_cluster_contacts* state = pair->state;
@@ -90,18 +90,18 @@ static pli_status cluster_contacts_measure_convex(plii_met_pair* pair, pli_clust
     return plii_cluster_contacts_add_nodes(pair, info, &found, 1, &terms[1]);
 }
 
-static pli_status cluster_contacts_meet_convex(pli_body* body, plii_cluster_contacts* state,
-                                               const pli_cluster_contact* pair) {
+static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_contacts* state,
+                                                  const pli_cluster_contact* pair) {
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
                                          cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
-    const plii_known_pair known =
+    const plii_cached_pair known =
         plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
-    if (plii_cluster_contacts_follow(body, state, known, pair, terms, shape)) { return PLI_OK; }
-    plii_met_pair met;
-    plii_met_pair_start(&met, body, state);
+    if (plii_cluster_contacts_reuse(body, state, known, pair, terms, shape)) { return PLI_OK; }
+    plii_pair_context touched;
+    plii_pair_context_start(&touched, body, state);
     const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_convex(&met, *pair, terms, plii_known_pair_cache(known)));
+    PLII_TRY(cluster_contacts_measure_convex(&touched, *pair, terms, plii_cached_pair_cache(known)));
     plii_cluster_contacts_keep(body, state, known, first, shape, terms[0].margin);
     return PLI_OK;
 }
@@ -145,8 +145,8 @@ static pli_status cluster_contacts_measure_nodes(pli_body* body, plii_cluster_co
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_contacts* state,
-                                                const pli_cluster_contact* pair) {
+static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_contacts* state,
+                                                   const pli_cluster_contact* pair) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* cluster = &clusters->items[pair->cluster];
     plii_near_nodes found;
@@ -159,9 +159,9 @@ static pli_status cluster_contacts_meet_concave(pli_body* body, plii_cluster_con
                             (plii_near_node){plii_xyz(body->positions[node]), surface->normal, surface->distance});
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
-    plii_met_pair met;
-    plii_met_pair_start(&met, body, state);
-    return plii_cluster_contacts_add_nodes(&met, *pair, &found, 0, &terms);
+    plii_pair_context touched;
+    plii_pair_context_start(&touched, body, state);
+    return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 
 // ------------------------------------------------------------------------------------------ all shapes of a rigid body
@@ -175,8 +175,8 @@ static pli_bounds cluster_contacts_near(const pli_body* body, bool reference_mod
     return plii_bounds_grow(plii_bounds_transform(local, plii_rigid_shape_transform(rigid, shape_index)), margin);
 }
 
-static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
-                                              int shape_index) {
+static pli_status cluster_contacts_collide_shape(pli_body* body, plii_cluster_contacts* state, pli_rigid* rigid,
+                                                 int shape_index) {
     const pli_shape* shape = rigid->shapes[shape_index];
     plii_clusters* clusters = plii_body_clusters(body);
     const bool is_convex = shape->def.support != NULL;
@@ -191,7 +191,7 @@ static pli_status cluster_contacts_meet_shape(pli_body* body, plii_cluster_conta
         if (!cluster->settings.collides || !plii_bounds_overlap(cluster->bounds, near)) { continue; }
         if (cluster->contains_pinned_node && rigid->kind != PLI_RIGID_DYNAMIC) { continue; }
         const pli_cluster_contact pair = {.cluster = i, .rigid = rigid, .shape = shape_index};
-        PLII_TRY((is_convex ? cluster_contacts_meet_convex : cluster_contacts_meet_concave)(body, state, &pair));
+        PLII_TRY((is_convex ? cluster_contacts_collide_convex : cluster_contacts_collide_concave)(body, state, &pair));
     }
     return PLI_OK;
 }
@@ -202,7 +202,7 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* data, pli_r
     if (!plii_cluster_contacts_update_groups(body, state)) { return PLI_ERROR_OUT_OF_MEMORY; }
     const int before = state->count;
     for (int i = 0; i < rigid->shape_count; ++i) {
-        const pli_status status = cluster_contacts_meet_shape(body, state, rigid, i);
+        const pli_status status = cluster_contacts_collide_shape(body, state, rigid, i);
         if (status != PLI_OK) {
             state->count = before;
             return status;

@@ -118,7 +118,7 @@ static bool cluster_contacts_measure(const plii_cluster_contacts* state, const p
     options.max_distance = max_distance;
     if (!state->def.disable_contact_cache) {
         options.gap = CLUSTER_CONTACTS_GAP;
-        options.follows_way = true;
+        options.uses_cached_axis = true;
     }
 #if PLIANT_WITH_CCD
     options.penetration = state->def.accurate_penetration ? plii_penetration_epa : plii_penetration_mpr;

@@ -38,7 +38,7 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
 }
 
 /* Everything that holds to clusters of this body goes with them. */
-static void clusters_forget(pli_body* body) {
+static void clusters_clear(pli_body* body) {
     for (int i = 0; i < body->world->body_count; ++i) {
         pli_body* other = body->world->bodies[i];
         for (int k = 0; k < other->pipeline.feature_count; ++k) {
@@ -53,7 +53,7 @@ static void clusters_forget(pli_body* body) {
 pli_status pli_body_disable_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     if (plii_body_clusters(body) == NULL) { return PLI_OK; }
-    clusters_forget(body);
+    clusters_clear(body);
     plii_clusters_release(body, plii_body_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
     return PLI_OK;
@@ -63,7 +63,7 @@ pli_status pli_body_remove_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     plii_clusters* clusters = plii_body_clusters(body);
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
-    clusters_forget(body);
+    clusters_clear(body);
     plii_clusters_release(body, clusters);
     return PLI_OK;
 }
@@ -189,7 +189,7 @@ pli_status pli_body_get_cluster(const pli_body* body, int cluster, pli_cluster_v
     const plii_clusters* clusters = plii_body_clusters(body);
     /* Asking must not change the next step. */
     plii_cluster copy = clusters->items[cluster];
-    plii_cluster_take_frame(body, clusters, &copy);
+    plii_cluster_update_frame(body, clusters, &copy);
     const plii_cluster* item = &copy;
     *view = (pli_cluster_view){
         .node_count = item->member_count,

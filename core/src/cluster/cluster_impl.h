@@ -28,8 +28,8 @@ typedef struct plii_cluster {
     /* The centre of mass in the rest shape as it was taken; moves when masses change. What is held to the cluster
        counts from that first centre. */
     pli_vec3 rest_centre;
-    pli_transform frame; /* this and what follows is of the step in progress; current only when `has_frame` */
-    pli_quat turn;       /* the rotation of the frame, where the next one is searched from; not in reference mode */
+    pli_transform frame;    /* this and what follows is of the step in progress; current only when `has_frame` */
+    pli_quat warm_rotation; /* the rotation of the frame, where the next one is searched from; not in reference mode */
     pli_mat3 inverse_inertia;
     pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
     /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
@@ -68,14 +68,14 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
 /* The present masses; the rest shape stays. */
 void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* The present masses, and the present shape as rest shape. */
-void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 
 /* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
    clusters that collide and whose bounds overlap `near`, and of one. */
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
-void plii_cluster_take_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
+void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);
 
 static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_clusters* clusters,
                                          const plii_cluster* cluster, int member) {

@@ -8,9 +8,9 @@
 
 /* How long and how far a pair is followed. */
 typedef struct manifold_limits {
-    int age;               /* steps */
-    float aside, approach; /* of the margin: how far a point may move along the other side, and along the normal */
-    float turn;            /* square of the angle that the sides may turn against each other, rad^2 */
+    int age;                 /* steps */
+    float aside, approach;   /* of the margin: how far a point may move along the other side, and along the normal */
+    float relative_rotation; /* square of the angle that the sides may turn against each other, rad^2 */
 } manifold_limits;
 
 /* Against rigid bodies less: bodies that lie on plates came to rest later with the limits of two clusters. */
@@ -26,7 +26,7 @@ static pli_transform manifold_other_frame(const pli_cluster_contact* info) {
                                : info->rigid->state.pose;
 }
 
-static pli_mat3 manifold_turn(pli_transform a, pli_transform b) {
+static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
     return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
 }
 
@@ -44,17 +44,17 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
         plii_group_vec3_set(&points->normals, lane, pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal));
         points->distances[lane] = info->distance;
     }
-    manifold->turn = manifold_turn(a, b);
+    manifold->relative_rotation = manifold_rotation(a, b);
     manifold->key = key;
     manifold->margin = margin;
     /* Not all pairs of a pile are measured in the same step. */
     manifold->age = (pair->cluster + pair->other_cluster) % (manifold_limits_of(pair)->age / 2);
 }
 
-static bool manifold_has_turned(const plii_manifold* manifold, pli_mat3 turn, float limit) {
+static bool manifold_has_rotated(const plii_manifold* manifold, pli_mat3 relative_rotation, float limit) {
     float trace = 0.0f; /* 1 + 2 cos(angle) */
     for (int i = 0; i < 3; ++i) {
-        trace += pli_vec3_dot(manifold->turn.rows[i], turn.rows[i]);
+        trace += pli_vec3_dot(manifold->relative_rotation.rows[i], relative_rotation.rows[i]);
     }
     return !(trace > 3.0f - limit);
 }
@@ -68,21 +68,21 @@ typedef struct manifold_points {
 static plii_vec3x4 manifold_load(const plii_group_vec3* v) {
     return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
 }
-static plii_vec3x4 manifold_turn_all(const pli_mat3* rotation, plii_vec3x4 v) {
+static plii_vec3x4 manifold_rotate_all(const pli_mat3* rotation, plii_vec3x4 v) {
     return (plii_vec3x4){plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[0]), v),
                          plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[1]), v),
                          plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[2]), v)};
 }
-static plii_vec3x4 manifold_place_all(const pli_transform* frame, plii_vec3x4 v) {
-    return plii_vec3x4_add(manifold_turn_all(&frame->rotation, v), plii_vec3x4_all(frame->origin));
+static plii_vec3x4 manifold_transform_all(const pli_transform* frame, plii_vec3x4 v) {
+    return plii_vec3x4_add(manifold_rotate_all(&frame->rotation, v), plii_vec3x4_all(frame->origin));
 }
 
 /* Four points; returns the bits of those that have moved too far. */
 static int manifold_move(const plii_manifold_points* points, const pli_transform* a, const pli_transform* b,
                          float aside_limit, float approach_limit, int first, manifold_points* now) {
-    const plii_vec3x4 witness = manifold_place_all(a, manifold_load(&points->on_a));
-    const plii_vec3x4 other = manifold_place_all(b, manifold_load(&points->on_b));
-    const plii_vec3x4 normal = manifold_turn_all(&b->rotation, manifold_load(&points->normals));
+    const plii_vec3x4 witness = manifold_transform_all(a, manifold_load(&points->on_a));
+    const plii_vec3x4 other = manifold_transform_all(b, manifold_load(&points->on_b));
+    const plii_vec3x4 normal = manifold_rotate_all(&b->rotation, manifold_load(&points->normals));
     const plii_vec3x4 gap = plii_vec3x4_sub(witness, other);
     const plii_float4 distance = plii_vec3x4_dot(gap, normal);
     const plii_vec3x4 aside = plii_vec3x4_sub(gap, plii_vec3x4_scale(normal, distance));
@@ -97,7 +97,7 @@ static int manifold_move(const plii_manifold_points* points, const pli_transform
     return ~plii_lanes_bits(stays);
 }
 
-bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contact* info,
+bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contact* info,
                                   const plii_contact_terms terms[2], const void* key, plii_manifold* manifold,
                                   plii_cluster_contacts* state) {
     const manifold_limits* limits = manifold_limits_of(info);
@@ -109,7 +109,7 @@ bool plii_cluster_manifold_follow(const pli_body* body, const pli_cluster_contac
         {.cluster = body->is_frozen ? NULL : cluster},
         {.cluster = other == NULL || info->other->is_frozen ? NULL : other, .rigid = info->rigid}};
     const pli_transform a = cluster->frame, b = other != NULL ? other->frame : info->rigid->state.pose;
-    if (manifold_has_turned(manifold, manifold_turn(a, b), limits->turn)) { return false; }
+    if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
     manifold_points now;

@@ -15,14 +15,14 @@ typedef struct plii_near_nodes {
     plii_near_node kept[PLII_CLUSTER_CONTACTS_PER_PAIR]; /* the first is the deepest */
     plii_group_vec3 points;                              /* of these; infinitely far where there is none */
     int count;
-    int crowded; /* of as many as can be kept, other than the deepest, the one that lies closest to the rest; 0: not
+    int redundant; /* of as many as can be kept, other than the deepest, the one that lies closest to the rest; 0: not
                     known */
-    float crowded_spread;
+    float redundant_spread;
 } plii_near_nodes;
 
 static inline void plii_near_nodes_start_empty(plii_near_nodes* nodes) {
     const pli_vec3 nowhere = pli_vec3_make(INFINITY, INFINITY, INFINITY);
-    nodes->count = nodes->crowded = 0;
+    nodes->count = nodes->redundant = 0;
     for (int i = 0; i < PLII_CLUSTER_CONTACTS_PER_PAIR; ++i) {
         plii_group_vec3_set(&nodes->points, i, nowhere);
     }
@@ -31,7 +31,7 @@ static inline void plii_near_nodes_start_empty(plii_near_nodes* nodes) {
 static inline void plii_near_nodes_set(plii_near_nodes* nodes, int place, const plii_near_node* node) {
     nodes->kept[place] = *node;
     plii_group_vec3_set(&nodes->points, place, node->point);
-    nodes->crowded = 0;
+    nodes->redundant = 0;
 }
 
 /* Square of the distance from the nearest of those kept, but for one. */
@@ -46,14 +46,14 @@ static inline float plii_near_nodes_spread(const plii_near_nodes* nodes, pli_vec
     return plii_lanes_first(plii_lanes_min(plii_lanes_min(least, plii_lanes_all_y(least)), plii_lanes_all_z(least)));
 }
 
-static inline void plii_near_nodes_find_crowded(plii_near_nodes* nodes) {
-    nodes->crowded = 1;
-    nodes->crowded_spread = plii_near_nodes_spread(nodes, nodes->kept[1].point, 1);
+static inline void plii_near_nodes_find_redundant(plii_near_nodes* nodes) {
+    nodes->redundant = 1;
+    nodes->redundant_spread = plii_near_nodes_spread(nodes, nodes->kept[1].point, 1);
     for (int i = 2; i < nodes->count; ++i) {
         const float spread = plii_near_nodes_spread(nodes, nodes->kept[i].point, i);
-        if (spread < nodes->crowded_spread) {
-            nodes->crowded = i;
-            nodes->crowded_spread = spread;
+        if (spread < nodes->redundant_spread) {
+            nodes->redundant = i;
+            nodes->redundant_spread = spread;
         }
     }
 }
@@ -68,9 +68,9 @@ static inline void plii_near_nodes_add(plii_near_nodes* nodes, plii_near_node no
         plii_near_nodes_set(nodes, nodes->count++, &node);
         return;
     }
-    if (nodes->crowded == 0) { plii_near_nodes_find_crowded(nodes); }
-    if (plii_near_nodes_spread(nodes, node.point, nodes->crowded) > nodes->crowded_spread) {
-        plii_near_nodes_set(nodes, nodes->crowded, &node);
+    if (nodes->redundant == 0) { plii_near_nodes_find_redundant(nodes); }
+    if (plii_near_nodes_spread(nodes, node.point, nodes->redundant) > nodes->redundant_spread) {
+        plii_near_nodes_set(nodes, nodes->redundant, &node);
     }
 }
 

@@ -6,7 +6,7 @@
 #define CLUSTER_BULLET_PINNED_MASS 1e18f
 #define CLUSTER_PINNED_MASS_RATIO 1e6
 
-static void cluster_take_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+static void cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     double free_mass = 0.0;
     cluster->contains_pinned_node = false;
@@ -100,7 +100,7 @@ static double cluster_smallest_inertia(const pli_body* body, const plii_cluster*
 }
 
 /* From masses and rest shape. */
-static void cluster_take_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+static void cluster_update_inertia(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_mat3 inertia = plii_mat3_diagonal(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -126,23 +126,23 @@ static void cluster_take_inertia(const pli_body* body, const plii_clusters* clus
     cluster->is_point = turns->rows[0].x + turns->rows[1].y + turns->rows[2].z == 0.0f;
 }
 
-void plii_cluster_take_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_take_masses(body, clusters, cluster);
+void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
+    cluster_update_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     const pli_vec3 centre = plii_cluster_centre(body, clusters, cluster);
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre));
     }
-    cluster_take_inertia(body, clusters, cluster);
+    cluster_update_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_make(0, 0, 0);
     cluster->frame = (pli_transform){pli_mat3_identity(), centre};
-    cluster->turn = pli_quat_identity();
+    cluster->warm_rotation = pli_quat_identity();
     cluster->linear_velocity = cluster->angular_velocity = (pli_vec4){0};
     cluster->has_bounds = false;
 }
 
 void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_take_masses(body, clusters, cluster);
+    cluster_update_masses(body, clusters, cluster);
     plii_cluster_member* members = &clusters->members[cluster->first_member];
     pli_vec3 shift = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -152,7 +152,7 @@ void plii_cluster_update_masses(const pli_body* body, const plii_clusters* clust
     for (int i = 0; i < cluster->member_count; ++i) {
         plii_set_xyz(&members[i].rest, pli_vec3_sub(plii_xyz(members[i].rest), shift));
     }
-    cluster_take_inertia(body, clusters, cluster);
+    cluster_update_inertia(body, clusters, cluster);
     cluster->rest_centre = pli_vec3_add(cluster->rest_centre, shift);
     cluster->has_bounds = false;
 }

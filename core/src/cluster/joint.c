@@ -97,11 +97,11 @@ static void joints_remove_if(pli_body* body, joints_state* joints, joint_goes_fn
     joints->count = kept;
 }
 
-static bool joint_holds_rigid(const plii_joint* joint, const pli_body* owner, const void* rigid) {
+static bool joint_has_rigid(const plii_joint* joint, const pli_body* owner, const void* rigid) {
     (void)owner;
     return joint->other.rigid == rigid;
 }
-static bool joint_holds_body(const plii_joint* joint, const pli_body* owner, const void* body) {
+static bool joint_has_body(const plii_joint* joint, const pli_body* owner, const void* body) {
     return owner == body || joint->other.body == body;
 }
 static bool joint_is(const plii_joint* joint, const pli_body* owner, const void* slot) {
@@ -109,14 +109,14 @@ static bool joint_is(const plii_joint* joint, const pli_body* owner, const void*
     return joint->slot == *(const int*)slot;
 }
 
-static void joints_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+static void joints_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
     const joints_state* joints = state;
     const int before = joints->count;
-    joints_remove_if(body, state, joint_holds_rigid, rigid);
+    joints_remove_if(body, state, joint_has_rigid, rigid);
     if (joints->count < before) { plii_world_add_anchors_lost(body); }
 }
-static void joints_forget_body(pli_body* body, void* state, const pli_body* other) {
-    joints_remove_if(body, state, joint_holds_body, other);
+static void joints_on_body_removed(pli_body* body, void* state, const pli_body* other) {
+    joints_remove_if(body, state, joint_has_body, other);
 }
 
 static void joints_disable(pli_body* body, void* state) {
@@ -148,9 +148,9 @@ static const plii_feature_class joints_class = {
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .disable = joints_disable,
-    .on_rigid_removed = joints_forget_rigid,
-    .on_body_removed = joints_forget_body,
-    .on_clusters_removed = joints_forget_body,
+    .on_rigid_removed = joints_on_rigid_removed,
+    .on_body_removed = joints_on_body_removed,
+    .on_clusters_removed = joints_on_body_removed,
     .bytes = joints_bytes,
     .topology_commit = joints_topology_commit,
 };

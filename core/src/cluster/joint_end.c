@@ -9,7 +9,7 @@ static plii_joint_end joint_end_fixed(pli_transform frame) {
 plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
     plii_clusters* clusters = plii_body_clusters(body);
     plii_cluster* item = &clusters->items[cluster];
-    plii_cluster_take_frame(body, clusters, item);
+    plii_cluster_update_frame(body, clusters, item);
     plii_joint_end side = joint_end_fixed(item->frame);
     side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */
@@ -33,10 +33,10 @@ plii_joint_end plii_joint_end_of_world(void) {
 
 static pli_mat3 joint_end_response(const plii_joint_end* side, pli_vec3 r) {
     const pli_mat3 cross = plii_mat3_cross(r);
-    const pli_mat3 turn = pli_mat3_mul(pli_mat3_mul(cross, side->inverse_inertia), cross);
+    const pli_mat3 angular_change = pli_mat3_mul(pli_mat3_mul(cross, side->inverse_inertia), cross);
     pli_mat3 response = plii_mat3_diagonal(side->inverse_mass, side->inverse_mass, side->inverse_mass);
     for (int i = 0; i < 3; ++i) {
-        response.rows[i] = pli_vec3_sub(response.rows[i], turn.rows[i]);
+        response.rows[i] = pli_vec3_sub(response.rows[i], angular_change.rows[i]);
     }
     return response;
 }
@@ -55,9 +55,9 @@ pli_mat3 plii_joint_angular_impulse_matrix(const plii_joint_end* a, const plii_j
 }
 
 float plii_joint_end_response(const plii_joint_end* side, pli_vec3 offset, pli_vec3 direction) {
-    const pli_vec3 turn = pli_vec3_cross(offset, direction);
+    const pli_vec3 angular_change = pli_vec3_cross(offset, direction);
     return side->inverse_mass * pli_vec3_length_squared(direction) +
-           pli_vec3_dot(turn, pli_mat3_mul_vec3(side->inverse_inertia, turn));
+           pli_vec3_dot(angular_change, pli_mat3_mul_vec3(side->inverse_inertia, angular_change));
 }
 
 pli_vec3 plii_joint_angular_velocity(const plii_joint_target* target) {
@@ -79,9 +79,9 @@ void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 i
     if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
     plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
-    const pli_vec3 turn = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
-    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, turn);
-    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), turn));
+    const pli_vec3 angular_change = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
+    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, angular_change);
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), angular_change));
     cluster->velocity_impulse_count += 1;
 }
 

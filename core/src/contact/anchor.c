@@ -92,18 +92,19 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
-static int anchor_list_holds(const pli_body* body, const void* state, int capacity, plii_node_constraint* holds) {
+static int anchor_list_constraints(const pli_body* body, const void* state, int capacity,
+                                   plii_node_constraint* constraints) {
     const anchor_state* anchors = state;
     (void)body;
     int count = 0;
     for (int i = 0; i < anchors->item_count; ++i) {
         const anchor_item* anchor = &anchors->items[i];
         if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
-        plii_node_constraint* hold = &holds[count - 1];
-        *hold = (plii_node_constraint){
+        plii_node_constraint* constraint = &constraints[count - 1];
+        *constraint = (plii_node_constraint){
             .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
-        hold->hardness = anchors->hardness;
-        hold->influence = plii_min(anchor->influence, 1.0f);
+        constraint->hardness = anchors->hardness;
+        constraint->influence = plii_min(anchor->influence, 1.0f);
     }
     return count;
 }
@@ -137,7 +138,7 @@ static void anchor_compact(pli_body* body, anchor_state* anchors) {
     if (kept == 0) { anchor_release_marks(body); }
 }
 
-static void anchor_forget_rigid(pli_body* body, void* state, const pli_rigid* rigid) {
+static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
     anchor_state* anchors = state;
     bool found = false;
     for (int i = 0; i < anchors->item_count; ++i) {
@@ -207,8 +208,8 @@ static const plii_feature_class anchor_class = {
         {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
     .enable = anchor_enable,
     .disable = anchor_disable,
-    .list_constraints = anchor_list_holds,
-    .on_rigid_removed = anchor_forget_rigid,
+    .list_constraints = anchor_list_constraints,
+    .on_rigid_removed = anchor_on_rigid_removed,
     .bytes = anchor_bytes,
     .topology_blocks = anchor_topology_blocks,
     .topology_commit = anchor_topology_commit,
@@ -319,9 +320,9 @@ int pli_body_anchor_count(const pli_body* body) {
     return anchors != NULL ? anchors->item_count : 0;
 }
 
-plii_anchor_place plii_anchor_get_place(const pli_body* body, int index) {
+plii_anchor_data plii_anchor_get_data(const pli_body* body, int index) {
     const anchor_item* anchor = &((const anchor_state*)plii_feature_state(body, &anchor_class))->items[index];
-    return (plii_anchor_place){anchor->node, anchor->rigid, anchor->pivot};
+    return (plii_anchor_data){anchor->node, anchor->rigid, anchor->pivot};
 }
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {

@@ -29,10 +29,10 @@ pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
 
 /* One that has a new pose since the collision was moved by its host, and will once more be moved by what the solve
    changed; see pli_rigid_needs_reintegration. */
-pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_meeting* meeting, float dt) {
-    const pli_rigid* rigid = meeting->rigid;
+pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_candidate* candidate, float dt) {
+    const pli_rigid* rigid = candidate->rigid;
     const pli_rigid_state* state = &rigid->state;
-    if (rigid->pose_version == meeting->pose_version) {
+    if (rigid->pose_version == candidate->pose_version) {
         return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
     }
     const pli_vec3 linear = pli_vec3_sub(state->linear_velocity, rigid->given_linear_velocity);
@@ -45,27 +45,29 @@ static float rigid_faces_bulge(float reach, float angle) {
     return angle < 3.0f ? reach * (1.0f - cosf(0.5f * angle)) : 2.0f * reach;
 }
 
-plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int meeting_index) {
-    const plii_rigid_faces_meeting* meeting = &state->meetings[meeting_index];
-    const pli_shape* shape = meeting->shape;
+plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int candidate_index) {
+    const plii_rigid_faces_candidate* candidate = &state->candidates[candidate_index];
+    const pli_shape* shape = candidate->shape;
     plii_rigid_faces_pass pass = {.body = body,
                                   .state = state,
-                                  .meeting = meeting,
-                                  .meeting_index = meeting_index,
+                                  .candidate = candidate,
+                                  .candidate_index = candidate_index,
                                   .has_links = body->topology->face_count == 0,
-                                  .begin = meeting->begin,
-                                  .end = plii_rigid_faces_end_pose(meeting, body->step.dt),
+                                  .begin = candidate->begin,
+                                  .end = plii_rigid_faces_end_pose(candidate, body->step.dt),
                                   .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
-    const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), meeting->shape_pose);
-    pass.core = (plii_face_core){.shape = shape,
-                                 .pose = meeting->shape_pose,
-                                 .rotation = pass.begin.rotation,
-                                 .turn = pli_vec3_scale(meeting->rigid->state.angular_velocity, body->step.dt),
-                                 .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
+    const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), candidate->shape_pose);
+    pass.core =
+        (plii_face_core){.shape = shape,
+                         .pose = candidate->shape_pose,
+                         .rotation = pass.begin.rotation,
+                         .rotation_vector = pli_vec3_scale(candidate->rigid->state.angular_velocity, body->step.dt),
+                         .reach = pli_vec3_length(plii_vec3_max(pli_vec3_neg(local.min), local.max))};
     const pli_bounds before = plii_bounds_transform(local, pass.begin), after = plii_bounds_transform(local, pass.end);
     pass.bounds.min = plii_vec3_min(before.min, after.min);
     pass.bounds.max = plii_vec3_max(before.max, after.max);
-    pass.bounds = plii_bounds_grow(pass.bounds, rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.turn)));
+    pass.bounds =
+        plii_bounds_grow(pass.bounds, rigid_faces_bulge(pass.core.reach, pli_vec3_length(pass.core.rotation_vector)));
     return pass;
 }
 
@@ -79,7 +81,7 @@ static bool rigid_faces_is_anchored(const pli_body* body, const int* nodes, cons
 
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element) {
     const int part = pass->triangle != NULL ? pass->triangle->index : 0;
-    return (plii_pair_key){element, pass->meeting->shape_index, pass->meeting->rigid, part};
+    return (plii_pair_key){element, pass->candidate->shape_index, pass->candidate->rigid, part};
 }
 
 static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* end) {
@@ -91,19 +93,19 @@ static pli_bounds rigid_faces_bounds_of(const pli_vec3* begin, const pli_vec3* e
     return all;
 }
 
-static pli_status rigid_faces_visit_way(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                        plii_face_sweep* way, plii_rigid_faces_visit_fn* visit) {
+static pli_status rigid_faces_visit_sweep(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                          plii_face_sweep* sweep, plii_rigid_faces_visit_fn* visit) {
     const plii_convex_cache* side = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
-    way->has_side = side != NULL && side->has_normal;
-    if (way->has_side) { way->side = side->normal; }
-    return visit(pass, element, nodes, way);
+    sweep->has_side = side != NULL && side->has_normal;
+    if (sweep->has_side) { sweep->side = side->normal; }
+    return visit(pass, element, nodes, sweep);
 }
 
 typedef struct rigid_faces_triangles {
     const plii_rigid_faces_pass* pass;
     int element;
     const int* nodes;
-    const plii_face_sweep* way;
+    const plii_face_sweep* sweep;
     plii_rigid_faces_visit_fn* visit;
     pli_status status;
 } rigid_faces_triangles;
@@ -119,27 +121,27 @@ static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void
         const pli_vec3 corner = pli_transform_point(pass.core.pose, triangle->corners[k]);
         pass.core.reach = plii_max(pass.core.reach, pli_vec3_length(corner));
     }
-    plii_face_sweep way = *all->way;
-    way.core = &pass.core;
-    all->status = rigid_faces_visit_way(&pass, all->element, all->nodes, &way, all->visit);
+    plii_face_sweep sweep = *all->sweep;
+    sweep.core = &pass.core;
+    all->status = rigid_faces_visit_sweep(&pass, all->element, all->nodes, &sweep, all->visit);
 }
 
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
 static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
-                                              const int* nodes, const plii_face_sweep* way,
+                                              const int* nodes, const plii_face_sweep* sweep,
                                               plii_rigid_faces_visit_fn* visit) {
     const pli_transform before = pli_transform_mul((pli_transform){pass->begin.rotation, {0, 0, 0}}, pass->core.pose);
     const pli_transform after = pli_transform_mul((pli_transform){pass->end.rotation, {0, 0, 0}}, pass->core.pose);
     pli_vec3 begin[3], end[3];
     float farthest = 0.0f;
     for (int k = 0; k < 3; ++k) {
-        begin[k] = pli_transform_inverse_point(before, way->begin[k]);
-        end[k] = pli_transform_inverse_point(after, way->end[k]);
-        farthest = plii_max(farthest, plii_max(pli_vec3_length(way->begin[k]), pli_vec3_length(way->end[k])));
+        begin[k] = pli_transform_inverse_point(before, sweep->begin[k]);
+        end[k] = pli_transform_inverse_point(after, sweep->end[k]);
+        farthest = plii_max(farthest, plii_max(pli_vec3_length(sweep->begin[k]), pli_vec3_length(sweep->end[k])));
     }
-    const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.turn));
-    const pli_shape* shape = pass->meeting->shape;
-    rigid_faces_triangles all = {pass, element, nodes, way, visit, PLI_OK};
+    const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.rotation_vector));
+    const pli_shape* shape = pass->candidate->shape;
+    rigid_faces_triangles all = {pass, element, nodes, sweep, visit, PLI_OK};
     shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
                      rigid_faces_visit_triangle, &all);
     return all.status;
@@ -156,16 +158,16 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
     if (!plii_bounds_overlap(plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach), pass->bounds)) {
         return PLI_OK;
     }
-    plii_face_sweep way = {.core = &pass->core, .is_link = pass->has_links};
+    plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
     for (int k = 0; k < 3; ++k) {
-        way.begin[k] = pli_vec3_sub(begin[k], pass->begin.origin);
-        way.end[k] = pli_vec3_sub(end[k], pass->end.origin);
+        sweep.begin[k] = pli_vec3_sub(begin[k], pass->begin.origin);
+        sweep.end[k] = pli_vec3_sub(end[k], pass->end.origin);
     }
-    if (rigid_faces_is_anchored(body, nodes, pass->meeting->rigid)) { return PLI_OK; }
-    if (pass->meeting->shape->triangles != NULL) {
-        return rigid_faces_visit_triangles(pass, reach, element, nodes, &way, visit);
+    if (rigid_faces_is_anchored(body, nodes, pass->candidate->rigid)) { return PLI_OK; }
+    if (pass->candidate->shape->triangles != NULL) {
+        return rigid_faces_visit_triangles(pass, reach, element, nodes, &sweep, visit);
     }
-    return rigid_faces_visit_way(pass, element, nodes, &way, visit);
+    return rigid_faces_visit_sweep(pass, element, nodes, &sweep, visit);
 }
 
 pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit) {
@@ -189,7 +191,7 @@ pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach
 /* Friction as for node contacts. */
 static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigid_face_contact* contact) {
     const pli_vec3 rigid_motion =
-        pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), pass->body->step.dt);
+        pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), pass->body->step.dt);
     const pli_vec3 face_motion = pli_vec3_sub(plii_rigid_faces_point(pass->body->positions, contact), contact->start);
     const pli_vec3 motion = pli_vec3_sub(face_motion, rigid_motion);
     const float along_normal = pli_vec3_dot(motion, contact->normal);
@@ -203,10 +205,10 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
                                   const plii_face_moment* moment, float end_gap, float target_gap) {
     pli_body* body = pass->body;
     plii_rigid_faces* state = pass->state;
-    pli_rigid* rigid = pass->meeting->rigid;
+    pli_rigid* rigid = pass->candidate->rigid;
     plii_rigid_face_contact contact = {.rigid = rigid,
-                                       .meeting = pass->meeting_index,
-                                       .shape = pass->meeting->shape_index,
+                                       .candidate = pass->candidate_index,
+                                       .shape = pass->candidate->shape_index,
                                        .element = element,
                                        .nodes = {nodes[0], nodes[1], nodes[2]},
                                        .weights = moment->weights,
@@ -223,7 +225,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
                           body->positions[nodes[2]].w * moment->weights.z > 0.0f;
     if (!can_move && !(rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
     contact.start = plii_rigid_faces_point(body->previous, &contact);
-    plii_rigid_faces_prepare_contact(body, pass->meeting, pass->end, &contact);
+    plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
     if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -234,31 +236,31 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
 }
 
 /* Distance of the surfaces along the normal at the end, minus the margin. */
-static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* way,
+static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
                                  const plii_face_moment* moment) {
-    return pli_vec3_dot(moment->normal, plii_face_blend(way->end, moment->weights)) -
+    return pli_vec3_dot(moment->normal, plii_face_blend(sweep->end, moment->weights)) -
            plii_face_core_height(&pass->core, 1.0f, moment->normal) - pass->radius - pass->body->collision_margin;
 }
 
-static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* way) {
-    const pli_bounds swept = rigid_faces_bounds_of(way->begin, way->end);
+static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* sweep) {
+    const pli_bounds swept = rigid_faces_bounds_of(sweep->begin, sweep->end);
     const float size = pli_vec3_length(pli_vec3_sub(swept.max, swept.min));
     return plii_max(0.5f * body->collision_margin, RIGID_FACES_SMALLEST_SLACK * size);
 }
 
 static float rigid_faces_target_gap(const plii_rigid_faces_pass* pass, float begin_gap) {
     const pli_rigid_face_contacts_def* def = &pass->state->def;
-    const bool is_dynamic = pass->meeting->rigid->kind == PLI_RIGID_DYNAMIC;
+    const bool is_dynamic = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC;
     return plii_min(begin_gap, 0.0f) * (1.0f - (is_dynamic ? def->dynamic_hardness : def->static_hardness));
 }
 
 /* At the start of a step. Of a triangle only its front counts: faces behind it are inside or belong to another one. */
-static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_sweep* way, float max_distance,
+static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep, float max_distance,
                               plii_face_moment* moment) {
-    if (pass->triangle == NULL) { return plii_face_sweep_begin(way, max_distance, moment); }
+    if (pass->triangle == NULL) { return plii_face_sweep_begin(sweep, max_distance, moment); }
     const pli_mat3 rotation = pli_mat3_mul(pass->begin.rotation, pass->core.pose.rotation);
     const pli_vec3 front = pli_mat3_mul_vec3(rotation, pass->triangle->normal);
-    plii_face_sweep known = *way;
+    plii_face_sweep known = *sweep;
     if (!plii_face_sweep_begin(&known, max_distance, moment)) { return false; }
     if (moment->is_overlapping && !known.has_side) {
         known.has_side = true;
@@ -274,7 +276,7 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_
     if (pass->triangle == NULL || moment->is_overlapping) { return false; }
     const plii_face_core* core = &pass->core;
     const pli_transform begin = {core->rotation, {0, 0, 0}};
-    const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, moment->time);
+    const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, moment->time);
     const pli_transform pose = pli_transform_mul(turned, core->pose);
     const pli_vec3 local = pli_transform_inverse_point(pose, moment->point);
     pli_vec3 local_normal;
@@ -287,59 +289,59 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_
 
 /* The first moment at which face and shape are near. */
 static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                              const plii_face_sweep* way) {
-    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
+                                              const plii_face_sweep* sweep) {
+    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, way, target + plii_face_sweep_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
-    if (!plii_face_sweep_advance(way, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(way, &moment)) {
+    if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
         return PLI_OK;
     }
     if (rigid_faces_is_covered(pass, &moment)) { return PLI_OK; }
-    const float end_gap = rigid_faces_end_gap(pass, way, &moment);
+    const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!plii_is_finite(end_gap)) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
 }
 
 /* A face that passed the core where no point told so on its way. */
 static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                         const plii_face_sweep* way, pli_vec3 side, float target_gap) {
-    plii_face_sweep end = *way;
+                                         const plii_face_sweep* sweep, pli_vec3 side, float target_gap) {
+    plii_face_sweep end = *sweep;
     end.has_side = true;
     end.side = side;
     plii_face_moment moment;
     if (!plii_face_sweep_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
-    if (!plii_face_sweep_weigh(way, &moment)) { return PLI_OK; }
-    const float end_gap = rigid_faces_end_gap(pass, way, &moment);
+    if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
+    const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!(end_gap < target_gap)) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
 }
 
 /* Only what is too near at the end counts, and what is near from the start must come nearer. */
 static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_sweep* way) {
-    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, way);
+                                             const plii_face_sweep* sweep) {
+    const float margin = pass->body->collision_margin, slack = rigid_faces_slack(pass->body, sweep);
     float target = pass->radius + margin + slack;
     plii_face_moment moment;
-    if (!rigid_faces_begin(pass, way, target + plii_face_sweep_length(way), &moment)) { return PLI_OK; }
+    if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!moment.is_overlapping) {
         target = plii_min(target, 0.5f * moment.distance);
         float tolerance = plii_min(0.25f * slack, 0.25f * target);
         for (int i = 0; i < RIGID_FACES_MAX_TARGETS; ++i) {
-            if (!plii_face_sweep_advance(way, target, tolerance, &moment)) { return PLI_OK; }
-            if (!plii_face_sweep_weigh(way, &moment)) { return PLI_OK; }
+            if (!plii_face_sweep_advance(sweep, target, tolerance, &moment)) { return PLI_OK; }
+            if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
             plii_face_moment touch = moment;
             if (rigid_faces_is_covered(pass, &touch)) { return PLI_OK; }
-            const float end_gap = rigid_faces_end_gap(pass, way, &touch);
+            const float end_gap = rigid_faces_end_gap(pass, sweep, &touch);
             if (end_gap < target_gap) { return rigid_faces_add(pass, element, nodes, &touch, end_gap, target_gap); }
             /* This point of the face gets out of the way in time, others may not. */
             target *= 0.5f;
             tolerance = 0.25f * target;
         }
     }
-    return rigid_faces_review_end(pass, element, nodes, way, moment.normal, target_gap);
+    return rigid_faces_review_end(pass, element, nodes, sweep, moment.normal, target_gap);
 }
 
 static float rigid_faces_reach(const pli_body* body) {
@@ -348,47 +350,47 @@ static float rigid_faces_reach(const pli_body* body) {
 
 int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state) {
     const int before = state->count;
-    for (int i = 0; i < state->meeting_count; ++i) {
+    for (int i = 0; i < state->candidate_count; ++i) {
         const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         if (plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_review_element) != PLI_OK) { break; }
     }
     return state->count - before;
 }
 
-void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count) {
-    while (state->meeting_count > count) {
-        plii_shape_release(state->meetings[--state->meeting_count].shape);
+void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count) {
+    while (state->candidate_count > count) {
+        plii_shape_release(state->candidates[--state->candidate_count].shape);
     }
 }
 
 static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* state, pli_rigid* rigid, int index) {
     if (rigid->shapes[index]->def.support == NULL && rigid->shapes[index]->triangles == NULL) { return PLI_OK; }
-    const int count = state->meeting_count;
-    if (!PLII_RESERVE(body->context, &state->meetings, &state->meeting_capacity, count + 1)) {
+    const int count = state->candidate_count;
+    if (!PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    state->meetings[count] = (plii_rigid_faces_meeting){.rigid = rigid,
-                                                        .shape_index = index,
-                                                        .shape = rigid->shapes[index],
-                                                        .shape_pose = rigid->shape_poses[index],
-                                                        .pose_version = rigid->pose_version,
-                                                        .begin = rigid->state.pose};
+    state->candidates[count] = (plii_rigid_faces_candidate){.rigid = rigid,
+                                                            .shape_index = index,
+                                                            .shape = rigid->shapes[index],
+                                                            .shape_pose = rigid->shape_poses[index],
+                                                            .pose_version = rigid->pose_version,
+                                                            .begin = rigid->state.pose};
     const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
     plii_shape_retain(rigid->shapes[index]);
-    ++state->meeting_count;
+    ++state->candidate_count;
     return plii_rigid_faces_visit(&pass, rigid_faces_reach(body), rigid_faces_collide_element);
 }
 
 static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_faces* state = data;
-    const int before = state->count, meetings_before = state->meeting_count;
+    const int before = state->count, candidates_before = state->candidate_count;
     const bool was_touched = rigid->was_touched;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = rigid_faces_collide_shape(body, state, rigid, i);
         if (status != PLI_OK) {
             state->count = before;
-            plii_rigid_faces_forget_meetings(state, meetings_before);
+            plii_rigid_faces_drop_candidates(state, candidates_before);
             rigid->was_touched = was_touched;
             return status;
         }
@@ -398,18 +400,18 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
 
 // -------------------------------------------------------------------------------------------------------- the feature
 
-static void rigid_faces_forget_all(plii_rigid_faces* state) {
+static void rigid_faces_clear_all(plii_rigid_faces* state) {
     state->count = 0;
-    plii_rigid_faces_forget_meetings(state, 0);
+    plii_rigid_faces_drop_candidates(state, 0);
 }
 
 static void rigid_faces_clear(pli_body* body, void* data, const plii_step* step) {
     (void)body;
     (void)step;
-    rigid_faces_forget_all(data);
+    rigid_faces_clear_all(data);
 }
 
-static void rigid_faces_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+static void rigid_faces_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     plii_rigid_faces* state = data;
     plii_pair_cache_release(body->context, &state->memory);
     int kept = 0;
@@ -428,9 +430,9 @@ static pli_status rigid_faces_enable(pli_body* body, void* data) {
 static void rigid_faces_disable(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     --body->sweeping_features;
-    rigid_faces_forget_all(state);
+    rigid_faces_clear_all(state);
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(body->context, state->meetings, (size_t)state->meeting_capacity * sizeof *state->meetings);
+    plii_release(body->context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_pair_cache_release(body->context, &state->memory);
 }
 
@@ -438,13 +440,13 @@ static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
     const plii_rigid_faces* state = data;
     (void)body;
     return (size_t)state->capacity * sizeof *state->contacts +
-           (size_t)state->meeting_capacity * sizeof *state->meetings + plii_pair_cache_bytes(&state->memory);
+           (size_t)state->candidate_capacity * sizeof *state->candidates + plii_pair_cache_bytes(&state->memory);
 }
 
 static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     (void)change;
     (void)blocks;
-    rigid_faces_forget_all(data);
+    rigid_faces_clear_all(data);
     plii_pair_cache_release(body->context, &((plii_rigid_faces*)data)->memory);
 }
 
@@ -461,7 +463,7 @@ static const plii_feature_class rigid_faces_class = {
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
-    .on_rigid_removed = rigid_faces_forget_rigid,
+    .on_rigid_removed = rigid_faces_on_rigid_removed,
     .bytes = rigid_faces_bytes,
     .topology_commit = rigid_faces_topology_commit,
 };

@@ -12,7 +12,7 @@
 
 typedef struct plii_rigid_face_contact {
     pli_rigid* rigid;
-    int meeting;        /* while the step lasts */
+    int candidate;      /* while the step lasts */
     int shape, element; /* index in the rigid body's shapes; face, or link */
     int nodes[3];
     pli_vec3 weights;
@@ -28,26 +28,26 @@ typedef struct plii_rigid_face_contact {
     /* For the end of the step as far as it is known; see plii_rigid_faces_prepare. */
     pli_mat3 impulse_matrix;
     float normal_response; /* change of the gap per impulse along the normal; m/(N s) */
-    pli_vec3 lever;        /* from the rigid body's centre of mass to its surface, at the start of the step */
+    pli_vec3 arm;          /* from the rigid body's centre of mass to its surface, at the start of the step */
     pli_vec3 base;         /* base + velocity at the lever * dt = that point of the surface at the end of the step */
 } plii_rigid_face_contact;
 
 /* A rigid shape that was met in this step. The host may change the shapes of the rigid body before the solve. */
-typedef struct plii_rigid_faces_meeting {
+typedef struct plii_rigid_faces_candidate {
     pli_rigid* rigid;
     int shape_index;
     pli_shape* shape; /* retained until the end of the step */
     pli_transform shape_pose;
     unsigned pose_version;
     pli_transform begin; /* pose of the rigid body at the start of the step */
-} plii_rigid_faces_meeting;
+} plii_rigid_faces_candidate;
 
 typedef struct plii_rigid_faces {
     pli_rigid_face_contacts_def def;
     plii_rigid_face_contact* contacts;
     int count, capacity;
-    plii_rigid_faces_meeting* meetings;
-    int meeting_count, meeting_capacity;
+    plii_rigid_faces_candidate* candidates;
+    int candidate_count, candidate_capacity;
     plii_pair_cache memory; /* sides of pairs at the end of the last step */
 } plii_rigid_faces;
 
@@ -55,8 +55,8 @@ typedef struct plii_rigid_faces {
 typedef struct plii_rigid_faces_pass {
     pli_body* body;
     plii_rigid_faces* state;
-    const plii_rigid_faces_meeting* meeting;
-    int meeting_index;
+    const plii_rigid_faces_candidate* candidate;
+    int candidate_index;
     bool has_links;           /* elements are links */
     pli_transform begin, end; /* poses of the rigid body */
     plii_face_core core;
@@ -65,11 +65,11 @@ typedef struct plii_rigid_faces_pass {
     pli_bounds bounds;                   /* of the shape on its way */
 } plii_rigid_faces_pass;
 
-plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int meeting_index);
+plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_faces* state, int candidate_index);
 
 /* What is done with elements whose ways come within `reach` of the shape, or of a triangle that it consists of. */
 typedef pli_status plii_rigid_faces_visit_fn(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                             const plii_face_sweep* way);
+                                             const plii_face_sweep* sweep);
 pli_status plii_rigid_faces_visit(const plii_rigid_faces_pass* pass, float reach, plii_rigid_faces_visit_fn* visit);
 
 /* Contacts that the motion before the solve did not foresee. Returns how many there are. */
@@ -78,18 +78,18 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element);
 
 /* Where the body of the meeting will be at the end of the step. */
-pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_meeting* meeting, float dt);
+pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_candidate* candidate, float dt);
 
 /* Lever, base and response of a contact, with the rigid body at `end` at the end of the step. */
-void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_meeting* meeting, pli_transform end,
-                                      plii_rigid_face_contact* contact);
+void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
+                                      pli_transform end, plii_rigid_face_contact* contact);
 
 /* Stages. */
 void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step);
 void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step);
 void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step);
 
-void plii_rigid_faces_forget_meetings(plii_rigid_faces* state, int count);
+void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);
 

@@ -30,32 +30,32 @@ static float rigid_faces_inverse_mass(const pli_body* body, const plii_rigid_fac
 
 /* From the centre of mass to the point of the surface whose tangent plane is at a right angle to the contact's normal,
    above or below the nearest point of the core. */
-static pli_vec3 rigid_faces_lever(const plii_rigid_faces_meeting* meeting, pli_mat3 rotation,
-                                  const plii_rigid_face_contact* contact) {
-    const plii_face_core core = {.shape = meeting->shape,
+static pli_vec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, pli_mat3 rotation,
+                                const plii_rigid_face_contact* contact) {
+    const plii_face_core core = {.shape = candidate->shape,
                                  .triangle = contact->is_triangle ? contact->triangle : NULL,
-                                 .pose = meeting->shape_pose,
+                                 .pose = candidate->shape_pose,
                                  .rotation = rotation};
-    const float radius = contact->is_triangle ? 0.0f : meeting->shape->def.radius;
+    const float radius = contact->is_triangle ? 0.0f : candidate->shape->def.radius;
     const pli_vec3 n = contact->normal;
-    const pli_vec3 arm = pli_mat3_mul_vec3(rotation, contact->core_point);
+    const pli_vec3 core_arm = pli_mat3_mul_vec3(rotation, contact->core_point);
     const float height = plii_face_core_height(&core, 0.0f, n) + radius;
-    return pli_vec3_add(arm, pli_vec3_scale(n, height - pli_vec3_dot(n, arm)));
+    return pli_vec3_add(core_arm, pli_vec3_scale(n, height - pli_vec3_dot(n, core_arm)));
 }
 
 /* Impulses act where the surface is at the start of the step. Acting where it comes to lie, a corner that tips over
    would be pushed on, and a box that lands on one would start to spin. */
-void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_meeting* meeting, pli_transform end,
-                                      plii_rigid_face_contact* contact) {
+void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
+                                      pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
-    const pli_vec3 surface = pli_vec3_add(end.origin, rigid_faces_lever(meeting, end.rotation, contact));
-    contact->lever = rigid_faces_lever(meeting, meeting->begin.rotation, contact);
-    contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->lever), dt));
+    const pli_vec3 surface = pli_vec3_add(end.origin, rigid_faces_arm(candidate, end.rotation, contact));
+    contact->arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);
+    contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
     contact->impulse_matrix =
         plii_effective_mass(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,
-                            rigid->state.inverse_inertia_world, contact->lever);
-    const pli_vec3 torque = pli_vec3_cross(contact->lever, contact->normal);
+                            rigid->state.inverse_inertia_world, contact->arm);
+    const pli_vec3 torque = pli_vec3_cross(contact->arm, contact->normal);
     const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque);
     contact->normal_response =
         dt * (rigid_faces_inverse_mass(body, contact) + rigid->state.inverse_mass + pli_vec3_dot(spin, torque));
@@ -64,15 +64,15 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
 /* Contacts stand in the order of the meetings, those of reviews behind them. */
 void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step) {
     plii_rigid_faces* state = data;
-    int meeting = PLI_NULL_INDEX;
+    int candidate = PLI_NULL_INDEX;
     pli_transform end = pli_transform_identity();
     for (int i = 0; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
-        if (contact->meeting != meeting) {
-            meeting = contact->meeting;
-            end = plii_rigid_faces_end_pose(&state->meetings[meeting], step->dt);
+        if (contact->candidate != candidate) {
+            candidate = contact->candidate;
+            end = plii_rigid_faces_end_pose(&state->candidates[candidate], step->dt);
         }
-        plii_rigid_faces_prepare_contact(body, &state->meetings[meeting], end, contact);
+        plii_rigid_faces_prepare_contact(body, &state->candidates[candidate], end, contact);
     }
 }
 
@@ -90,7 +90,7 @@ static void rigid_faces_move_node(pli_body* body, int node, pli_vec3 change, flo
 static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_contact* contact, float dt) {
     const pli_vec3 n = contact->normal;
     const pli_vec3 point = plii_rigid_faces_point(body->positions, contact);
-    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->lever), dt);
+    const pli_vec3 rigid_motion = pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), dt);
     const pli_vec3 apart = pli_vec3_sub(point, pli_vec3_add(contact->base, rigid_motion));
     const float error = pli_vec3_dot(n, apart) - body->collision_margin - contact->target;
     if (!(error < 0.0f)) { return pli_vec3_scale(n, plii_min(error / contact->normal_response, contact->push)); }
@@ -114,7 +114,7 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, flo
             const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
             rigid_faces_move_node(body, node, change, dt, with_velocities);
         }
-        plii_rigid_apply_impulse(contact->rigid, impulse, contact->lever);
+        plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
         has_acted = true;
     }
@@ -134,25 +134,25 @@ static bool rigid_faces_is_front(const plii_rigid_faces_pass* pass, pli_vec3 nor
 
 /* The side at the end of the step; a face that overlaps keeps the one that it had. */
 static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                               const plii_face_sweep* way) {
+                                               const plii_face_sweep* sweep) {
     (void)nodes;
-    plii_face_sweep free = *way;
+    plii_face_sweep free = *sweep;
     free.has_side = false;
     plii_face_moment moment;
-    const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(way);
+    const float reach = pass->radius + 2.0f * pass->body->collision_margin + plii_face_sweep_length(sweep);
     if (!plii_face_sweep_end(&free, reach, &moment)) { return PLI_OK; }
-    if (moment.is_overlapping && !way->has_side && !plii_face_sweep_begin(way, reach, &moment)) { return PLI_OK; }
+    if (moment.is_overlapping && !sweep->has_side && !plii_face_sweep_begin(sweep, reach, &moment)) { return PLI_OK; }
     if (pass->triangle != NULL && !rigid_faces_is_front(pass, moment.normal)) { return PLI_OK; }
     plii_convex_cache* cache =
         plii_pair_cache_get(pass->body->context, &pass->state->memory, plii_rigid_faces_key(pass, element));
     if (cache == NULL) { return PLI_OK; }
-    if (!(moment.is_overlapping && way->has_side)) { cache->normal = moment.normal; }
+    if (!(moment.is_overlapping && sweep->has_side)) { cache->normal = moment.normal; }
     cache->has_normal = true;
     return PLI_OK;
 }
 
 static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
-    for (int i = 0; i < state->meeting_count; ++i) {
+    for (int i = 0; i < state->candidate_count; ++i) {
         const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, i);
         (void)plii_rigid_faces_visit(&pass, 2.0f * body->collision_margin, rigid_faces_remember_element);
     }
@@ -164,7 +164,7 @@ static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
    the step, without which only the contacts that there are can be solved. */
 void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) {
     plii_rigid_faces* state = data;
-    if (state->meeting_count == 0 && state->memory.before_count == 0) { return; }
+    if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     for (int i = 0;; ++i) {
         plii_rigid_faces_prepare(body, state, step);
@@ -176,5 +176,5 @@ void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) 
     if (has_start) { rigid_faces_remember(body, state); }
     /* Without memory, faces that overlap are pushed out the shortest way. */
     (void)plii_pair_cache_begin_step(body->context, &state->memory);
-    plii_rigid_faces_forget_meetings(state, 0);
+    plii_rigid_faces_drop_candidates(state, 0);
 }

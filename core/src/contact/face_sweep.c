@@ -19,7 +19,7 @@ typedef struct face_sweep_core {
 
 static face_sweep_core face_sweep_core_at(const plii_face_core* core, float time) {
     const pli_transform begin = {core->rotation, {0, 0, 0}};
-    const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->turn, time);
+    const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, time);
     return (face_sweep_core){core->shape, core->triangle, pli_transform_mul(pose, core->pose)};
 }
 
@@ -55,17 +55,17 @@ float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 nor
     return face_sweep_height(&placed, normal);
 }
 
-float plii_face_sweep_length(const plii_face_sweep* way) {
+float plii_face_sweep_length(const plii_face_sweep* sweep) {
     float longest = 0.0f;
     for (int k = 0; k < 3; ++k) {
-        longest = plii_max(longest, pli_vec3_length(pli_vec3_sub(way->end[k], way->begin[k])));
+        longest = plii_max(longest, pli_vec3_length(pli_vec3_sub(sweep->end[k], sweep->begin[k])));
     }
-    return longest + pli_vec3_length(way->core->turn) * way->core->reach;
+    return longest + pli_vec3_length(sweep->core->rotation_vector) * sweep->core->reach;
 }
 
-static void face_sweep_corners(const plii_face_sweep* way, float time, pli_vec3* corners) {
+static void face_sweep_corners(const plii_face_sweep* sweep, float time, pli_vec3* corners) {
     for (int k = 0; k < 3; ++k) {
-        corners[k] = pli_vec3_add(way->begin[k], pli_vec3_scale(pli_vec3_sub(way->end[k], way->begin[k]), time));
+        corners[k] = pli_vec3_add(sweep->begin[k], pli_vec3_scale(pli_vec3_sub(sweep->end[k], sweep->begin[k]), time));
     }
 }
 
@@ -92,22 +92,23 @@ static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corn
     return face_sweep_is_known(result);
 }
 
-static void face_sweep_take(const face_sweep_core* core, const plii_face_sweep* way, const plii_convex_result* result,
-                            plii_face_moment* moment) {
+static void face_sweep_record(const face_sweep_core* core, const plii_face_sweep* sweep,
+                              const plii_convex_result* result, plii_face_moment* moment) {
     moment->is_overlapping = result->relation == PLII_CONVEX_OVERLAPPING;
     moment->distance = result->distance;
     moment->normal = result->normal;
     moment->point = result->point_a;
-    moment->core_point = pli_transform_point(way->core->pose, pli_transform_inverse_point(core->pose, result->point_b));
+    moment->core_point =
+        pli_transform_point(sweep->core->pose, pli_transform_inverse_point(core->pose, result->point_b));
 }
 
 /* Overlapping cores and the side where the face belongs: nearest points after the face is lifted out to that side. */
-static bool face_sweep_lift(const plii_face_sweep* way, const face_sweep_core* core, const pli_vec3* corners,
+static bool face_sweep_lift(const plii_face_sweep* sweep, const face_sweep_core* core, const pli_vec3* corners,
                             plii_face_moment* moment) {
-    const float depth = face_sweep_height(core, way->side) -
-                        pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(way->side)), way->side);
+    const float depth = face_sweep_height(core, sweep->side) -
+                        pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(sweep->side)), sweep->side);
     const float lift = depth + plii_max(0.05f * depth, 1e-3f * pli_vec3_length(pli_vec3_sub(corners[1], corners[0])));
-    const pli_vec3 up = pli_vec3_scale(way->side, lift);
+    const pli_vec3 up = pli_vec3_scale(sweep->side, lift);
     pli_vec3 lifted[3];
     for (int k = 0; k < 3; ++k) {
         lifted[k] = pli_vec3_add(corners[k], up);
@@ -115,8 +116,8 @@ static bool face_sweep_lift(const plii_face_sweep* way, const face_sweep_core* c
     plii_convex_result result;
     if (!(lift > 0.0f) || !face_sweep_measure(core, lifted, INFINITY, NULL, &result)) { return false; }
     if (result.relation != PLII_CONVEX_SEPARATED) { return false; }
-    face_sweep_take(core, way, &result, moment);
-    if (!(pli_vec3_dot(result.normal, way->side) > FACE_WAY_SAME_SIDE)) { moment->normal = way->side; }
+    face_sweep_record(core, sweep, &result, moment);
+    if (!(pli_vec3_dot(result.normal, sweep->side) > FACE_WAY_SAME_SIDE)) { moment->normal = sweep->side; }
     moment->point = pli_vec3_sub(result.point_a, up);
     moment->is_overlapping = true;
     moment->distance = pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(moment->normal)), moment->normal) -
@@ -124,63 +125,64 @@ static bool face_sweep_lift(const plii_face_sweep* way, const face_sweep_core* c
     return true;
 }
 
-static bool face_sweep_look(const plii_face_sweep* way, float time, float max_distance, plii_face_moment* moment) {
+static bool face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment) {
     pli_vec3 corners[3];
-    face_sweep_corners(way, time, corners);
-    const face_sweep_core core = face_sweep_core_at(way->core, time);
+    face_sweep_corners(sweep, time, corners);
+    const face_sweep_core core = face_sweep_core_at(sweep->core, time);
     plii_convex_result result;
     if (!face_sweep_measure(&core, corners, max_distance, NULL, &result)) { return false; }
     moment->time = time;
-    face_sweep_take(&core, way, &result, moment);
+    face_sweep_record(&core, sweep, &result, moment);
     /* On the other side altogether, where only the host can have put it. */
-    const bool is_beyond = way->has_side && pli_vec3_dot(moment->normal, way->side) < 0.0f;
-    return !(way->has_side && (moment->is_overlapping || is_beyond)) || face_sweep_lift(way, &core, corners, moment);
+    const bool is_beyond = sweep->has_side && pli_vec3_dot(moment->normal, sweep->side) < 0.0f;
+    return !(sweep->has_side && (moment->is_overlapping || is_beyond)) ||
+           face_sweep_lift(sweep, &core, corners, moment);
 }
 
-bool plii_face_sweep_begin(const plii_face_sweep* way, float max_distance, plii_face_moment* moment) {
-    return face_sweep_look(way, 0.0f, max_distance, moment);
+bool plii_face_sweep_begin(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment) {
+    return face_sweep_look(sweep, 0.0f, max_distance, moment);
 }
 
-bool plii_face_sweep_end(const plii_face_sweep* way, float max_distance, plii_face_moment* moment) {
-    return face_sweep_look(way, 1.0f, max_distance, moment);
+bool plii_face_sweep_end(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment) {
+    return face_sweep_look(sweep, 1.0f, max_distance, moment);
 }
 
 /* How much nearer face and core may come along `normal` on the whole way. */
-static float face_sweep_approach(const plii_face_sweep* way, pli_vec3 normal) {
+static float face_sweep_approach(const plii_face_sweep* sweep, pli_vec3 normal) {
     float approach = -INFINITY;
     for (int k = 0; k < 3; ++k) {
-        approach = plii_max(approach, -pli_vec3_dot(normal, pli_vec3_sub(way->end[k], way->begin[k])));
+        approach = plii_max(approach, -pli_vec3_dot(normal, pli_vec3_sub(sweep->end[k], sweep->begin[k])));
     }
-    return approach + pli_vec3_length(way->core->turn) * way->core->reach;
+    return approach + pli_vec3_length(sweep->core->rotation_vector) * sweep->core->reach;
 }
 
-bool plii_face_sweep_advance(const plii_face_sweep* way, float target, float tolerance, plii_face_moment* moment) {
+bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float tolerance, plii_face_moment* moment) {
     plii_convex_cache cache = {.as.directions = {moment->normal}, .count = 1};
     for (int i = 0; i < FACE_WAY_MAX_ADVANCES; ++i) {
         const float gap = moment->distance - target;
         if (!(gap > tolerance)) { return true; }
-        const float approach = face_sweep_approach(way, moment->normal);
+        const float approach = face_sweep_approach(sweep, moment->normal);
         if (!(approach * (1.0f - moment->time) > gap)) { return false; }
         const float time = moment->time + gap / approach;
         pli_vec3 corners[3];
-        face_sweep_corners(way, time, corners);
-        const face_sweep_core core = face_sweep_core_at(way->core, time);
+        face_sweep_corners(sweep, time, corners);
+        const face_sweep_core core = face_sweep_core_at(sweep->core, time);
         plii_convex_result result;
         if (!face_sweep_measure(&core, corners, INFINITY, &cache, &result)) { return false; }
         /* On the way cores cannot overlap but for rounding: then the moment before counts. */
         if (result.relation == PLII_CONVEX_OVERLAPPING) { return true; }
         moment->time = time;
-        face_sweep_take(&core, way, &result, moment);
+        face_sweep_record(&core, sweep, &result, moment);
     }
     return true;
 }
 
-bool plii_face_sweep_weigh(const plii_face_sweep* way, plii_face_moment* moment) {
+bool plii_face_sweep_weigh(const plii_face_sweep* sweep, plii_face_moment* moment) {
     pli_vec3 corners[3];
-    face_sweep_corners(way, moment->time, corners);
+    face_sweep_corners(sweep, moment->time, corners);
     const pli_vec3 ab = pli_vec3_sub(corners[1], corners[0]), ac = pli_vec3_sub(corners[2], corners[0]);
     const pli_vec3 ap = pli_vec3_sub(moment->point, corners[0]);
-    if (way->is_link) {
+    if (sweep->is_link) {
         const float t = plii_clamp(pli_vec3_dot(ap, ab) / pli_vec3_length_squared(ab), 0.0f, 1.0f);
         moment->weights = pli_vec3_make(1.0f - t, t, 0.0f);
     } else {

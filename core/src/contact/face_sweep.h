@@ -12,7 +12,7 @@ typedef struct plii_face_core {
     const pli_vec3* triangle; /* [3] a piece of the shape, or NULL */
     pli_transform pose;       /* of the shape in the frame of the rigid body */
     pli_mat3 rotation;        /* of the rigid body at the start */
-    pli_vec3 turn;            /* its rotation during the step */
+    pli_vec3 rotation_vector; /* its rotation during the step */
     float reach;              /* of the core from the centre of mass; m */
 } plii_face_core;
 
@@ -36,17 +36,17 @@ typedef struct plii_face_moment {
 } plii_face_moment;
 
 /* At the begin. False where face and core are farther apart than `max_distance`, or have no distance. */
-bool plii_face_sweep_begin(const plii_face_sweep* way, float max_distance, plii_face_moment* moment);
+bool plii_face_sweep_begin(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment);
 /* At the end. */
-bool plii_face_sweep_end(const plii_face_sweep* way, float max_distance, plii_face_moment* moment);
+bool plii_face_sweep_end(const plii_face_sweep* sweep, float max_distance, plii_face_moment* moment);
 /* From a moment on to the next one where face and core are at `target` > 0 from each other, or up to `tolerance` more.
    False when there is none. */
-bool plii_face_sweep_advance(const plii_face_sweep* way, float target, float tolerance, plii_face_moment* moment);
+bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float tolerance, plii_face_moment* moment);
 /* False for faces without area. */
-bool plii_face_sweep_weigh(const plii_face_sweep* way, plii_face_moment* moment);
+bool plii_face_sweep_weigh(const plii_face_sweep* sweep, plii_face_moment* moment);
 
 /* Upper bound of the way of a point of the face relative to the core. */
-float plii_face_sweep_length(const plii_face_sweep* way);
+float plii_face_sweep_length(const plii_face_sweep* sweep);
 /* How far the core reaches along a unit vector. */
 float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal);
 

@@ -26,8 +26,8 @@ typedef struct rigid_contact {
     int node, shape;
     pli_vec4 normal;    /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
-    pli_vec4 lever; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
-    bool is_still;  /* the rigid body neither moves nor takes impulses */
+    pli_vec4 arm;  /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
+    bool is_still; /* the rigid body neither moves nor takes impulses */
 } rigid_contact;
 
 /* In w of the columns. */
@@ -55,14 +55,14 @@ pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
 // ------------------------------------------------------------------------------------------------ making contacts
 
 /* A body that meets a shape of a rigid body, and what all contacts of the two have in common. */
-typedef struct rigid_contacts_meeting {
+typedef struct rigid_contacts_candidate {
     pli_body* body;
     rigid_contacts_state* state;
     pli_rigid* rigid;
     int shape;
     bool is_still;           /* see rigid_contact */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
-} rigid_contacts_meeting;
+} rigid_contacts_candidate;
 
 /* The impulse matrix for a rigid body that nothing moves. */
 static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inverse_mass) {
@@ -73,11 +73,11 @@ static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inv
 }
 
 /* One node closer than the margin. */
-static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int node, plii_float4 normal,
+static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
                                      float distance) {
-    const pli_body* body = meeting->body;
-    rigid_contacts_state* state = meeting->state;
-    pli_rigid* rigid = meeting->rigid;
+    const pli_body* body = candidate->body;
+    rigid_contacts_state* state = candidate->state;
+    pli_rigid* rigid = candidate->rigid;
     const float dt = body->step.dt, node_inverse_mass = body->positions[node].w;
     const float rigid_inverse_mass = rigid->state.inverse_mass;
     if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
@@ -88,24 +88,24 @@ static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int 
     rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
     contact->node = node;
-    contact->shape = meeting->shape;
-    contact->is_still = meeting->is_still;
+    contact->shape = candidate->shape;
+    contact->is_still = candidate->is_still;
     const plii_float4 x = plii_float4_from(&body->positions[node]);
     plii_float4_to(&contact->normal, normal);
     contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
-    const plii_float4 lever = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
-    plii_float4_to(&contact->lever, lever);
-    contact->lever.w = node_inverse_mass * dt;
+    const plii_float4 arm = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
+    plii_float4_to(&contact->arm, arm);
+    contact->arm.w = node_inverse_mass * dt;
 
     plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
     plii_lanes_mat3 matrix;
-    if (meeting->is_still) {
+    if (candidate->is_still) {
         matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
     } else {
-        const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, lever);
+        const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
         motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
         matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid_inverse_mass,
-                                           &rigid->state.inverse_inertia_world, lever);
+                                           &rigid->state.inverse_inertia_world, arm);
     }
     plii_float4_to(&contact->matrix[0], matrix.columns[0]);
     plii_float4_to(&contact->matrix[1], matrix.columns[1]);
@@ -123,10 +123,10 @@ static pli_status rigid_contacts_add(const rigid_contacts_meeting* meeting, int 
 }
 
 /* Distances of gathered nodes, and contacts from those below the margin, or a little further out. */
-static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, const plii_lanes_mat3* rotation,
+static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate, const plii_lanes_mat3* rotation,
                                        int count, const int* nodes, const pli_vec3* points) {
-    const pli_body* body = meeting->body;
-    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
+    const pli_body* body = candidate->body;
+    const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
@@ -137,43 +137,43 @@ static pli_status rigid_contacts_batch(const rigid_contacts_meeting* meeting, co
         const plii_float4 local = plii_lanes_from_vec3(&normals[i]);
         if (!plii_lanes_xyz_finite(local)) { continue; }
         const plii_float4 normal = plii_lanes_mat3_mul(rotation, local);
-        PLII_TRY(rigid_contacts_add(meeting, nodes[i], normal, distance));
+        PLII_TRY(rigid_contacts_add(candidate, nodes[i], normal, distance));
     }
     return PLI_OK;
 }
 
 /* As Bullet chooses the nodes. */
-static pli_status rigid_contacts_collide_boxes(const rigid_contacts_meeting* meeting) {
-    const pli_body* body = meeting->body;
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
-    const pli_bounds local = plii_shape_source_bounds(meeting->rigid->shapes[meeting->shape]);
+static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
+    const pli_body* body = candidate->body;
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
+    const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
     pli_bounds search;
     plii_lanes_to_vec3(&search.min, bounds.low);
     plii_lanes_to_vec3(&search.max, bounds.high);
     search = plii_bounds_grow(search, body->collision_margin);
     for (int i = 0; i < body->node_count; ++i) {
-        if (!plii_bounds_overlap(meeting->boxes[i], search)) { continue; }
+        if (!plii_bounds_overlap(candidate->boxes[i], search)) { continue; }
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         const plii_float4 x = plii_float4_from(&body->positions[i]);
         pli_vec3 point;
         plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
-        PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, 1, &i, &point));
+        PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, 1, &i, &point));
     }
     return PLI_OK;
 }
 
-static pli_status rigid_contacts_collide_shape(const rigid_contacts_meeting* meeting) {
-    if (meeting->boxes != NULL) { return rigid_contacts_collide_boxes(meeting); }
-    const pli_body* body = meeting->body;
-    const pli_shape* shape = meeting->rigid->shapes[meeting->shape];
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(meeting->rigid, meeting->shape);
+static pli_status rigid_contacts_collide_shape(const rigid_contacts_candidate* candidate) {
+    if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
+    const pli_body* body = candidate->body;
+    const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
+    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
     const pli_bounds local = shape->def.bounds(shape->def.user);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
     const plii_float4 reach = plii_float4_all(body->collision_margin * (1.0f + body->solver_class->contact_reach));
     const plii_float4 low = plii_float4_sub(bounds.low, reach), high = plii_float4_add(bounds.high, reach);
-    const plii_mask4 overlaps = plii_lanes_both(plii_lanes_at_most(low, plii_lanes_from_vec3(&body->bounds.max)),
-                                                plii_lanes_at_most(plii_lanes_from_vec3(&body->bounds.min), high));
+    const plii_mask4 overlaps = plii_lanes_both(plii_lanes_less_equal(low, plii_lanes_from_vec3(&body->bounds.max)),
+                                                plii_lanes_less_equal(plii_lanes_from_vec3(&body->bounds.min), high));
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
     const pli_vec4* restrict positions = body->positions;
     const uint8_t* restrict anchored = body->anchored;
@@ -183,33 +183,33 @@ static pli_status rigid_contacts_collide_shape(const rigid_contacts_meeting* mee
     int count = 0;
     for (int i = 0; i < node_count; ++i) {
         const plii_float4 x = plii_float4_from(&positions[i]);
-        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(low, x), plii_lanes_at_most(x, high));
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_less_equal(low, x), plii_lanes_less_equal(x, high));
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
         plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, count, nodes, points));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(meeting, &pose.rotation, count, nodes, points) : PLI_OK;
+    return count > 0 ? rigid_contacts_batch(candidate, &pose.rotation, count, nodes, points) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
     rigid_contacts_state* state = data;
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
-    rigid_contacts_meeting meeting = {.body = body, .state = state, .rigid = rigid};
+    rigid_contacts_candidate candidate = {.body = body, .state = state, .rigid = rigid};
     if (body->node_boxes != NULL) {
         /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
-        meeting.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
+        candidate.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
     }
-    meeting.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
-                       plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
+    candidate.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
+                         plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
     for (int i = 0; i < rigid->shape_count; ++i) {
-        meeting.shape = i;
-        const pli_status status = rigid_contacts_collide_shape(&meeting);
+        candidate.shape = i;
+        const pli_status status = rigid_contacts_collide_shape(&candidate);
         if (status != PLI_OK) {
             state->count = before;
             return status;
@@ -245,7 +245,7 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float
 }
 
 /* Four contacts with still rigid bodies, of four nodes, as the search lists them. */
-static bool rigid_contacts_are_alike(const rigid_contact* c) {
+static bool rigid_contacts_are_equal(const rigid_contact* c) {
     return c[0].is_still && c[1].is_still && c[2].is_still && c[3].is_still && c[0].node < c[1].node &&
            c[1].node < c[2].node && c[2].node < c[3].node;
 }
@@ -268,7 +268,7 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
     plii_float4_transpose(planes);
     const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
     const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
-    const plii_mask4 acts = plii_lanes_at_most(along_normal, plii_float4_all(PLII_EPSILON));
+    const plii_mask4 acts = plii_lanes_less_equal(along_normal, plii_float4_all(PLII_EPSILON));
     if (plii_lanes_bits(acts) == 0) { return; }
     const plii_float4 height = plii_float4_add(plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal), planes[3]);
     const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
@@ -278,7 +278,7 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
         plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_HARDNESS].w, c[1].matrix[RIGID_CONTACT_HARDNESS].w,
                         c[2].matrix[RIGID_CONTACT_HARDNESS].w, c[3].matrix[RIGID_CONTACT_HARDNESS].w);
     const plii_float4 own = plii_lanes_xyzw(c[0].matrix[0].x, c[1].matrix[0].x, c[2].matrix[0].x, c[3].matrix[0].x);
-    const plii_float4 per_impulse = plii_lanes_xyzw(c[0].lever.w, c[1].lever.w, c[2].lever.w, c[3].lever.w);
+    const plii_float4 per_impulse = plii_lanes_xyzw(c[0].arm.w, c[1].arm.w, c[2].arm.w, c[3].arm.w);
     const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
     const plii_vec3x4 error = plii_vec3x4_add(plii_vec3x4_sub(motion, plii_vec3x4_scale(sliding, slip)),
                                               plii_vec3x4_scale(normal, plii_float4_mul(gap, hardness)));
@@ -298,22 +298,22 @@ static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* st
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < state->count; ++i) {
         const rigid_contact* contact = &state->contacts[i];
-        if (state->count - i >= PLII_LANES && rigid_contacts_are_alike(contact)) {
+        if (state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
             rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
             i += PLII_LANES - 1;
             continue;
         }
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
-        const plii_float4 lever = plii_float4_from(&contact->lever);
+        const plii_float4 arm = plii_float4_from(&contact->arm);
         plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])), impulse;
         if (!contact->is_still) {
-            const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, lever);
+            const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, arm);
             motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(step->dt)));
         }
         if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
-        const plii_float4 pushed = plii_float4_mul(impulse, plii_lanes_all_w(lever));
+        const plii_float4 pushed = plii_float4_mul(impulse, plii_lanes_all_w(arm));
         plii_float4_to(&body->positions[contact->node], plii_float4_sub(x, pushed));
-        if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, lever); }
+        if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm); }
     }
 }
 
@@ -321,18 +321,18 @@ static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_st
     if (!((const rigid_contacts_state*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
 }
 
-static int rigid_contacts_list_holds(const pli_body* body, const void* data, int capacity,
-                                     plii_node_constraint* holds) {
+static int rigid_contacts_list_constraints(const pli_body* body, const void* data, int capacity,
+                                           plii_node_constraint* constraints) {
     const rigid_contacts_state* state = data;
     (void)body;
     for (int i = 0; i < state->count && i < capacity; ++i) {
         const rigid_contact* contact = &state->contacts[i];
-        holds[i] =
+        constraints[i] =
             (plii_node_constraint){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
-        holds[i].offset = contact->normal.w;
-        holds[i].friction = state->def.friction * contact->rigid->friction;
-        holds[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
-        holds[i].influence = 1.0f;
+        constraints[i].offset = contact->normal.w;
+        constraints[i].friction = state->def.friction * contact->rigid->friction;
+        constraints[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
+        constraints[i].influence = 1.0f;
     }
     return state->count;
 }
@@ -345,7 +345,7 @@ static void rigid_contacts_clear(pli_body* body, void* data, const plii_step* st
     ((rigid_contacts_state*)data)->count = 0;
 }
 
-static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     rigid_contacts_state* state = data;
     (void)body;
     int kept = 0;
@@ -355,10 +355,10 @@ static void rigid_contacts_forget_rigid(pli_body* body, void* data, const pli_ri
     state->count = kept;
 }
 
-static void rigid_contacts_make_room(pli_body* body, void* data) {
+static void rigid_contacts_preallocate(pli_body* body, void* data) {
     rigid_contacts_state* state = data;
     if (body->world->rigid_count == 0) { return; }
-    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, plii_body_contact_room(body));
+    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, plii_body_contact_bound(body));
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
@@ -390,10 +390,10 @@ static const plii_feature_class rigid_contacts_class = {
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
-    .list_constraints = rigid_contacts_list_holds,
-    .on_rigid_removed = rigid_contacts_forget_rigid,
+    .list_constraints = rigid_contacts_list_constraints,
+    .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .bytes = rigid_contacts_bytes,
-    .reserve = rigid_contacts_make_room,
+    .reserve = rigid_contacts_preallocate,
     .topology_commit = rigid_contacts_topology_commit,
 };
 

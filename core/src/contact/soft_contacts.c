@@ -57,7 +57,7 @@ static void soft_contacts_update(pli_body* body, void* data, const plii_step* st
 
 // --------------------------------------------------------------------------------------------------------- the feature
 
-static void soft_contacts_forget_body(pli_body* body, void* data, const pli_body* other) {
+static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
     (void)body;
     int kept = 0;
@@ -139,10 +139,10 @@ const plii_feature_class plii_soft_contacts_class = {
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
-    .on_body_removed = soft_contacts_forget_body,
-    .on_topology_changed = soft_contacts_forget_body,
+    .on_body_removed = soft_contacts_on_body_removed,
+    .on_topology_changed = soft_contacts_on_body_removed,
     .bytes = soft_contacts_bytes,
-    .reserve = plii_soft_contacts_make_room,
+    .reserve = plii_soft_contacts_reserve,
     .topology_blocks = soft_contacts_topology_blocks,
     .topology_commit = soft_contacts_topology_commit,
 };

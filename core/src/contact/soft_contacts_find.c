@@ -77,7 +77,7 @@ static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pl
                                    plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(ac)));
     const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
     if (!(area_squared > plii_max(min_area * min_area, FLT_MIN))) { return false; }
-    plii_triangle_place place;
+    plii_closest_feature place;
     *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &place);
     *weights = place.weights;
     *distance_squared = pli_vec3_length_squared(*point);
@@ -172,7 +172,7 @@ static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
         const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(reach * 1.0001f);
         const plii_float4 from = plii_float4_sub(x, wide), to = plii_float4_add(x, wide);
         const plii_mask4 is_near =
-            plii_lanes_both(plii_lanes_at_most(from, body_high), plii_lanes_at_most(body_low, to));
+            plii_lanes_both(plii_lanes_less_equal(from, body_high), plii_lanes_less_equal(body_low, to));
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->nodes[search->node_count++] = (plii_soft_contacts_node){i, reach};
         low = plii_lanes_min(from, low);
@@ -185,7 +185,7 @@ static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
         const plii_float4 b = plii_float4_from(&face_body->positions[face[1]]);
         const plii_float4 c = plii_float4_from(&face_body->positions[face[2]]);
         const plii_float4 from = plii_lanes_min(a, plii_lanes_min(b, c)), to = plii_lanes_max(a, plii_lanes_max(b, c));
-        const plii_mask4 is_near = plii_lanes_both(plii_lanes_at_most(from, high), plii_lanes_at_most(low, to));
+        const plii_mask4 is_near = plii_lanes_both(plii_lanes_less_equal(from, high), plii_lanes_less_equal(low, to));
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->faces[search->face_count] = face_index;
         plii_lanes_to_vec3(&search->boxes[search->face_count].min, from);
@@ -232,7 +232,7 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
 /* A node beside a corner of a triangle mesh is near six faces. */
 #define SOFT_CONTACTS_PER_NODE 6
 
-void plii_soft_contacts_make_room(pli_body* body, void* data) {
+void plii_soft_contacts_reserve(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     const pli_world* world = body->world;
     pli_context* context = body->context;

@@ -64,7 +64,7 @@ static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
-void plii_soft_contacts_make_room(pli_body* body, void* data);
+void plii_soft_contacts_reserve(pli_body* body, void* data);
 
 /* Once per step: parts what overlaps already, where that must not give speed. */
 void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step);

@@ -220,7 +220,7 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "an end of a ray is not finite");
     }
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
-    PLII_TRY(plii_check_places(body->context, 4, ends, "end", __func__));
+    PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
     const bool was_enabled = plii_feature_state(body, &trace_class) != NULL;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &trace_class, &state));

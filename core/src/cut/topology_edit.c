@@ -80,7 +80,7 @@ static float edit_inverse_mass(float mass) {
 
 /* Both parents give the new node what makes it as heavy as the point between them; of a pinned and a free one, the free
    one gives half. */
-static float edit_take_mass(float* a, float* b, float share) {
+static float edit_split_mass(float* a, float* b, float share) {
     if (*a > 0.0f && *b > 0.0f) {
         const float mass_a = 1.0f / *a, mass_b = 1.0f / *b;
         const float mass = mass_a + (mass_b - mass_a) * share;
@@ -112,7 +112,7 @@ int plii_edit_add_node(plii_edit* edit, int a, int b, float share) {
     node->position = edit_lerp(first->position, second->position, share, PLI_MAX_COORDINATE);
     node->previous = edit_lerp(first->previous, second->previous, share, PLI_MAX_COORDINATE);
     node->velocity = edit_lerp(first->velocity, second->velocity, share, PLI_MAX_SPEED);
-    node->position.w = edit_inverse_mass(edit_take_mass(&first->position.w, &second->position.w, share));
+    node->position.w = edit_inverse_mass(edit_split_mass(&first->position.w, &second->position.w, share));
     node->origin = (plii_node_origin){a, b, share};
     return edit->node_count++;
 }

@@ -60,7 +60,7 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 veloc
     const plii_vec3x4 change = plii_vec3x4_scale(plii_vec3x4_scale(drag, inverse_mass), plii_float4_all(dt));
     const plii_float4 change_squared = plii_vec3x4_dot(change, change);
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
-    const plii_mask4 is_cut = plii_lanes_both(plii_lanes_at_most(speed_squared, change_squared),
+    const plii_mask4 is_cut = plii_lanes_both(plii_lanes_less_equal(speed_squared, change_squared),
                                               plii_lanes_less(plii_float4_all(0.0f), change_squared));
     if (plii_lanes_bits(is_cut) == 0) { return drag; }
     const plii_float4 ratio = plii_float4_div(plii_float4_sqrt(speed_squared), plii_float4_sqrt(change_squared));
@@ -110,7 +110,7 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model
                                     aero_nodes nodes) {
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
-    const plii_vec3x4 own_velocity = plii_vec3x4_from_records(nodes.velocities, NULL);
+    const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
     const plii_vec3x4 wind = plii_vec3x4_all(aero->wind);
     const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
     const plii_mask4 moves = plii_lanes_less(plii_float4_all(PLII_EPSILON), plii_vec3x4_dot(velocity, velocity));

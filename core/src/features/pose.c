@@ -108,7 +108,7 @@ static size_t pose_bytes(const pli_body* body, const void* state) {
 }
 
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */
-static void pose_take_weights(const pli_body* body, pose_state* pose) {
+static void pose_update_weights(const pli_body* body, pose_state* pose) {
     float free_mass = 0.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const float inverse_mass = body->positions[i].w;
@@ -149,7 +149,7 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
     plii_release(body->context, pose->weights, (size_t)change->old_node_count * sizeof *pose->weights);
     pose->rest = rest;
     pose->weights = blocks[1];
-    pose_take_weights(body, pose);
+    pose_update_weights(body, pose);
     pli_vec3 centre = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < change->node_count; ++i) {
         centre = pli_vec3_add(centre, pli_vec3_scale(rest[i], pose->weights[i]));
@@ -172,8 +172,8 @@ static const plii_feature_class pose_class = {
     .topology_commit = pose_topology_commit,
 };
 
-static void pose_take_rest_shape(const pli_body* body, pose_state* pose) {
-    pose_take_weights(body, pose);
+static void pose_set_rest_shape(const pli_body* body, pose_state* pose) {
+    pose_update_weights(body, pose);
     pose->centre = pose_centre(body, pose);
     pose->rotation = pli_mat3_identity();
     for (int i = 0; i < body->node_count; ++i) {
@@ -193,7 +193,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_feature_enable(body, &pose_class, &state));
     pose_state* pose = state;
     pose->matching = matching;
-    pose_take_rest_shape(body, pose);
+    pose_set_rest_shape(body, pose);
     return PLI_OK;
 }
 

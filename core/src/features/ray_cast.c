@@ -36,7 +36,7 @@ static void ray_accept(ray_cast* ray, pli_feature_kind kind, int index, float fr
 
 // ----------------------------------------------------------------------------------------------------- triangles
 
-static void ray_meet_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
+static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, int node_a, int node_b, int node_c) {
     const pli_vec3 a = ray_position(ray, node_a), b = ray_position(ray, node_b), c = ray_position(ray, node_c);
     const pli_vec3 n = pli_vec3_cross(pli_vec3_sub(b, a), pli_vec3_sub(c, a));
     const float slope = pli_vec3_dot(ray->direction, n);
@@ -54,22 +54,22 @@ static void ray_meet_triangle(ray_cast* ray, pli_feature_kind kind, int index, i
     ray_accept(ray, kind, index, t, slope > 0.0f ? pli_vec3_neg(normal) : normal);
 }
 
-static void ray_meet_faces(ray_cast* ray) {
+static void ray_cast_faces(ray_cast* ray) {
     const plii_topology* topology = ray->body->topology;
     for (int i = 0; i < topology->face_count; ++i) {
         const int* n = topology->faces[i];
-        ray_meet_triangle(ray, PLI_FEATURE_FACE, i, n[0], n[1], n[2]);
+        ray_cast_triangle(ray, PLI_FEATURE_FACE, i, n[0], n[1], n[2]);
     }
 }
 
-static void ray_meet_tetras(ray_cast* ray) {
+static void ray_cast_tetras(ray_cast* ray) {
     const plii_topology* topology = ray->body->topology;
     for (int i = 0; i < topology->tetra_count; ++i) {
         const int* n = topology->tetras[i];
-        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[2]);
-        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[3]);
-        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[1], n[2], n[3]);
-        ray_meet_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[2], n[3]);
+        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[2]);
+        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[3]);
+        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[1], n[2], n[3]);
+        ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[2], n[3]);
     }
 }
 
@@ -114,7 +114,7 @@ static void ray_accept_round(ray_cast* ray, pli_feature_kind kind, int index, do
     ray_accept(ray, kind, index, fraction, normal);
 }
 
-static void ray_meet_nodes(ray_cast* ray) {
+static void ray_cast_nodes(ray_cast* ray) {
     const ray_vector from = ray_wide(ray->from), direction = ray_wide(ray->direction);
     for (int i = 0; i < ray->body->node_count; ++i) {
         const ray_vector offset = ray_minus(from, ray_wide(ray_position(ray, i)));
@@ -124,7 +124,7 @@ static void ray_meet_nodes(ray_cast* ray) {
 }
 
 /* The part of the ray inside a link, if the ray starts outside: the earliest of the tube and both ends. */
-static void ray_meet_link(ray_cast* ray, int index) {
+static void ray_cast_link(ray_cast* ray, int index) {
     const int* nodes = ray->body->links[index].nodes;
     const ray_vector direction = ray_wide(ray->direction);
     const ray_vector a = ray_wide(ray_position(ray, nodes[0])), b = ray_wide(ray_position(ray, nodes[1]));
@@ -161,9 +161,9 @@ static void ray_meet_link(ray_cast* ray, int index) {
     if (first < DBL_MAX) { ray_accept_round(ray, PLI_FEATURE_LINK, index, first, outward); }
 }
 
-static void ray_meet_links(ray_cast* ray) {
+static void ray_cast_links(ray_cast* ray) {
     for (int i = 0; i < ray->body->link_count; ++i) {
-        ray_meet_link(ray, i);
+        ray_cast_link(ray, i);
     }
 }
 
@@ -212,7 +212,7 @@ static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const 
     }
     const pli_vec3 ends[2] = {def->from, def->to};
     PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "radius", function));
-    PLII_TRY(plii_check_places(context, 2, ends, "end", function));
+    PLII_TRY(plii_check_finite_points(context, 2, ends, "end", function));
     const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
     if (!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction))) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the ray is %g m long",
@@ -232,10 +232,10 @@ pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_r
         .radius = (double)def->radius,
         .hit = {.kind = PLI_FEATURE_NONE, .index = PLI_NULL_INDEX, .fraction = 1.0f, .nearest_node = PLI_NULL_INDEX},
     };
-    if ((def->targets & PLI_RAY_FACES) != 0) { ray_meet_faces(&ray); }
-    if ((def->targets & PLI_RAY_TETRAS) != 0) { ray_meet_tetras(&ray); }
-    if ((def->targets & PLI_RAY_LINKS) != 0) { ray_meet_links(&ray); }
-    if ((def->targets & PLI_RAY_NODES) != 0) { ray_meet_nodes(&ray); }
+    if ((def->targets & PLI_RAY_FACES) != 0) { ray_cast_faces(&ray); }
+    if ((def->targets & PLI_RAY_TETRAS) != 0) { ray_cast_tetras(&ray); }
+    if ((def->targets & PLI_RAY_LINKS) != 0) { ray_cast_links(&ray); }
+    if ((def->targets & PLI_RAY_NODES) != 0) { ray_cast_nodes(&ray); }
     ray.hit.point = ray_point(&ray, ray.hit.fraction);
     if (ray.hit.kind != PLI_FEATURE_NONE) { ray_find_nearest_node(&ray); }
     *hit = ray.hit;

@@ -25,8 +25,8 @@ typedef struct tether_state {
     pli_tethers_def def;
     pli_tether* tethers; /* [node_count] */
     uint32_t link_revision;
-    plii_node_constraint* holds;
-    int hold_capacity;
+    plii_node_constraint* constraints;
+    int constraint_capacity;
     tether_load* loads;
     int load_count, load_capacity;
 } tether_state;
@@ -78,15 +78,15 @@ static float tether_limit(const tether_state* state, const pli_tether* tether, f
 
 // ------------------------------------------------------------------------------------------------------------ loads
 
-static int tether_list_holds(pli_body* body, tether_state* state) {
+static int tether_list_constraints(pli_body* body, tether_state* state) {
     int count = 0;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->list_constraints == NULL) { continue; }
         const int found = feature->klass->list_constraints(body, feature->state, 0, NULL);
         if (found == 0) { continue; }
-        if (!PLII_RESERVE(body->context, &state->holds, &state->hold_capacity, count + found)) { break; }
-        feature->klass->list_constraints(body, feature->state, found, state->holds + count);
+        if (!PLII_RESERVE(body->context, &state->constraints, &state->constraint_capacity, count + found)) { break; }
+        feature->klass->list_constraints(body, feature->state, found, state->constraints + count);
         count += found;
     }
     return count;
@@ -95,19 +95,20 @@ static int tether_list_holds(pli_body* body, tether_state* state) {
 /* Where memory fails some are left out. */
 static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
-    const int count = body->anchored != NULL ? tether_list_holds(body, state) : 0;
+    const int count = body->anchored != NULL ? tether_list_constraints(body, state) : 0;
     for (int i = 0; i < count; ++i) {
-        const plii_node_constraint* hold = &state->holds[i];
-        if (!hold->is_anchor || !(hold->rigid->state.inverse_mass > 0.0f) || !tether_of(body, state, hold->node)) {
+        const plii_node_constraint* constraint = &state->constraints[i];
+        if (!constraint->is_anchor || !(constraint->rigid->state.inverse_mass > 0.0f) ||
+            !tether_of(body, state, constraint->node)) {
             continue;
         }
         if (!PLII_RESERVE(body->context, &state->loads, &state->load_capacity, state->load_count + 1)) { return; }
-        const pli_transform pose = hold->rigid->state.pose;
+        const pli_transform pose = constraint->rigid->state.pose;
         tether_load* load = &state->loads[state->load_count++];
-        *load = (tether_load){.node = hold->node, .goal = pli_transform_point(pose, hold->pivot)};
-        load->point.rigid = hold->rigid;
-        load->point.offset = pli_mat3_mul_vec3(pose.rotation, hold->pivot);
-        plii_rigid_touch(hold->rigid);
+        *load = (tether_load){.node = constraint->node, .goal = pli_transform_point(pose, constraint->pivot)};
+        load->point.rigid = constraint->rigid;
+        load->point.offset = pli_mat3_mul_vec3(pose.rotation, constraint->pivot);
+        plii_rigid_touch(constraint->rigid);
     }
 }
 
@@ -125,8 +126,8 @@ static void tether_prepare(pli_body* body, void* data, const plii_step* step) {
 }
 
 /* The rigid body stands at the end of this step already, its velocity is that of the next one. */
-static void tether_hold_load(const pli_body* body, const tether_state* state, const tether_load* load,
-                             const plii_step* step) {
+static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load,
+                              const plii_step* step) {
     const pli_tether* tether = &state->tethers[load->node];
     const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->pinned_node]));
     const float distance = pli_vec3_length(apart);
@@ -160,13 +161,13 @@ static void tether_solve(pli_body* body, void* data, const plii_step* step) {
         plii_set_xyz(&body->positions[i], pli_vec3_add(origin, pli_vec3_scale(apart, limit / distance)));
     }
     for (int i = 0; i < state->load_count; ++i) {
-        tether_hold_load(body, state, &state->loads[i], step);
+        tether_apply_load(body, state, &state->loads[i], step);
     }
 }
 
 // -------------------------------------------------------------------------------------------- solving, substeps
 
-static pli_vec3 tether_load_place(const tether_load* load) {
+static pli_vec3 tether_load_position(const tether_load* load) {
     return pli_vec3_add(load->goal, load->point.moved);
 }
 
@@ -176,7 +177,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
         plii_substep_rigid_point_restart(&load->point, substep);
-        const pli_vec3 apart = pli_vec3_sub(tether_load_place(load), plii_xyz(body->positions[tether->pinned_node]));
+        const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), plii_xyz(body->positions[tether->pinned_node]));
         load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
     }
 }
@@ -205,7 +206,7 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     for (int i = 0; i < state->load_count; ++i) {
         const tether_load* load = &state->loads[i];
         const pli_vec3 place =
-            pli_vec3_add(tether_load_place(load), plii_substep_rigid_point_motion(&load->point, substep));
+            pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->point, substep));
         const int pinned = state->tethers[load->node].pinned_node;
         const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, pinned));
         const float distance = pli_vec3_length(apart), excess = distance - load->limit;
@@ -232,13 +233,13 @@ static pli_status tether_enable(pli_body* body, void* data) {
 static void tether_disable(pli_body* body, void* data) {
     const tether_state* state = data;
     plii_release(body->context, state->tethers, tether_size(body->node_count));
-    plii_release(body->context, state->holds, (size_t)state->hold_capacity * sizeof *state->holds);
+    plii_release(body->context, state->constraints, (size_t)state->constraint_capacity * sizeof *state->constraints);
     plii_release(body->context, state->loads, (size_t)state->load_capacity * sizeof *state->loads);
 }
 
 static size_t tether_bytes(const pli_body* body, const void* data) {
     const tether_state* state = data;
-    return tether_size(body->node_count) + (size_t)state->hold_capacity * sizeof *state->holds +
+    return tether_size(body->node_count) + (size_t)state->constraint_capacity * sizeof *state->constraints +
            (size_t)state->load_capacity * sizeof *state->loads;
 }
 

@@ -105,7 +105,7 @@ PLII_SIMD_INLINE int bvh4_test(const near_search* search, const plii_box4* group
     const plii_float4 y = bvh4_outside(search->y, group->low[1], group->high[1]);
     const plii_float4 z = bvh4_outside(search->z, group->low[2], group->high[2]);
     const plii_float4 squared = plii_float4_add(plii_float4_add(x, y), z);
-    return plii_lanes_bits(plii_lanes_at_most(squared, search->squared_radius));
+    return plii_lanes_bits(plii_lanes_less_equal(squared, search->squared_radius));
 }
 
 /* The lowest bit that is set, of four. */
@@ -117,12 +117,12 @@ int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* it
     int count = 0;
     for (int i = 0; i < end; ++i) {
         const plii_box4* group = &boxes->groups[i];
-        const plii_mask4 x = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[0]), high.x),
-                                             plii_lanes_at_most(low.x, plii_float4_load(group->high[0])));
-        const plii_mask4 y = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[1]), high.y),
-                                             plii_lanes_at_most(low.y, plii_float4_load(group->high[1])));
-        const plii_mask4 z = plii_lanes_both(plii_lanes_at_most(plii_float4_load(group->low[2]), high.z),
-                                             plii_lanes_at_most(low.z, plii_float4_load(group->high[2])));
+        const plii_mask4 x = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[0]), high.x),
+                                             plii_lanes_less_equal(low.x, plii_float4_load(group->high[0])));
+        const plii_mask4 y = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[1]), high.y),
+                                             plii_lanes_less_equal(low.y, plii_float4_load(group->high[1])));
+        const plii_mask4 z = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[2]), high.z),
+                                             plii_lanes_less_equal(low.z, plii_float4_load(group->high[2])));
         for (int bits = plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z)); bits != 0; bits &= bits - 1) {
             items[count++] = 4 * i + bvh4_first[bits];
         }

@@ -2,48 +2,48 @@
 
 #include "geometry/closest_point.h"
 
-static plii_triangle_place closest_point_place(plii_triangle_feature feature, float a, float b, float c) {
-    return (plii_triangle_place){feature, {a, b, c}};
+static plii_closest_feature closest_feature(plii_triangle_feature feature, float a, float b, float c) {
+    return (plii_closest_feature){feature, {a, b, c}};
 }
 
-pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_triangle_place* place) {
+pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_closest_feature* closest) {
     const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a);
     const pli_vec3 ap = pli_vec3_sub(p, a), bp = pli_vec3_sub(p, b), cp = pli_vec3_sub(p, c);
     const float d1 = pli_vec3_dot(ab, ap), d2 = pli_vec3_dot(ac, ap);
     const float d3 = pli_vec3_dot(ab, bp), d4 = pli_vec3_dot(ac, bp);
     const float d5 = pli_vec3_dot(ab, cp), d6 = pli_vec3_dot(ac, cp);
     if (d1 <= 0.0f && d2 <= 0.0f) {
-        *place = closest_point_place(PLII_TRIANGLE_VERTEX_0, 1.0f, 0.0f, 0.0f);
+        *closest = closest_feature(PLII_TRIANGLE_VERTEX_0, 1.0f, 0.0f, 0.0f);
         return a;
     }
     if (d3 >= 0.0f && d4 <= d3) {
-        *place = closest_point_place(PLII_TRIANGLE_VERTEX_1, 0.0f, 1.0f, 0.0f);
+        *closest = closest_feature(PLII_TRIANGLE_VERTEX_1, 0.0f, 1.0f, 0.0f);
         return b;
     }
     if (d6 >= 0.0f && d5 <= d6) {
-        *place = closest_point_place(PLII_TRIANGLE_VERTEX_2, 0.0f, 0.0f, 1.0f);
+        *closest = closest_feature(PLII_TRIANGLE_VERTEX_2, 0.0f, 0.0f, 1.0f);
         return c;
     }
     const float vc = d1 * d4 - d3 * d2;
     if (vc <= 0.0f && d1 >= 0.0f && d3 <= 0.0f) {
         const float t = d1 / (d1 - d3);
-        *place = closest_point_place(PLII_TRIANGLE_EDGE_01, 1.0f - t, t, 0.0f);
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_01, 1.0f - t, t, 0.0f);
         return pli_vec3_add(a, pli_vec3_scale(ab, t));
     }
     const float vb = d5 * d2 - d1 * d6;
     if (vb <= 0.0f && d2 >= 0.0f && d6 <= 0.0f) {
         const float t = d2 / (d2 - d6);
-        *place = closest_point_place(PLII_TRIANGLE_EDGE_20, 1.0f - t, 0.0f, t);
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_20, 1.0f - t, 0.0f, t);
         return pli_vec3_add(a, pli_vec3_scale(ac, t));
     }
     const float va = d3 * d6 - d5 * d4;
     if (va <= 0.0f && d4 - d3 >= 0.0f && d5 - d6 >= 0.0f) {
         const float t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        *place = closest_point_place(PLII_TRIANGLE_EDGE_12, 0.0f, 1.0f - t, t);
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_12, 0.0f, 1.0f - t, t);
         return pli_vec3_add(b, pli_vec3_scale(pli_vec3_sub(c, b), t));
     }
     const float scale = 1.0f / (va + vb + vc), v = vb * scale, w = vc * scale;
-    *place = closest_point_place(PLII_TRIANGLE_FACE, va * scale, v, w);
+    *closest = closest_feature(PLII_TRIANGLE_FACE, va * scale, v, w);
     return pli_vec3_add(a, pli_vec3_add(pli_vec3_scale(ab, v), pli_vec3_scale(ac, w)));
 }
 

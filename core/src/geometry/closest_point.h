@@ -15,13 +15,13 @@ typedef enum plii_triangle_feature {
 } plii_triangle_feature;
 
 /* A point of a triangle. */
-typedef struct plii_triangle_place {
+typedef struct plii_closest_feature {
     plii_triangle_feature feature;
     pli_vec3 weights; /* barycentric */
-} plii_triangle_place;
+} plii_closest_feature;
 
 /* The point of triangle abc, which has an area, nearest to p. */
-pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_triangle_place* place);
+pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_closest_feature* closest);
 
 /* The point of triangle abc nearest to the origin and its squared distance, in btSoftBody's operations (ProjectOrigin).
    False, and nothing written, for a triangle that is degenerate: |cross product|^2 or a squared edge not above

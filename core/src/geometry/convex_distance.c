@@ -18,19 +18,19 @@
 #define CONVEX_MAX_STARTS 13
 
 /* A direction with its depth. */
-typedef struct convex_way {
+typedef struct convex_axis {
     pli_vec3 normal;
     double depth;
-} convex_way;
+} convex_axis;
 
 typedef struct convex_search {
     double gap;      /* of the queries that follow */
     double progress; /* of the depth: a descent ends with a smaller one */
     const plii_convex* a;
     const plii_convex* b;
-    convex_way starts[CONVEX_MAX_STARTS];
+    convex_axis starts[CONVEX_MAX_STARTS];
     int start_count;
-    convex_way best;
+    convex_axis best;
     bool has_points;
     pli_vec3 point_a, point_b; /* nearest points of the last step towards `best` */
     double size;
@@ -53,7 +53,7 @@ static bool convex_normalize(plii_dvec3 v, pli_vec3* unit) {
 }
 
 /* d(normal). False when no calls are left or a support point is not finite. */
-static bool convex_measure(convex_search* search, pli_vec3 normal, convex_way* way) {
+static bool convex_measure(convex_search* search, pli_vec3 normal, convex_axis* axis) {
     if (search->support_calls + 2 > search->max_support_calls) { return false; }
     const pli_vec3 a = search->a->support(search->a->user, pli_vec3_neg(normal));
     const pli_vec3 b = search->b->support(search->b->user, normal);
@@ -63,10 +63,10 @@ static bool convex_measure(convex_search* search, pli_vec3 normal, convex_way* w
     const plii_dvec3 n = plii_dvec3_from(normal), w = plii_dvec3_sub(plii_dvec3_from(b), plii_dvec3_from(a));
     const double reach = plii_dvec3_length(w);
     if (reach > search->size) { search->size = reach; }
-    way->normal = normal;
-    way->depth = plii_dvec3_dot(n, w) / plii_dvec3_length(n);
-    if (search->start_count == 0 || way->depth < search->best.depth) {
-        search->best = *way;
+    axis->normal = normal;
+    axis->depth = plii_dvec3_dot(n, w) / plii_dvec3_length(n);
+    if (search->start_count == 0 || axis->depth < search->best.depth) {
+        search->best = *axis;
         search->has_points = false;
         search->point_a = a;
     }
@@ -75,13 +75,13 @@ static bool convex_measure(convex_search* search, pli_vec3 normal, convex_way* w
 
 /* Keeps the starts in order of depth. */
 static void convex_add_start(convex_search* search, pli_vec3 normal) {
-    convex_way way;
-    if (!convex_measure(search, normal, &way) || search->start_count == CONVEX_MAX_STARTS) { return; }
+    convex_axis axis;
+    if (!convex_measure(search, normal, &axis) || search->start_count == CONVEX_MAX_STARTS) { return; }
     int i = search->start_count++;
-    for (; i > 0 && search->starts[i - 1].depth > way.depth; --i) {
+    for (; i > 0 && search->starts[i - 1].depth > axis.depth; --i) {
         search->starts[i] = search->starts[i - 1];
     }
-    search->starts[i] = way;
+    search->starts[i] = axis;
 }
 
 /* Outward face normals of the simplex in a - b; of a flat one both sides. */
@@ -117,26 +117,26 @@ static void convex_find_starts(convex_search* search, const plii_convex_cache* c
 }
 
 /* Lowers the depth from a start to a local minimum. */
-static void convex_descend(convex_search* search, convex_way way) {
+static void convex_descend(convex_search* search, convex_axis axis) {
     for (int i = 0; i < CONVEX_MAX_STEPS && search->is_finite; ++i) {
         const double smallest_gap = CONVEX_SMALLEST_GAP * search->size;
-        const double gap = CONVEX_GAP * way.depth > smallest_gap ? CONVEX_GAP * way.depth : smallest_gap;
-        const plii_dvec3 unit = plii_dvec3_from(way.normal);
+        const double gap = CONVEX_GAP * axis.depth > smallest_gap ? CONVEX_GAP * axis.depth : smallest_gap;
+        const plii_dvec3 unit = plii_dvec3_from(axis.normal);
         const plii_gjk_query query = {.a = search->a,
                                       .b = search->b,
-                                      .offset = plii_dvec3_scale(unit, (way.depth + gap) / plii_dvec3_length(unit)),
+                                      .offset = plii_dvec3_scale(unit, (axis.depth + gap) / plii_dvec3_length(unit)),
                                       .max_distance = HUGE_VAL,
                                       .gap = search->gap,
                                       .max_support_calls = search->max_support_calls - search->support_calls - 2};
         if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
-        plii_convex_cache start = {.as.directions = {way.normal}, .count = 1};
+        plii_convex_cache start = {.as.directions = {axis.normal}, .count = 1};
         plii_gjk_result gjk;
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;
         pli_vec3 normal;
         if (gjk.relation != PLII_CONVEX_SEPARATED || !convex_normalize(gjk.normal, &normal)) { break; }
-        convex_way next = way;
-        const pli_vec3 turn = pli_vec3_sub(normal, way.normal);
+        convex_axis next = axis;
+        const pli_vec3 turn = pli_vec3_sub(normal, axis.normal);
         const bool is_turned = pli_vec3_length_squared(turn) > CONVEX_TURN * CONVEX_TURN;
         if (is_turned && !convex_measure(search, normal, &next)) { break; }
         if (next.depth <= search->best.depth * (1.0 + CONVEX_PROGRESS)) {
@@ -144,8 +144,8 @@ static void convex_descend(convex_search* search, convex_way way) {
             search->point_b = plii_dvec3_to_float(gjk.point_b);
             search->has_points = true;
         }
-        if (!(next.depth < way.depth * (1.0 - search->progress))) { break; }
-        way = next;
+        if (!(next.depth < axis.depth * (1.0 - search->progress))) { break; }
+        axis = next;
     }
 }
 
@@ -165,16 +165,16 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
     const bool is_found = penetration(&query, found);
     search->support_calls += found->support_calls;
     pli_vec3 normal;
-    convex_way way;
+    convex_axis axis;
     return is_found && plii_vec3_is_finite(found->normal) &&
-           convex_normalize(plii_dvec3_from(found->normal), &normal) && convex_measure(search, normal, &way) &&
+           convex_normalize(plii_dvec3_from(found->normal), &normal) && convex_measure(search, normal, &axis) &&
            !found->is_over_budget;
 }
 
 /* From a known way out, or from that between the centres when it is shorter. False when the known one has become too
    deep for that. */
-static bool convex_follow(convex_search* search, const plii_convex_cache* cache) {
-    convex_way known, between;
+static bool convex_search_cached_axis(convex_search* search, const plii_convex_cache* cache) {
+    convex_axis known, between;
     pli_vec3 normal;
     if (!convex_measure(search, cache->normal, &known)) { return false; }
     search->start_count = 1;
@@ -188,7 +188,7 @@ static bool convex_follow(convex_search* search, const plii_convex_cache* cache)
     return true;
 }
 
-static void convex_search_ways(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
+static void convex_search_axes(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
                                const plii_convex_cache* cache, plii_convex_result* result) {
     convex_find_starts(search, cache, gjk);
     const bool had_normal = cache != NULL && cache->has_normal;
@@ -211,8 +211,10 @@ static void convex_search_ways(convex_search* search, const plii_gjk_result* gjk
 
 static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
                            plii_convex_cache* cache, plii_convex_result* result) {
-    const bool is_known = options->follows_way && cache != NULL && cache->has_normal;
-    if (!is_known || !convex_follow(search, cache)) { convex_search_ways(search, gjk, options, cache, result); }
+    const bool is_known = options->uses_cached_axis && cache != NULL && cache->has_normal;
+    if (!is_known || !convex_search_cached_axis(search, cache)) {
+        convex_search_axes(search, gjk, options, cache, result);
+    }
     result->support_calls = search->support_calls;
     if (!search->is_finite) {
         result->relation = PLII_CONVEX_UNDEFINED;
@@ -257,7 +259,7 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
                                 .support_calls = gjk.support_calls,
                                 .max_support_calls = max_support_calls,
                                 .gap = options->gap,
-                                .progress = options->follows_way ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
+                                .progress = options->uses_cached_axis ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
                                 .is_finite = true};
         convex_overlap(&search, &gjk, options, cache, result);
         return;

@@ -179,7 +179,7 @@ static bool hull_must_wait(const hull_work* work, int point) {
 
 /* Takes the farthest point in front of a face out of its list, or returns -1 when there is none whose turn it is and
    that is beyond the tolerance. */
-static int hull_take_farthest(hull_work* work, int face_index) {
+static int hull_find_farthest(hull_work* work, int face_index) {
     hull_face* face = &work->faces[face_index];
     const hull_double3 normal = hull_normal(work, face);
     const double length = sqrt(hull_dot(normal, normal));
@@ -366,7 +366,7 @@ static bool hull_empty_queue(hull_work* work) {
             work->free_face = face;
             continue;
         }
-        const int point = hull_take_farthest(work, face);
+        const int point = hull_find_farthest(work, face);
         if (point >= 0 && !hull_insert(work, point, face)) { return false; }
     }
     return true;

@@ -28,7 +28,7 @@ typedef struct gjk_nearest {
     int count;
 } gjk_nearest;
 
-static void gjk_take_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
+static void gjk_reduce_to_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
     const double squared = plii_dvec3_dot(s[i].w, s[i].w);
     if (!(squared < best->squared)) { return; }
     best->point = s[i].w;
@@ -38,13 +38,13 @@ static void gjk_take_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
     best->count = 1;
 }
 
-static void gjk_take_segment(const gjk_vertex* s, int i, int j, gjk_nearest* best) {
+static void gjk_reduce_segment(const gjk_vertex* s, int i, int j, gjk_nearest* best) {
     const plii_dvec3 a = s[i].w, ab = plii_dvec3_sub(s[j].w, a);
     const double length_squared = plii_dvec3_dot(ab, ab), along = -plii_dvec3_dot(a, ab);
     if (!(along > 0.0) || !(length_squared > 0.0)) {
-        gjk_take_vertex(s, i, best);
+        gjk_reduce_to_vertex(s, i, best);
     } else if (along >= length_squared) {
-        gjk_take_vertex(s, j, best);
+        gjk_reduce_to_vertex(s, j, best);
     } else {
         const double t = along / length_squared;
         const plii_dvec3 point = plii_dvec3_add_scaled(a, ab, t);
@@ -60,15 +60,15 @@ static void gjk_take_segment(const gjk_vertex* s, int i, int j, gjk_nearest* bes
     }
 }
 
-static void gjk_take_triangle(const gjk_vertex* s, int i, int j, int k, gjk_nearest* best) {
+static void gjk_reduce_triangle(const gjk_vertex* s, int i, int j, int k, gjk_nearest* best) {
     const plii_dvec3 a = s[i].w, b = s[j].w, c = s[k].w;
     const plii_dvec3 ab = plii_dvec3_sub(b, a), ac = plii_dvec3_sub(c, a), n = plii_dvec3_cross(ab, ac);
     const double area_squared = plii_dvec3_dot(n, n);
     const double scale_squared = plii_dvec3_dot(ab, ab) * plii_dvec3_dot(ac, ac);
     if (!(area_squared > GJK_FLAT_AREA * GJK_FLAT_AREA * scale_squared)) {
-        gjk_take_segment(s, i, j, best);
-        gjk_take_segment(s, j, k, best);
-        gjk_take_segment(s, k, i, best);
+        gjk_reduce_segment(s, i, j, best);
+        gjk_reduce_segment(s, j, k, best);
+        gjk_reduce_segment(s, k, i, best);
         return;
     }
     /* Areas of the triangles that the projected origin makes with the edges, from the vectors to the corners. */
@@ -92,12 +92,12 @@ static void gjk_take_triangle(const gjk_vertex* s, int i, int j, int k, gjk_near
         best->count = 3;
         return;
     }
-    if (!(u > 0.0)) { gjk_take_segment(s, j, k, best); }
-    if (!(v > 0.0)) { gjk_take_segment(s, k, i, best); }
-    if (!(w > 0.0)) { gjk_take_segment(s, i, j, best); }
+    if (!(u > 0.0)) { gjk_reduce_segment(s, j, k, best); }
+    if (!(v > 0.0)) { gjk_reduce_segment(s, k, i, best); }
+    if (!(w > 0.0)) { gjk_reduce_segment(s, i, j, best); }
 }
 
-static void gjk_take_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
+static void gjk_reduce_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
     static const int faces[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}; /* opposite of each vertex */
     const plii_dvec3 ab = plii_dvec3_sub(s[1].w, s[0].w), ac = plii_dvec3_sub(s[2].w, s[0].w);
     const plii_dvec3 ad = plii_dvec3_sub(s[3].w, s[0].w);
@@ -132,7 +132,7 @@ static void gjk_take_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
         is_flat = true; /* too flat for its weights */
     }
     for (int i = 0; i < 4; ++i) {
-        if (is_flat || !(weight[i] > 0.0)) { gjk_take_triangle(s, faces[i][0], faces[i][1], faces[i][2], best); }
+        if (is_flat || !(weight[i] > 0.0)) { gjk_reduce_triangle(s, faces[i][0], faces[i][1], faces[i][2], best); }
     }
 }
 
@@ -142,13 +142,13 @@ static gjk_nearest gjk_find_nearest(const gjk_vertex* simplex, int count) {
     best.squared = HUGE_VAL;
     best.count = 0;
     if (count == 4) {
-        gjk_take_tetrahedron(simplex, &best);
+        gjk_reduce_tetrahedron(simplex, &best);
     } else if (count == 3) {
-        gjk_take_triangle(simplex, 0, 1, 2, &best);
+        gjk_reduce_triangle(simplex, 0, 1, 2, &best);
     } else if (count == 2) {
-        gjk_take_segment(simplex, 0, 1, &best);
+        gjk_reduce_segment(simplex, 0, 1, &best);
     } else {
-        gjk_take_vertex(simplex, 0, &best);
+        gjk_reduce_to_vertex(simplex, 0, &best);
     }
     return best;
 }

@@ -26,97 +26,97 @@ static int pair_table_size(int count) {
     return size;
 }
 
-bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* memory, int count) {
-    return PLII_RESERVE(context, &memory->present, &memory->present_capacity, count) &&
-           PLII_RESERVE(context, &memory->before, &memory->before_capacity, count) &&
-           PLII_RESERVE(context, &memory->table, &memory->table_capacity, pair_table_size(count));
+bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
+    return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
+           PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
+           PLII_RESERVE(context, &cache->table, &cache->table_capacity, pair_table_size(count));
 }
 
-bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* memory) {
-    plii_pair_record* records = memory->before;
-    const int capacity = memory->before_capacity;
-    memory->before = memory->present;
-    memory->before_capacity = memory->present_capacity;
-    memory->before_count = memory->present_count;
-    memory->present = records;
-    memory->present_capacity = capacity;
-    memory->present_count = memory->next = 0;
+bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
+    plii_pair_record* records = cache->before;
+    const int capacity = cache->before_capacity;
+    cache->before = cache->present;
+    cache->before_capacity = cache->present_capacity;
+    cache->before_count = cache->present_count;
+    cache->present = records;
+    cache->present_capacity = capacity;
+    cache->present_count = cache->next = 0;
 
     /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
        other. */
-    if (memory->present_capacity < memory->before_capacity) {
-        plii_release(context, memory->present, (size_t)memory->present_capacity * sizeof *memory->present);
-        memory->present = plii_allocate(context, (size_t)memory->before_capacity * sizeof *memory->present);
-        memory->present_capacity = memory->present != NULL ? memory->before_capacity : 0;
+    if (cache->present_capacity < cache->before_capacity) {
+        plii_release(context, cache->present, (size_t)cache->present_capacity * sizeof *cache->present);
+        cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);
+        cache->present_capacity = cache->present != NULL ? cache->before_capacity : 0;
     }
-    const int size = pair_table_size(memory->before_count);
-    if (!PLII_RESERVE(context, &memory->table, &memory->table_capacity, size)) {
-        memory->before_count = memory->table_size = 0;
+    const int size = pair_table_size(cache->before_count);
+    if (!PLII_RESERVE(context, &cache->table, &cache->table_capacity, size)) {
+        cache->before_count = cache->table_size = 0;
         return false;
     }
-    memory->table_size = size;
-    memset(memory->table, 0, (size_t)size * sizeof *memory->table);
+    cache->table_size = size;
+    memset(cache->table, 0, (size_t)size * sizeof *cache->table);
     const size_t mask = (size_t)size - 1;
-    for (int i = 0; i < memory->before_count; ++i) {
-        size_t slot = pair_hash(memory->before[i].key) & mask;
-        while (memory->table[slot] != 0) {
+    for (int i = 0; i < cache->before_count; ++i) {
+        size_t slot = pair_hash(cache->before[i].key) & mask;
+        while (cache->table[slot] != 0) {
             slot = (slot + 1) & mask;
         }
-        memory->table[slot] = i + 1;
+        cache->table[slot] = i + 1;
     }
     return true;
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */
-static int pair_place(const plii_pair_cache* memory, plii_pair_key key) {
-    const size_t mask = (size_t)memory->table_size - 1;
-    for (size_t slot = pair_hash(key) & mask; memory->before_count > 0 && memory->table[slot] != 0;
+static int pair_find_slot(const plii_pair_cache* cache, plii_pair_key key) {
+    const size_t mask = (size_t)cache->table_size - 1;
+    for (size_t slot = pair_hash(key) & mask; cache->before_count > 0 && cache->table[slot] != 0;
          slot = (slot + 1) & mask) {
-        const int place = memory->table[slot] - 1;
-        if (pair_keys_equal(memory->before[place].key, key)) { return place; }
+        const int index = cache->table[slot] - 1;
+        if (pair_keys_equal(cache->before[index].key, key)) { return index; }
     }
     return PLI_NULL_INDEX;
 }
 
-const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* memory, plii_pair_key key) {
-    const int place = pair_place(memory, key);
-    return place != PLI_NULL_INDEX ? &memory->before[place].cache : NULL;
+const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
+    const int index = pair_find_slot(cache, key);
+    return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;
 }
 
 /* Pairs mostly come in the order of the last step, some of which do not come any more. */
-static int pair_next_place(plii_pair_cache* memory, plii_pair_key key) {
-    for (int place = memory->next; place < memory->before_count && place < memory->next + PAIR_LOOK_AHEAD; ++place) {
-        if (pair_keys_equal(memory->before[place].key, key)) {
-            memory->next = place + 1;
-            return place;
+static int pair_find_previous(plii_pair_cache* cache, plii_pair_key key) {
+    for (int index = cache->next; index < cache->before_count && index < cache->next + PAIR_LOOK_AHEAD; ++index) {
+        if (pair_keys_equal(cache->before[index].key, key)) {
+            cache->next = index + 1;
+            return index;
         }
     }
-    const int place = pair_place(memory, key);
-    if (place != PLI_NULL_INDEX) { memory->next = place + 1; }
-    return place;
+    const int index = pair_find_slot(cache, key);
+    if (index != PLI_NULL_INDEX) { cache->next = index + 1; }
+    return index;
 }
 
-void plii_pair_cache_forget(plii_pair_cache* memory) {
-    memory->present_count = memory->before_count = 0;
+void plii_pair_cache_clear(plii_pair_cache* cache) {
+    cache->present_count = cache->before_count = 0;
 }
 
-plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* memory, plii_pair_key key) {
-    if (!PLII_RESERVE(context, &memory->present, &memory->present_capacity, memory->present_count + 1)) { return NULL; }
-    plii_pair_record* record = &memory->present[memory->present_count++];
-    *record = (plii_pair_record){.key = key, .previous_index = pair_next_place(memory, key)};
-    if (record->previous_index != PLI_NULL_INDEX) { record->cache = memory->before[record->previous_index].cache; }
+plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
+    if (!PLII_RESERVE(context, &cache->present, &cache->present_capacity, cache->present_count + 1)) { return NULL; }
+    plii_pair_record* record = &cache->present[cache->present_count++];
+    *record = (plii_pair_record){.key = key, .previous_index = pair_find_previous(cache, key)};
+    if (record->previous_index != PLI_NULL_INDEX) { record->cache = cache->before[record->previous_index].cache; }
     return &record->cache;
 }
 
-void plii_pair_cache_release(pli_context* context, plii_pair_cache* memory) {
-    plii_release(context, memory->present, (size_t)memory->present_capacity * sizeof *memory->present);
-    plii_release(context, memory->before, (size_t)memory->before_capacity * sizeof *memory->before);
-    plii_release(context, memory->table, (size_t)memory->table_capacity * sizeof *memory->table);
-    *memory = (plii_pair_cache){0};
+void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
+    plii_release(context, cache->present, (size_t)cache->present_capacity * sizeof *cache->present);
+    plii_release(context, cache->before, (size_t)cache->before_capacity * sizeof *cache->before);
+    plii_release(context, cache->table, (size_t)cache->table_capacity * sizeof *cache->table);
+    *cache = (plii_pair_cache){0};
 }
 
-size_t plii_pair_cache_bytes(const plii_pair_cache* memory) {
-    return (size_t)memory->present_capacity * sizeof *memory->present +
-           (size_t)memory->before_capacity * sizeof *memory->before +
-           (size_t)memory->table_capacity * sizeof *memory->table;
+size_t plii_pair_cache_bytes(const plii_pair_cache* cache) {
+    return (size_t)cache->present_capacity * sizeof *cache->present +
+           (size_t)cache->before_capacity * sizeof *cache->before +
+           (size_t)cache->table_capacity * sizeof *cache->table;
 }

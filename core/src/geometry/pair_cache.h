@@ -31,17 +31,17 @@ typedef struct plii_pair_cache {
 } plii_pair_cache;
 
 /* Room for that many pairs in a step; false when out of memory. */
-bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* memory, int count);
+bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count);
 /* Starts a step: what was present becomes what was before. False when out of memory; nothing is remembered then. */
-bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* memory);
+bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache);
 /* The cache of a pair, with what it held in the last step. NULL when out of memory. Valid until the next call. Its
    record is the last of those present. */
-plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* memory, plii_pair_key key);
+plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
-const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* memory, plii_pair_key key);
+const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
-void plii_pair_cache_forget(plii_pair_cache* memory);
-void plii_pair_cache_release(pli_context* context, plii_pair_cache* memory);
-size_t plii_pair_cache_bytes(const plii_pair_cache* memory);
+void plii_pair_cache_clear(plii_pair_cache* cache);
+void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);
+size_t plii_pair_cache_bytes(const plii_pair_cache* cache);
 
 #endif

@@ -125,7 +125,7 @@ static void sampling_fill_blocks(sampling_grid* grid) {
 // ---------------------------------------------------------------------------------------------------- sweeps
 
 /* Whether the nearest triangle of a neighbour is nearer than the sample's own. */
-static void sampling_take(sampling_grid* grid, size_t at, pli_vec3 p, size_t neighbour) {
+static void sampling_update(sampling_grid* grid, size_t at, pli_vec3 p, size_t neighbour) {
     const int other = grid->nearest[neighbour];
     const int triangle = other < 0 ? -1 - other : other;
     if (triangle == grid->nearest[at]) { return; }
@@ -150,7 +150,7 @@ static void sampling_sweep(sampling_grid* grid, int direction) {
                 for (int axis = 0; axis < 3; ++axis) {
                     if (steps[axis] == 0) { continue; }
                     const bool is_backward = (direction >> axis & 1) != 0;
-                    sampling_take(grid, at, p, is_backward ? at + grid->strides[axis] : at - grid->strides[axis]);
+                    sampling_update(grid, at, p, is_backward ? at + grid->strides[axis] : at - grid->strides[axis]);
                 }
             }
         }

@@ -84,8 +84,8 @@ static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const p
     hash->axes[2] = last;
 }
 
-static void spatial_hash_place_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
-                                    float shift, unsigned most) {
+static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_vec3* positions, float cell_size,
+                                  float shift, unsigned most) {
     pli_vec3 low = pli_vec3_make(FLT_MAX, FLT_MAX, FLT_MAX), high = pli_vec3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     for (int i = 0; i < count; ++i) {
         low = plii_vec3_min(positions[i], low);
@@ -140,7 +140,7 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     hash->count = 0;
     if (!spatial_hash_reserve(context, hash, count, (int)most)) { return false; }
     hash->count = count;
-    spatial_hash_place_grid(hash, count, positions, cell_size, shift, most);
+    spatial_hash_set_grid(hash, count, positions, cell_size, shift, most);
 
     const unsigned size = hash->mask + 1;
     for (unsigned i = 0; i <= size; ++i) {

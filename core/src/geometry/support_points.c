@@ -188,25 +188,25 @@ static float support_find_gap(const plii_support_points* groups, pli_vec3 hub, p
     const plii_vec3x8 from = plii_vec3x8_all(hub), arm = plii_vec3x8_all(pli_vec3_sub(point, hub));
     const plii_float8 zero = plii_float8_all(0.0f), one = plii_float8_all(1.0f), tiny = plii_float8_all(FLT_MIN);
     plii_float8 nearest = plii_float8_all(INFINITY);
-    plii_vec3x8 ways = {zero, zero, zero};
+    plii_vec3x8 nearest_offset = {zero, zero, zero};
     const plii_support_block* end = groups->packed + plii_support_block_count(groups);
     for (const plii_support_block* block = groups->packed; block < end; ++block) {
         const plii_vec3x8 spoke = plii_vec3x8_sub(support_nodes(block), from);
         const plii_float8 length_squared = plii_float8_max(plii_vec3x8_dot(spoke, spoke), tiny);
         const plii_float8 along = plii_float8_div(plii_vec3x8_dot(arm, spoke), length_squared);
         const plii_float8 share = plii_float8_min(plii_float8_max(along, zero), one);
-        const plii_vec3x8 way = plii_vec3x8_sub(arm, plii_vec3x8_scale(spoke, share));
-        const plii_float8 squared = plii_vec3x8_dot(way, way);
-        ways = (plii_vec3x8){plii_float8_select_less(squared, nearest, way.x, ways.x),
-                             plii_float8_select_less(squared, nearest, way.y, ways.y),
-                             plii_float8_select_less(squared, nearest, way.z, ways.z)};
+        const plii_vec3x8 offset = plii_vec3x8_sub(arm, plii_vec3x8_scale(spoke, share));
+        const plii_float8 squared = plii_vec3x8_dot(offset, offset);
+        nearest_offset = (plii_vec3x8){plii_float8_select_less(squared, nearest, offset.x, nearest_offset.x),
+                                       plii_float8_select_less(squared, nearest, offset.y, nearest_offset.y),
+                                       plii_float8_select_less(squared, nearest, offset.z, nearest_offset.z)};
         nearest = plii_float8_min(squared, nearest);
     }
     float squares[PLII_SUPPORT_LANES], x[PLII_SUPPORT_LANES], y[PLII_SUPPORT_LANES], z[PLII_SUPPORT_LANES];
     plii_float8_store(squares, nearest);
-    plii_float8_store(x, ways.x);
-    plii_float8_store(y, ways.y);
-    plii_float8_store(z, ways.z);
+    plii_float8_store(x, nearest_offset.x);
+    plii_float8_store(y, nearest_offset.y);
+    plii_float8_store(z, nearest_offset.z);
     const float least = support_least(nearest);
     int lane = 0;
     while (lane < PLII_SUPPORT_LANES - 1 && squares[lane] > least) {

@@ -13,7 +13,7 @@
 /* A triangle with its corners in ascending order. */
 typedef struct soup_entry {
     pli_vec3 corners[3];
-    int turn; /* +1 when it took an even number of swaps to order them, else -1 */
+    int parity; /* +1 when it took an even number of swaps to order them, else -1 */
 } soup_entry;
 
 static int soup_compare_floats(float a, float b) {
@@ -40,7 +40,7 @@ static void soup_order_pair(soup_entry* entry, int i, int j) {
     const pli_vec3 swap = entry->corners[i];
     entry->corners[i] = entry->corners[j];
     entry->corners[j] = swap;
-    entry->turn = -entry->turn;
+    entry->parity = -entry->parity;
 }
 
 static bool soup_has_area(const pli_vec3* corners) {
@@ -61,7 +61,7 @@ static int soup_collect(soup_entry* entries, const pli_vec3* points, int triangl
         for (int k = 0; k < 3; ++k) {
             entry->corners[k] = pli_vec3_scale(pli_vec3_sub(points[triangles[3 * i + k]], origin), scale);
         }
-        entry->turn = 1;
+        entry->parity = 1;
         soup_order_pair(entry, 0, 1);
         soup_order_pair(entry, 1, 2);
         soup_order_pair(entry, 0, 1);
@@ -74,15 +74,15 @@ static void soup_add_once(plii_soup* soup, soup_entry* entries, int entry_count)
     qsort(entries, (size_t)entry_count, sizeof *entries, soup_compare_corners);
     int end = 0;
     for (int begin = 0; begin < entry_count; begin = end) {
-        int turn = 0;
+        int parity = 0;
         for (end = begin; end < entry_count && soup_compare_corners(&entries[begin], &entries[end]) == 0; ++end) {
-            turn += entries[end].turn;
+            parity += entries[end].parity;
         }
-        if (turn == 0) { continue; }
+        if (parity == 0) { continue; }
         plii_soup_triangle* triangle = &soup->triangles[soup->count++];
         triangle->corners[0] = entries[begin].corners[0];
-        triangle->corners[1] = entries[begin].corners[turn > 0 ? 1 : 2];
-        triangle->corners[2] = entries[begin].corners[turn > 0 ? 2 : 1];
+        triangle->corners[1] = entries[begin].corners[parity > 0 ? 1 : 2];
+        triangle->corners[2] = entries[begin].corners[parity > 0 ? 2 : 1];
         triangle->is_hidden = false;
     }
 }
@@ -123,7 +123,7 @@ void plii_soup_free(plii_soup* soup) {
 static float soup_measure(int triangle, pli_vec3 point, const void* user) {
     const plii_soup_triangle* t = &((const plii_soup*)user)->triangles[triangle];
     if (t->is_hidden) { return FLT_MAX; }
-    plii_triangle_place place;
+    plii_closest_feature place;
     const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &place);
     return pli_vec3_length_squared(pli_vec3_sub(point, foot));
 }

@@ -26,11 +26,11 @@ pli_status plii_check_between(pli_context* context, float value, float low, floa
                      (double)value, (double)low, (double)high);
 }
 
-pli_status plii_check_places(pli_context* context, int count, const pli_vec3* points, const char* what,
-                             const char* function) {
+pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
+                                    const char* function) {
     for (int i = 0; i < count; ++i) {
         const pli_vec3 p = points[i];
-        if (plii_is_place(p)) { continue; }
+        if (plii_is_point(p)) { continue; }
         const bool is_finite = plii_vec3_is_finite(p);
         return plii_fail(context, range_status(is_finite), function, "%s %d is (%g, %g, %g)%s", what, i, (double)p.x,
                          (double)p.y, (double)p.z, is_finite ? ", coordinates go to 1e+06" : ", not finite");

@@ -14,7 +14,7 @@ static inline bool plii_is_within(float value, float limit) {
 static inline bool plii_vec3_is_within(pli_vec3 v, float limit) {
     return plii_is_within(v.x, limit) && plii_is_within(v.y, limit) && plii_is_within(v.z, limit);
 }
-static inline bool plii_is_place(pli_vec3 v) {
+static inline bool plii_is_point(pli_vec3 v) {
     return plii_vec3_is_within(v, PLI_MAX_COORDINATE);
 }
 /* 1/kg of something that can move; with some room for quotients. */
@@ -26,7 +26,7 @@ static inline pli_vec3 plii_vec3_clamp(pli_vec3 v, float limit) {
     return pli_vec3_make(plii_clamp(v.x, -limit, limit), plii_clamp(v.y, -limit, limit),
                          plii_clamp(v.z, -limit, limit));
 }
-static inline pli_vec3 plii_clamp_place(pli_vec3 v) {
+static inline pli_vec3 plii_clamp_point(pli_vec3 v) {
     return plii_vec3_clamp(v, PLI_MAX_COORDINATE);
 }
 
@@ -38,8 +38,8 @@ pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float li
 pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
                               const char* function);
 /* Positions of an array, `what` and a number name one. */
-pli_status plii_check_places(pli_context* context, int count, const pli_vec3* points, const char* what,
-                             const char* function);
+pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
+                                    const char* function);
 /* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
 pli_status plii_check_mass(pli_context* context, float mass, const char* function);
 

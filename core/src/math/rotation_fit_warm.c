@@ -41,7 +41,7 @@ static follow_quat follow_normalize(follow_quat q) {
 }
 
 /* A unit quaternion turned by the vector w, but for the third order of its length. */
-static follow_quat follow_turn(follow_quat q, plii_vec3x4 w) {
+static follow_quat follow_rotate(follow_quat q, plii_vec3x4 w) {
     const plii_vec3x4 half = plii_vec3x4_scale(w, plii_float4_all(0.5f));
     const plii_float4 scale = follow_inverse_root(plii_float4_add(plii_float4_all(1.0f), plii_vec3x4_dot(half, half)));
     const plii_vec3x4 v = {q.x, q.y, q.z};
@@ -168,7 +168,7 @@ static int follow_block(int lane_count, const pli_mat3* matrices, pli_quat* quat
         plii_mask4 is_sound;
         const plii_vec3x4 turn = follow_step(&r, &a, &is_sound);
         /* A lane that is done stays as it is, whatever its neighbours need. */
-        q = follow_select(is_found, q, follow_turn(q, turn));
+        q = follow_select(is_found, q, follow_rotate(q, turn));
         const plii_mask4 is_small = plii_lanes_less(plii_vec3x4_dot(turn, turn), most);
         is_found = plii_lanes_either(is_found, plii_lanes_both(is_sound, is_small));
     }

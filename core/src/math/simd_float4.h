@@ -78,7 +78,7 @@ PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
 PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
     return a < b;
 }
-PLII_SIMD_INLINE plii_mask4 plii_lanes_at_most(plii_float4 a, plii_float4 b) {
+PLII_SIMD_INLINE plii_mask4 plii_lanes_less_equal(plii_float4 a, plii_float4 b) {
     return a <= b;
 }
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
@@ -208,7 +208,7 @@ PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
 }
 /* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
 PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
-    return plii_lanes_at_most(plii_float4_sub(a, a), plii_float4_all(0.0f));
+    return plii_lanes_less_equal(plii_float4_sub(a, a), plii_float4_all(0.0f));
 }
 
 /* x, y and z are finite. */
@@ -244,7 +244,8 @@ PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_add_axis(plii_lanes_bounds 
     const plii_float4 zero = plii_float4_all(0.0f);
     const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
     const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
-    const plii_mask4 is_blind = plii_lanes_both(plii_lanes_at_most(weights, zero), plii_lanes_at_most(zero, weights));
+    const plii_mask4 is_blind =
+        plii_lanes_both(plii_lanes_less_equal(weights, zero), plii_lanes_less_equal(zero, weights));
     const plii_mask4 is_positive = plii_lanes_less(zero, weights);
     const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
     const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
@@ -261,8 +262,8 @@ PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_transform(const pli_bounds*
     sum = plii_lanes_bounds_add_axis(sum, rotation->columns[2], local->min.z, local->max.z);
     /* Where infinities met there is no number. */
     const plii_float4 least = plii_float4_all(-INFINITY), most = plii_float4_all(INFINITY);
-    return (plii_lanes_bounds){plii_lanes_select(plii_lanes_at_most(sum.low, sum.low), sum.low, least),
-                               plii_lanes_select(plii_lanes_at_most(sum.high, sum.high), sum.high, most)};
+    return (plii_lanes_bounds){plii_lanes_select(plii_lanes_less_equal(sum.low, sum.low), sum.low, least),
+                               plii_lanes_select(plii_lanes_less_equal(sum.high, sum.high), sum.high, most)};
 }
 
 /* Vectors of four nodes by components. */
@@ -303,7 +304,7 @@ PLII_SIMD_INLINE pli_vec3 plii_vec3x4_first(plii_vec3x4 a) {
     return pli_vec3_make(plii_lanes_first(a.x), plii_lanes_first(a.y), plii_lanes_first(a.z));
 }
 /* Of four records; their w goes to `w`, which may be NULL. */
-PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_records(const pli_vec4* records, plii_float4* w) {
+PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_from_vec4s(const pli_vec4* records, plii_float4* w) {
     plii_float4 rows[4] = {plii_float4_from(&records[0]), plii_float4_from(&records[1]), plii_float4_from(&records[2]),
                            plii_float4_from(&records[3])};
     plii_float4_transpose(rows);

@@ -63,7 +63,7 @@ PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return _mm256_movemask_ps((plii_float8)(a < b));
 }
 /* plii_float4_transpose of both halves. */
-PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
+PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
     const plii_float8 xy01 = _mm256_unpacklo_ps(r[0], r[1]), zw01 = _mm256_unpackhi_ps(r[0], r[1]);
     const plii_float8 xy23 = _mm256_unpacklo_ps(r[2], r[3]), zw23 = _mm256_unpackhi_ps(r[2], r[3]);
     r[0] = _mm256_shuffle_ps(xy01, xy23, 0x44);
@@ -128,7 +128,7 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return plii_lanes_bits(a.low < b.low) | plii_lanes_bits(a.high < b.high) << PLII_LANES;
 }
-PLII_SIMD_INLINE void plii_float8_turn(plii_float8 r[4]) {
+PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
     plii_float4 low[4] = {r[0].low, r[1].low, r[2].low, r[3].low};
     plii_float4 high[4] = {r[0].high, r[1].high, r[2].high, r[3].high};
     plii_float4_transpose(low);
@@ -193,9 +193,9 @@ PLII_SIMD_INLINE plii_vec3x8 plii_vec3x8_cross(plii_vec3x8 a, plii_vec3x8 b) {
 
 /* Eight records by components. Lane k < 4 holds record 2 k, lane 4 + k record 2 k + 1: two neighbours fill a register
    of eight. */
-typedef struct plii_records8 {
+typedef struct plii_nodes8 {
     plii_float8 x, y, z, w;
-} plii_records8;
+} plii_nodes8;
 
 /* The record in a lane. */
 static inline int plii_simd_record(int lane) {
@@ -203,35 +203,36 @@ static inline int plii_simd_record(int lane) {
 }
 /* Records are named by their place, which is twice their index: a processor that multiplies addresses by eight at most
    needs no shift then. */
-static inline uint32_t plii_simd_place(int index) {
+static inline uint32_t plii_scaled_index(int index) {
     return 2u * (uint32_t)index;
 }
 PLII_SIMD_INLINE const pli_vec4* plii_simd_at(const pli_vec4* records, uint32_t place) {
     return (const pli_vec4*)(const void*)((const char*)records + 8 * (size_t)place);
 }
-PLII_SIMD_INLINE plii_float8 plii_simd_load_two(const pli_vec4* records, const uint32_t places[2]) {
-    return plii_float8_of(plii_float4_from(plii_simd_at(records, places[0])),
-                          plii_float4_from(plii_simd_at(records, places[1])));
+PLII_SIMD_INLINE plii_float8 plii_simd_load_two(const pli_vec4* records, const uint32_t scaled_indices[2]) {
+    return plii_float8_of(plii_float4_from(plii_simd_at(records, scaled_indices[0])),
+                          plii_float4_from(plii_simd_at(records, scaled_indices[1])));
 }
-PLII_SIMD_INLINE void plii_simd_store_two(pli_vec4* records, const uint32_t places[2], plii_float8 a) {
-    plii_float4_to((pli_vec4*)plii_simd_at(records, places[0]), plii_float8_low(a));
-    plii_float4_to((pli_vec4*)plii_simd_at(records, places[1]), plii_float8_high(a));
+PLII_SIMD_INLINE void plii_simd_store_two(pli_vec4* records, const uint32_t scaled_indices[2], plii_float8 a) {
+    plii_float4_to((pli_vec4*)plii_simd_at(records, scaled_indices[0]), plii_float8_low(a));
+    plii_float4_to((pli_vec4*)plii_simd_at(records, scaled_indices[1]), plii_float8_high(a));
 }
 
-PLII_SIMD_INLINE plii_records8 plii_records8_gather(const pli_vec4* records, const uint32_t* places) {
-    plii_float8 r[4] = {plii_simd_load_two(records, places), plii_simd_load_two(records, places + 2),
-                        plii_simd_load_two(records, places + 4), plii_simd_load_two(records, places + 6)};
-    plii_float8_turn(r);
-    return (plii_records8){r[0], r[1], r[2], r[3]};
+PLII_SIMD_INLINE plii_nodes8 plii_nodes8_gather(const pli_vec4* records, const uint32_t* scaled_indices) {
+    plii_float8 r[4] = {plii_simd_load_two(records, scaled_indices), plii_simd_load_two(records, scaled_indices + 2),
+                        plii_simd_load_two(records, scaled_indices + 4),
+                        plii_simd_load_two(records, scaled_indices + 6)};
+    plii_float8_transpose4(r);
+    return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
 /* In the order of the records: of two at the same place the later one stays. */
-PLII_SIMD_INLINE void plii_records8_scatter(pli_vec4* records, const uint32_t* places, plii_records8 a) {
+PLII_SIMD_INLINE void plii_nodes8_scatter(pli_vec4* records, const uint32_t* scaled_indices, plii_nodes8 a) {
     plii_float8 r[4] = {a.x, a.y, a.z, a.w};
-    plii_float8_turn(r);
-    plii_simd_store_two(records, places, r[0]);
-    plii_simd_store_two(records, places + 2, r[1]);
-    plii_simd_store_two(records, places + 4, r[2]);
-    plii_simd_store_two(records, places + 6, r[3]);
+    plii_float8_transpose4(r);
+    plii_simd_store_two(records, scaled_indices, r[0]);
+    plii_simd_store_two(records, scaled_indices + 2, r[1]);
+    plii_simd_store_two(records, scaled_indices + 4, r[2]);
+    plii_simd_store_two(records, scaled_indices + 6, r[3]);
 }
 
 #endif

@@ -56,7 +56,7 @@ pli_status plii_patch_begin(pli_context* context, const pli_patch_def* def, int 
         const pli_vec3 right = pli_vec3_lerp(def->corner_10, def->corner_11, ty);
         for (int x = 0; x < def->columns; ++x) {
             const float tx = (float)x / (float)(def->columns - 1);
-            plii_mesh_push_node(made, plii_clamp_place(pli_vec3_lerp(left, right, tx)), 1.0f);
+            plii_mesh_push_node(made, plii_clamp_point(pli_vec3_lerp(left, right, tx)), 1.0f);
         }
     }
     const int right = def->columns - 1, top = def->rows - 1;

@@ -23,7 +23,7 @@ pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to
     const int count = (int)wanted;
     for (int i = 0; i < count; ++i) {
         const float t = (float)i / (float)(count - 1);
-        plii_mesh_push_node(made, plii_clamp_place(pli_vec3_lerp(from, to, t)), 1.0f);
+        plii_mesh_push_node(made, plii_clamp_point(pli_vec3_lerp(from, to, t)), 1.0f);
     }
     if ((pins & PLI_ROPE_PIN_FIRST) != 0) { made->inverse_masses[0] = 0.0f; }
     if ((pins & PLI_ROPE_PIN_LAST) != 0) { made->inverse_masses[count - 1] = 0.0f; }

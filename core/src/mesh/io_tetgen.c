@@ -222,7 +222,7 @@ static int tetgen_opposite(const int* tetra, const int* face) {
 }
 
 /* Turns the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
-static bool tetgen_turn_faces(pli_context* context, tetgen_mesh* mesh) {
+static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
     const size_t begin_size = ((size_t)mesh->point_count + 1) * sizeof(int);
     const size_t list_size = (size_t)mesh->tetra_count * 4 * sizeof(int);
     int* begin = plii_allocate(context, begin_size); /* first entry of each point in the list of its tetrahedra */
@@ -267,7 +267,7 @@ static bool tetgen_turn_faces(pli_context* context, tetgen_mesh* mesh) {
 // ------------------------------------------------------------------------------------------------------ entry
 
 static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
-    if (read->face_count > 0 && !tetgen_turn_faces(context, read)) {
+    if (read->face_count > 0 && !tetgen_reverse_faces(context, read)) {
         return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to turn %d faces", read->face_count);
     }
     pli_mesh* made = NULL;

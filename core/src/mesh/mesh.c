@@ -32,7 +32,7 @@ pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const ch
 }
 
 pli_status plii_check_points(pli_context* context, int point_count, const pli_vec3* points, const char* function) {
-    return plii_check_places(context, point_count, points, "point", function);
+    return plii_check_finite_points(context, point_count, points, "point", function);
 }
 
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
@@ -103,7 +103,7 @@ void plii_topology_release(pli_context* context, plii_topology* topology) {
     plii_release(context, topology, sizeof *topology);
 }
 
-void plii_mesh_forget_topology(pli_mesh* mesh) {
+void plii_mesh_clear_topology(pli_mesh* mesh) {
     plii_topology_release(mesh->context, mesh->topology);
     mesh->topology = NULL;
 }
@@ -194,7 +194,7 @@ pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
 void pli_mesh_destroy(pli_mesh* mesh) {
     if (mesh == NULL || plii_check_mesh_change(mesh, __func__) != PLI_OK) { return; }
     pli_context* context = mesh->context;
-    plii_mesh_forget_topology(mesh);
+    plii_mesh_clear_topology(mesh);
 #define MESH_RELEASE(field, capacity) plii_release(context, mesh->field, (size_t)mesh->capacity * sizeof *mesh->field)
     MESH_RELEASE(positions, node_capacity);
     MESH_RELEASE(inverse_masses, mass_capacity);
@@ -323,7 +323,7 @@ pli_status pli_mesh_append_face(pli_mesh* mesh, int a, int b, int c, int materia
     if (!MESH_RESERVE(mesh, faces, face_capacity, face_count, 1)) {
         return mesh_out_of_memory(mesh, __func__, "faces", mesh->face_count);
     }
-    plii_mesh_forget_topology(mesh);
+    plii_mesh_clear_topology(mesh);
     mesh_set_index(index, mesh->face_count);
     mesh->faces[mesh->face_count++] = face;
     return PLI_OK;
@@ -337,7 +337,7 @@ pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int
     if (!MESH_RESERVE(mesh, tetras, tetra_capacity, tetra_count, 1)) {
         return mesh_out_of_memory(mesh, __func__, "tetras", mesh->tetra_count);
     }
-    plii_mesh_forget_topology(mesh);
+    plii_mesh_clear_topology(mesh);
     mesh_set_index(index, mesh->tetra_count);
     mesh->tetras[mesh->tetra_count++] = tetra;
     return PLI_OK;

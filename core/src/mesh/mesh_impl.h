@@ -29,7 +29,7 @@ struct pli_mesh {
    memory. */
 plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context);
 /* To be called after every change of faces or tetras. */
-void plii_mesh_forget_topology(pli_mesh* mesh);
+void plii_mesh_clear_topology(pli_mesh* mesh);
 
 /* PLI_OK, or the error of a null or wrong handle. */
 pli_status plii_check_mesh(const pli_mesh* mesh, const char* function);

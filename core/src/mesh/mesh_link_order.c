@@ -26,7 +26,7 @@ void plii_mesh_shuffle(pli_mesh* mesh) {
         mesh->faces[i] = mesh->faces[other];
         mesh->faces[other] = face;
     }
-    plii_mesh_forget_topology(mesh);
+    plii_mesh_clear_topology(mesh);
 }
 
 pli_status pli_mesh_shuffle_links(pli_mesh* mesh) {

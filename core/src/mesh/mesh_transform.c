@@ -5,7 +5,7 @@
 
 /* PLI_OK, or the error of a node that would be too far out. */
 static pli_status transform_check(const pli_mesh* mesh, int node, pli_vec3 moved, const char* function) {
-    if (plii_is_place(moved)) { return PLI_OK; }
+    if (plii_is_point(moved)) { return PLI_OK; }
     if (!plii_vec3_is_finite(moved)) {
         return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float", node);
     }

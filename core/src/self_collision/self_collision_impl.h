@@ -42,7 +42,7 @@ static inline plii_self_nodes plii_self_nodes_of_body(pli_body* body) {
 
 /* And as XPBD does in a substep. */
 static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, const plii_substep* substep) {
-    return (plii_self_nodes){body->positions, substep->displacements, substep->carried};
+    return (plii_self_nodes){body->positions, substep->displacements, substep->start_displacements};
 }
 
 /* A unit vector that depends on the indices only, for points that coincide. */

@@ -87,7 +87,7 @@ static void self_faces_sizes(int node_count, int face_count, size_t sizes[SELF_F
     sizes[5] = (size_t)node_count * sizeof(pli_vec3);
 }
 
-static void self_faces_take_blocks(plii_self_faces_state* state, void* blocks[SELF_FACES_BLOCKS]) {
+static void self_faces_commit_blocks(plii_self_faces_state* state, void* blocks[SELF_FACES_BLOCKS]) {
     state->rest = blocks[0];
     state->starts = blocks[1];
     state->was = blocks[2];
@@ -118,7 +118,7 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
         blocks[i] = plii_allocate(body->context, sizes[i]);
         is_complete = is_complete && blocks[i] != NULL;
     }
-    self_faces_take_blocks(state, blocks);
+    self_faces_commit_blocks(state, blocks);
     if (!is_complete) {
         self_faces_release_blocks(body, state, body->node_count, face_count);
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -166,7 +166,7 @@ static void self_faces_topology_commit(pli_body* body, void* data, const plii_to
     plii_self_faces_state* state = data;
     plii_self_carry_rest(body, change, state->rest, blocks[0]);
     self_faces_release_blocks(body, state, change->old_node_count, change->old_face_count);
-    self_faces_take_blocks(state, blocks);
+    self_faces_commit_blocks(state, blocks);
     plii_self_faces_find_edges(body, state);
     state->pair_count = state->active_count = 0;
     state->reach = 0.0f;

@@ -98,7 +98,7 @@ static pli_vec3 self_faces_nearest(const pli_vec3 p[4], bool is_edges, float wei
         weights[2] = t - 1.0f;
         weights[3] = -t;
     } else {
-        plii_triangle_place place;
+        plii_closest_feature place;
         (void)plii_closest_point_on_triangle(p[0], p[1], p[2], p[3], &place);
         weights[0] = 1.0f;
         weights[1] = -place.weights.x;

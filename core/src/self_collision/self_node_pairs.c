@@ -24,8 +24,8 @@
 /* How far a node is off its way, squared; share: of the travel since the search. */
 PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
     const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
-    const plii_float4 way = plii_float4_mul(plii_float4_all(share), plii_float4_from(&state->travel[node]));
-    const plii_float4 stray = plii_float4_sub(plii_float4_sub(at, from), way);
+    const plii_float4 motion = plii_float4_mul(plii_float4_all(share), plii_float4_from(&state->travel[node]));
+    const plii_float4 stray = plii_float4_sub(plii_float4_sub(at, from), motion);
     return plii_lanes_dot(stray, stray);
 }
 
@@ -35,14 +35,14 @@ PLII_SIMD_INLINE bool self_nodes_has_strayed(const plii_self_node_pairs* state, 
 }
 
 /* A node that strayed is expected to do so again; one that strays by as much as it goes has no way. */
-static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec3 way, float share, float decay) {
+static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec3 motion, float share, float decay) {
     const float thickness = state->thickness;
     const float stray = 1.5f * sqrtf(self_nodes_stray_squared(state, node, share));
     const float before = decay * state->travel[node].w, least = SELF_NODES_MIN_MARGIN * thickness,
                 most = plii_max(before, SELF_NODES_MAX_MARGIN * thickness);
     const float margin = plii_clamp(plii_max(stray, before), least, most);
-    const bool is_lost = !(stray <= pli_vec3_length(way));
-    state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){way.x, way.y, way.z, margin};
+    const bool is_lost = !(stray <= pli_vec3_length(motion));
+    state->travel[node] = is_lost ? (pli_vec4){0, 0, 0, margin} : (pli_vec4){motion.x, motion.y, motion.z, margin};
 }
 
 static pli_vec3 self_nodes_mean_travel(const plii_self_node_pairs* state, int node_count) {
@@ -55,8 +55,8 @@ static pli_vec3 self_nodes_mean_travel(const plii_self_node_pairs* state, int no
 
 /* Margin and travel beside the drift, to either side of the middle. */
 static float self_nodes_reach(const plii_self_node_pairs* state, int node) {
-    const pli_vec4 way = state->travel[node];
-    return way.w + 0.5f * pli_vec3_length(pli_vec3_sub(plii_xyz(way), state->drift));
+    const pli_vec4 motion = state->travel[node];
+    return motion.w + 0.5f * pli_vec3_length(pli_vec3_sub(plii_xyz(motion), state->drift));
 }
 
 // ------------------------------------------------------------------------------------------------------ pairs
@@ -84,8 +84,8 @@ static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state
    when they are so far from each other. There is room; the pair is written in any case, as hardly predictable branches
    cost more. */
 static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float distance_squared, float half) {
-    const plii_float4 way = plii_float4_from(&state->travel[a]), other_way = plii_float4_from(&state->travel[b]);
-    const plii_float4 against = plii_float4_sub(other_way, way);
+    const plii_float4 motion = plii_float4_from(&state->travel[a]), other_travel = plii_float4_from(&state->travel[b]);
+    const plii_float4 against = plii_float4_sub(other_travel, motion);
     const float limit =
         state->thickness + (state->travel[a].w + state->travel[b].w) + half * sqrtf(plii_lanes_dot(against, against));
     state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};
@@ -106,7 +106,7 @@ static void self_nodes_set_distances(plii_self_node_pairs* state, int first) {
 }
 
 /* Pairs of a node that is not apart with others that are not. */
-static void self_nodes_take_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+static void self_nodes_find_common(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                    int node) {
     plii_node_pairs* near = &state->near;
     const float radius = state->thickness + 2.0f * state->reach;
@@ -126,16 +126,16 @@ static void self_nodes_take_common(const pli_body* body, const plii_link_graph* 
     self_nodes_set_distances(state, first);
 }
 
-static pli_vec3 self_nodes_on_way(const plii_self_node_pairs* state, int node, float share) {
+static pli_vec3 self_nodes_position_at(const plii_self_node_pairs* state, int node, float share) {
     return pli_vec3_add(plii_xyz(state->searched[node]), pli_vec3_scale(plii_xyz(state->travel[node]), share));
 }
 
 /* Pairs of a node apart with all others but those apart that come later in their list, from `share` of the way on. */
-static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+static void self_nodes_find_apart(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                   int index, float share) {
     const int node = state->apart[index];
     const float moment = 0.5f * (1.0f + share), half = 0.5f * (1.0f - share);
-    const pli_vec3 p = self_nodes_on_way(state, node, moment);
+    const pli_vec3 p = self_nodes_position_at(state, node, moment);
     /* The others went on from the middle, most of them with the drift. */
     const pli_vec3 centre = pli_vec3_sub(p, pli_vec3_scale(state->drift, moment - 0.5f));
     const float beside = pli_vec3_length(pli_vec3_sub(plii_xyz(state->travel[node]), state->drift));
@@ -153,11 +153,11 @@ static void self_nodes_take_apart(const pli_body* body, const plii_link_graph* g
     for (int k = 0; k < near->count; ++k) {
         const int other = near->pairs[k].other;
         if (state->is_apart[other]) { continue; }
-        const pli_vec3 to = pli_vec3_sub(self_nodes_on_way(state, other, moment), p);
+        const pli_vec3 to = pli_vec3_sub(self_nodes_position_at(state, other, moment), p);
         self_nodes_keep(state, node, other, pli_vec3_length_squared(to), half);
     }
     for (int k = 0; k < index; ++k) {
-        const pli_vec3 to = pli_vec3_sub(self_nodes_on_way(state, state->apart[k], moment), p);
+        const pli_vec3 to = pli_vec3_sub(self_nodes_position_at(state, state->apart[k], moment), p);
         self_nodes_keep(state, node, state->apart[k], pli_vec3_length_squared(to), half);
     }
     self_nodes_set_distances(state, first);
@@ -230,7 +230,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     self_nodes_choose_reach(state, node_count);
     for (int i = 0; i < node_count; ++i) {
         state->searched[i] = state->at[i];
-        state->middle[i] = self_nodes_on_way(state, i, 0.5f);
+        state->middle[i] = self_nodes_position_at(state, i, 0.5f);
         state->linked_to[i] = PLI_NULL_INDEX;
     }
     state->count = 0;
@@ -245,10 +245,10 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
         return;
     }
     for (int i = 0; i < node_count; ++i) {
-        if (!state->is_apart[i]) { self_nodes_take_common(body, graph, state, i); }
+        if (!state->is_apart[i]) { self_nodes_find_common(body, graph, state, i); }
     }
     for (int i = 0; i < state->apart_count; ++i) {
-        self_nodes_take_apart(body, graph, state, i, 0.0f);
+        self_nodes_find_apart(body, graph, state, i, 0.0f);
     }
     state->is_truncated = state->is_truncated || state->near.is_truncated;
     state->is_known = !state->is_truncated;
@@ -260,7 +260,7 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 end =
             pli_vec3_add(plii_xyz(state->at[i]), pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt));
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(end, self_nodes_on_way(state, i, 1.0f)));
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(end, self_nodes_position_at(state, i, 1.0f)));
         const float margin = state->travel[i].w;
         leaving += !(squared <= margin * margin);
     }
@@ -273,8 +273,8 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
                                       pli_vec3 shift) {
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&state->searched[i], pli_vec3_add(plii_xyz(state->searched[i]), shift));
-        const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
-        self_nodes_set_travel(state, i, way, 1.0f, SELF_NODES_MARGIN_DECAY);
+        const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[i]), body->step.dt);
+        self_nodes_set_travel(state, i, motion, 1.0f, SELF_NODES_MARGIN_DECAY);
     }
     state->searched_at = 0.0f;
     state->travel_time = body->step.dt;
@@ -316,13 +316,14 @@ static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* s
 static void self_nodes_set_way(plii_self_node_pairs* state, int node, pli_vec3 velocity, float share) {
     const float rest = (1.0f - share) * state->travel_time;
     self_nodes_set_travel(state, node, pli_vec3_scale(velocity, rest), share, 1.0f);
-    pli_vec4* way = &state->travel[node];
-    plii_set_xyz(way, share < 1.0f ? pli_vec3_scale(plii_xyz(*way), 1.0f / (1.0f - share)) : pli_vec3_make(0, 0, 0));
-    const pli_vec3 begin = pli_vec3_sub(plii_xyz(state->at[node]), pli_vec3_scale(plii_xyz(*way), share));
+    pli_vec4* motion = &state->travel[node];
+    plii_set_xyz(motion,
+                 share < 1.0f ? pli_vec3_scale(plii_xyz(*motion), 1.0f / (1.0f - share)) : pli_vec3_make(0, 0, 0));
+    const pli_vec3 begin = pli_vec3_sub(plii_xyz(state->at[node]), pli_vec3_scale(plii_xyz(*motion), share));
     plii_set_xyz(&state->searched[node], begin);
 }
 
-void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                  const plii_self_nodes* nodes, float rate, float now, float left) {
     const float since = now - state->searched_at;
     const float share = since < state->travel_time ? since / state->travel_time : 1.0f;
@@ -330,8 +331,8 @@ void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* gr
     if (strayed == 0) { return; }
     if (strayed + state->apart_count > self_nodes_max_apart(body->node_count)) {
         for (int i = 0; i < body->node_count; ++i) {
-            const pli_vec3 way = pli_vec3_scale(plii_self_motion(nodes, i), left * rate);
-            self_nodes_set_travel(state, i, way, share, 1.0f);
+            const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), left * rate);
+            self_nodes_set_travel(state, i, motion, share, 1.0f);
         }
         state->searched_at = now;
         state->travel_time = left;
@@ -346,7 +347,7 @@ void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* gr
         self_nodes_set_way(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
     for (int k = first; k < state->apart_count; ++k) {
-        self_nodes_take_apart(body, graph, state, k, share);
+        self_nodes_find_apart(body, graph, state, k, share);
     }
     /* What is missing must not be missing in the steps to come. */
     if (body->context->shortage.count != shortages) { state->is_known = false; }
@@ -362,7 +363,7 @@ void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]) {
     sizes[7] = (size_t)node_count * sizeof(int);
 }
 
-void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]) {
+void plii_self_node_commit_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]) {
     state->rest = blocks[0];
     state->middle = blocks[1];
     state->at = state->taken = blocks[2];

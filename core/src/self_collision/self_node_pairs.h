@@ -45,7 +45,7 @@ enum { PLII_SELF_NODE_BLOCKS = 8 };
 
 /* Of the arrays of nodes, which the caller allocates. */
 void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]);
-void plii_self_node_take_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]);
+void plii_self_node_commit_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]);
 void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count);
 /* The rest. */
 void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
@@ -62,7 +62,7 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
                                       pli_vec3 shift);
 /* Later, at `now` s since the start of the step with `left` s to go: searches what has left its way, if anything has.
    The motion of a node times `rate` is its velocity. */
-void plii_self_node_pairs_follow(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
+void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                  const plii_self_nodes* nodes, float rate, float now, float left);
 
 #endif

@@ -20,7 +20,7 @@ typedef struct self_nodes_state {
 // ------------------------------------------------------------------------------------------------------ the search
 
 /* Takes positions over, relative to the origin. */
-static void self_nodes_take_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
     state->pairs.at = state->pairs.taken;
     for (int i = 0; i < body->node_count; ++i) {
@@ -45,7 +45,7 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
 static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
     if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
-    self_nodes_take_positions(body, state, nodes);
+    self_nodes_copy_positions(body, state, nodes);
 }
 
 /* After searches: what they found. */
@@ -79,7 +79,7 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
     const plii_self_nodes nodes = {NULL, body->previous, body->previous};
     const pli_vec3 origin = state->origin;
     self_nodes_start_report(body, state);
-    self_nodes_take_positions(body, state, &nodes);
+    self_nodes_copy_positions(body, state, &nodes);
     if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
         state->pairs.thickness = state->def.thickness;
         self_nodes_start_search(body, state, &nodes);
@@ -204,7 +204,7 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
 static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const plii_step* step = &body->step;
     state->pairs.at = nodes->offsets;
-    plii_self_node_pairs_follow(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
+    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
     self_nodes_report(body, state);
     self_nodes_part_all(state, nodes, state->def.friction);
 }
@@ -219,8 +219,8 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_substep(body, substep);
     const float done = (float)(substep->index + 1) * substep->dt;
-    self_nodes_take_positions(body, state, &nodes);
-    plii_self_node_pairs_follow(body, self_nodes_graph(body), &state->pairs, &nodes, substep->inverse_dt, done,
+    self_nodes_copy_positions(body, state, &nodes);
+    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, substep->inverse_dt, done,
                                 body->step.dt - done);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, 0.0f);
@@ -292,7 +292,7 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
         blocks[i] = plii_allocate(body->context, sizes[i]);
         is_complete = is_complete && blocks[i] != NULL;
     }
-    plii_self_node_take_blocks(&state->pairs, blocks);
+    plii_self_node_commit_blocks(&state->pairs, blocks);
     if (!is_complete) {
         plii_self_node_release_blocks(body->context, &state->pairs, body->node_count);
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -328,7 +328,7 @@ static void self_nodes_topology_commit(pli_body* body, void* data, const plii_to
     self_nodes_state* state = data;
     plii_self_carry_rest(body, change, state->pairs.rest, blocks[0]);
     plii_self_node_release_blocks(body->context, &state->pairs, change->old_node_count);
-    plii_self_node_take_blocks(&state->pairs, blocks);
+    plii_self_node_commit_blocks(&state->pairs, blocks);
     state->report = (pli_self_collision_report){0};
     state->touching_count = 0;
 }

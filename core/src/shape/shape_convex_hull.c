@@ -32,7 +32,7 @@ typedef struct hull_data {
 
 static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
     const int* v = hull->triangles[triangle];
-    plii_triangle_place place;
+    plii_closest_feature place;
     return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &place);
 }
 
@@ -91,7 +91,7 @@ static pli_vec3 hull_support(const void* user, pli_vec3 direction) {
 // ------------------------------------------------------------------------------------------------------ building
 
 /* Keeps the points that are corners, in their order. `map` [point_count] receives where each went. */
-static void hull_take_corners(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
+static void hull_copy_corners(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
                               int* map) {
     for (int i = 0; i < point_count; ++i) {
         map[i] = PLI_NULL_INDEX;
@@ -117,7 +117,7 @@ static float hull_plane_offset(const hull_data* hull, const int* triangle, pli_v
     return offset;
 }
 
-static void hull_take_triangles(hull_data* hull, const plii_convex_hull* source, const int* map, pli_bounds* boxes) {
+static void hull_copy_triangles(hull_data* hull, const plii_convex_hull* source, const int* map, pli_bounds* boxes) {
     for (int i = 0; i < source->triangle_count; ++i) {
         const int v[3] = {map[source->triangles[i][0]], map[source->triangles[i][1]], map[source->triangles[i][2]]};
         const pli_vec3 a = hull->points[v[0]], b = hull->points[v[1]], c = hull->points[v[2]];
@@ -162,8 +162,8 @@ static pli_status hull_build(hull_data* hull, const plii_convex_hull* source, in
     pli_bounds* boxes = plii_allocate(context, triangles * sizeof *boxes);
     bool has_memory = map != NULL && boxes != NULL;
     if (has_memory) {
-        hull_take_corners(hull, source, point_count, points, map);
-        hull_take_triangles(hull, source, map, boxes);
+        hull_copy_corners(hull, source, point_count, points, map);
+        hull_copy_triangles(hull, source, map, boxes);
         has_memory = plii_bvh_build(context, &hull->tree, hull->triangle_count, boxes);
     }
     plii_release(context, boxes, triangles * sizeof *boxes);
@@ -238,7 +238,7 @@ pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, c
         }
     }
     PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
-    PLII_TRY(plii_check_places(context, point_count, points, "point", __func__));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     plii_convex_hull source = {0};
     PLII_TRY(plii_convex_hull_create(context, point_count, points, 0.0f, __func__, &source));
     const pli_status status = hull_create(context, &source, point_count, points, radius, __func__, shape);

@@ -127,7 +127,7 @@ static pli_status sampled_mesh_check(pli_context* context, int point_count, cons
     }
     PLII_TRY(plii_check_within(context, def->cell_size, PLI_MAX_COORDINATE, "def->cell_size", function));
     PLII_TRY(plii_check_within(context, def->padding, PLI_MAX_COORDINATE, "def->padding", function));
-    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
         if (triangles[i] < 0 || triangles[i] >= point_count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
@@ -148,8 +148,8 @@ static pli_bounds sampled_mesh_used_bounds(const pli_vec3* points, int triangle_
 }
 
 /* Place, cells and number of samples of the grid. */
-static pli_status sampled_mesh_place(sampled_mesh* mesh, pli_bounds bounds, const pli_sampled_mesh_def* def,
-                                     const char* function) {
+static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, const pli_sampled_mesh_def* def,
+                                        const char* function) {
     const double extents[3] = {(double)bounds.max.x - (double)bounds.min.x, (double)bounds.max.y - (double)bounds.min.y,
                                (double)bounds.max.z - (double)bounds.min.z};
     const double diagonal = sqrt(extents[0] * extents[0] + extents[1] * extents[1] + extents[2] * extents[2]);
@@ -223,7 +223,7 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
     PLII_TRY(sampled_mesh_check(context, point_count, points, triangle_count, triangles, &used, __func__));
     sampled_mesh mesh = {.context = context};
     const pli_bounds bounds = sampled_mesh_used_bounds(points, triangle_count, triangles);
-    PLII_TRY(sampled_mesh_place(&mesh, bounds, &used, __func__));
+    PLII_TRY(sampled_mesh_fit_grid(&mesh, bounds, &used, __func__));
     pli_status status = sampled_mesh_sample(&mesh, points, triangle_count, triangles, __func__);
     if (status == PLI_OK) {
         pli_shape_def shape_def = pli_shape_def_default();

@@ -47,14 +47,14 @@ typedef struct surface_data {
 
 // ------------------------------------------------------------------------------------------------------- queries
 
-static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_triangle_place* place) {
+static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_closest_feature* place) {
     const int* v = surface->triangles[triangle].vertices;
     return plii_closest_point_on_triangle(p, surface->vertices[v[0]].position, surface->vertices[v[1]].position,
                                           surface->vertices[v[2]].position, place);
 }
 
 static float surface_measure(int triangle, pli_vec3 p, const void* user) {
-    plii_triangle_place place;
+    plii_closest_feature place;
     return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &place)));
 }
 
@@ -123,7 +123,7 @@ static int surface_nearest_candidate(const surface_candidates* candidates, pli_v
 
 static float surface_distance(const surface_data* surface, pli_vec3 p, int nearest, pli_vec3* normal) {
     const surface_triangle* triangle = &surface->triangles[nearest];
-    plii_triangle_place place;
+    plii_closest_feature place;
     const pli_vec3 foot = surface_closest(surface, nearest, p, &place);
     const plii_triangle_feature feature = place.feature;
     const pli_vec3 offset = pli_vec3_sub(p, foot);
@@ -446,7 +446,7 @@ static pli_status surface_check(pli_context* context, int point_count, const pli
         }
     }
     PLII_TRY(plii_check_within(context, thickness, PLI_MAX_COORDINATE, "thickness", function));
-    PLII_TRY(plii_check_places(context, point_count, points, "point", function));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < 3 * triangle_count; ++i) {
         if (triangles[i] < 0 || triangles[i] >= point_count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,

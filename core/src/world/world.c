@@ -22,7 +22,7 @@ pli_world_def pli_world_def_default(void) {
         .gravity = {0, -10, 0},
         .air_density = 1.2f,
         .max_force_displacement = 1000.0f,
-        .makes_room = true,
+        .preallocates = true,
         .cookie = PLII_DEF_COOKIE,
     };
 }
@@ -264,7 +264,7 @@ static pli_status world_end_call(pli_world* world, uint64_t before, const char* 
 // ----------------------------------------------------------------------------------------------------- step
 
 /* Growth belongs here, where something was added, and not into the steps that meet it. */
-static void world_make_room(pli_world* world) {
+static void world_reserve(pli_world* world) {
     const uint64_t before = world->context->shortage.count;
     world->most_nodes = world->most_faces = 0;
     for (int i = 0; i < world->body_count; ++i) {
@@ -302,7 +302,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     }
     PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
-    if (world->needs_reserve && world->def.makes_room) { world_make_room(world); }
+    if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
     const uint64_t before = world_begin_call(world);
     world->is_stepping = true;
     world->event_count = 0;
@@ -425,7 +425,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
     for (int i = events_before; i < world->event_count; ++i) {
         if (world->events[i].kind != PLI_EVENT_BODY_FROZEN) { continue; }
         has_frozen = true;
-        plii_solver_take_start(world->events[i].body); /* bodies solved later may have moved it */
+        plii_solver_set_start(world->events[i].body); /* bodies solved later may have moved it */
     }
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];

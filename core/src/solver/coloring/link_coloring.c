@@ -53,7 +53,8 @@ static void* link_colors_carve(link_colors_carver* carver, size_t size) {
 static void link_colors_carve_result(link_colors_carver* carver, plii_link_colors* colors) {
     colors->colors = link_colors_carve(carver, (size_t)colors->color_count * sizeof *colors->colors);
     colors->groups = link_colors_carve(carver, (size_t)colors->group_count * sizeof *colors->groups);
-    colors->places = link_colors_carve(carver, (size_t)colors->place_count * sizeof *colors->places);
+    colors->scaled_indices =
+        link_colors_carve(carver, (size_t)colors->scaled_index_count * sizeof *colors->scaled_indices);
     colors->row_links = link_colors_carve(carver, (size_t)colors->row_count * sizeof *colors->row_links);
     colors->serial_links = link_colors_carve(carver, (size_t)colors->serial_count * sizeof *colors->serial_links);
 }
@@ -127,7 +128,7 @@ static int link_colors_tag_key(const link_colors_work* work, int index) {
 }
 
 /* Lists what gets a colour in `order`, the links of the rest as serial. */
-static int link_colors_take_colors(link_colors_work* work) {
+static int link_colors_assign(link_colors_work* work) {
     const plii_link_quads* quads = &work->quads;
     const int item_count = quads->quad_count + quads->single_count;
     int serial_count = 0;
@@ -265,11 +266,11 @@ static void link_colors_add_group(plii_link_colors* made, link_colors_lane lanes
     }
     if (made->groups != NULL) {
         made->groups[made->group_count] = (plii_link_group){
-            .first_row = made->row_count, .first_place = made->place_count, .tag = tag, .pairs = pairs};
+            .first_row = made->row_count, .first_scaled_index = made->scaled_index_count, .tag = tag, .pairs = pairs};
         int(*row)[PLII_LINK_LANES] = &made->row_links[made->row_count];
         for (int i = 0; i < PLII_LINK_LANES; ++i) {
             for (int k = 0; k < node_count; ++k) {
-                made->places[made->place_count + k][i] = plii_simd_place(lanes[i].nodes[k]);
+                made->scaled_indices[made->scaled_index_count + k][i] = plii_scaled_index(lanes[i].nodes[k]);
             }
             for (int k = 0, r = 0; k < PLII_LINK_PAIRS; ++k) {
                 if ((pairs >> k & 1) != 0) { row[r++][i] = lanes[i].links[k]; }
@@ -277,7 +278,7 @@ static void link_colors_add_group(plii_link_colors* made, link_colors_lane lanes
         }
     }
     made->group_count += 1;
-    made->place_count += node_count;
+    made->scaled_index_count += node_count;
     made->row_count += row_count;
 }
 
@@ -326,7 +327,7 @@ static void link_colors_make_groups(link_colors_maker* maker) {
 // ------------------------------------------------------------------------------------------------------- the service
 
 /* A full group has eight links or more; of groups that are not full there is one for each colour and tag at most. */
-static size_t link_colors_most_groups(const pli_body* body, int link_count) {
+static size_t link_colors_max_groups(const pli_body* body, int link_count) {
     const size_t links = (size_t)link_count;
     const bool has_tags = body->link_tags != NULL || body->material_count > 1; /* links of faces may get one */
     const size_t parts = LINK_COLORS_MAX * (has_tags ? 2 * (size_t)body->material_count : 1);
@@ -334,12 +335,12 @@ static size_t link_colors_most_groups(const pli_body* body, int link_count) {
 }
 
 /* Bytes that the result can have at most. */
-static size_t link_colors_most_bytes(const pli_body* body, int link_count) {
-    const int groups = (int)link_colors_most_groups(body, link_count);
+static size_t link_colors_max_bytes(const pli_body* body, int link_count) {
+    const int groups = (int)link_colors_max_groups(body, link_count);
     plii_link_colors most = {.color_count = LINK_COLORS_MAX,
                              .group_count = groups,
                              .row_count = PLII_LINK_PAIRS * groups,
-                             .place_count = 4 * groups,
+                             .scaled_index_count = 4 * groups,
                              .serial_count = link_count};
     link_colors_carver carver = {0};
     link_colors_carve_result(&carver, &most);
@@ -358,7 +359,7 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     link_colors_carver carver = {.base = storage};
     link_colors_carve_work(&carver, &work);
     plii_link_quads_find(body, body->node_count >= LINK_COLORS_QUADS_NODES, &work.quads);
-    const int serial_count = link_colors_take_colors(&work);
+    const int serial_count = link_colors_assign(&work);
     link_colors_sort(&work, link_colors_by_node, work.node_count);
     link_colors_sort(&work, link_colors_by_pairs, 1 << PLII_LINK_PAIRS);
     if (body->link_tags != NULL) { link_colors_sort(&work, link_colors_tag_key, work.tag_count); }
@@ -379,7 +380,7 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     carver = (link_colors_carver){.base = block.memory};
     link_colors_carve_result(&carver, &maker.made);
     *colors = maker.made;
-    maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.place_count = 0;
+    maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.scaled_index_count = 0;
     link_colors_make_groups(&maker);
     if (serial_count > 0) {
         memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
@@ -414,7 +415,7 @@ void plii_link_slots_release(const pli_body* body, plii_link_slots* slots) {
 }
 
 size_t plii_link_slots_max_size(const pli_body* body, int link_count) {
-    const size_t slots = PLII_LINK_LANES * PLII_LINK_PAIRS * link_colors_most_groups(body, link_count);
+    const size_t slots = PLII_LINK_LANES * PLII_LINK_PAIRS * link_colors_max_groups(body, link_count);
     return (slots + (size_t)link_count) * sizeof(float);
 }
 
@@ -453,7 +454,7 @@ static int link_colors_topology_blocks(const pli_body* body, const void* state, 
                                        size_t* sizes) {
     (void)state;
     sizes[0] = link_colors_work_size(body, change->node_count, change->link_count);
-    sizes[1] = link_colors_most_bytes(body, change->link_count);
+    sizes[1] = link_colors_max_bytes(body, change->link_count);
     return 2;
 }
 
@@ -461,7 +462,7 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
                                         void** blocks) {
     plii_link_colors* colors = state;
     plii_release(body->context, colors->storage, colors->storage_size);
-    const size_t most_bytes = link_colors_most_bytes(body, change->link_count);
+    const size_t most_bytes = link_colors_max_bytes(body, change->link_count);
     link_colors_block spare = {blocks[1], most_bytes};
     (void)link_colors_make(body, blocks[0], &spare, colors);
     plii_release(body->context, blocks[0], link_colors_work_size(body, change->node_count, change->link_count));

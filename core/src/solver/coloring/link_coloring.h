@@ -14,10 +14,10 @@
 #include "solver/coloring/link_quads.h"
 
 typedef struct plii_link_group {
-    int first_row;     /* one row for each of `pairs` */
-    int first_place;   /* of four, of single links of two */
-    plii_link_tag tag; /* of all links */
-    uint8_t pairs;     /* bit k: some lane has a link there */
+    int first_row;          /* one row for each of `pairs` */
+    int first_scaled_index; /* of four, of single links of two */
+    plii_link_tag tag;      /* of all links */
+    uint8_t pairs;          /* bit k: some lane has a link there */
 } plii_link_group;
 
 typedef struct plii_link_color {
@@ -25,12 +25,12 @@ typedef struct plii_link_color {
 } plii_link_color;
 
 typedef struct plii_link_colors {
-    int color_count, group_count, row_count, place_count, serial_count;
-    plii_link_color* colors;             /* [color_count] */
-    plii_link_group* groups;             /* [group_count] */
-    uint32_t (*places)[PLII_LINK_LANES]; /* [place_count] places (simd_float8.h) of a node in all lanes */
-    int (*row_links)[PLII_LINK_LANES];   /* [row_count] or PLI_NULL_INDEX */
-    int* serial_links;                   /* [serial_count] */
+    int color_count, group_count, row_count, scaled_index_count, serial_count;
+    plii_link_color* colors;                     /* [color_count] */
+    plii_link_group* groups;                     /* [group_count] */
+    uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [place_count] places (simd_float8.h) of a node in all lanes */
+    int (*row_links)[PLII_LINK_LANES];           /* [row_count] or PLI_NULL_INDEX */
+    int* serial_links;                           /* [serial_count] */
     void* storage;
     size_t storage_size;
 } plii_link_colors;

@@ -154,7 +154,7 @@ static int link_quads_find_link(const link_quads_search* search, int a, int b) {
     return PLI_NULL_INDEX;
 }
 
-static void link_quads_take(link_quads_search* search, const int others[2]) {
+static void link_quads_add(link_quads_search* search, const int others[2]) {
     plii_link_quads* quads = search->quads;
     const int nodes[4] = {search->a, search->b, others[0], others[1]};
     int links[PLII_LINK_PAIRS], pattern = 0;
@@ -189,7 +189,7 @@ static void link_quads_pass(link_quads_search* search, int least) {
             search->tag = plii_link_tag_of(search->body, half.link);
             int others[2];
             if (link_quads_others(search, least, others)) {
-                link_quads_take(search, others);
+                link_quads_add(search, others);
             } else {
                 ++tries;
             }

@@ -22,9 +22,9 @@ typedef struct plii_links_task {
     const float* rest;                  /* by slot; squared on positions, m^2, else m */
     pli_vec4* moved;                    /* positions, or under XPBD the displacements from `start`; w = inverse mass */
     /* XPBD only. */
-    const pli_vec4* start;   /* NULL: links on positions */
-    const pli_vec4* carried; /* the displacements at the start of the substep */
-    float* multipliers;      /* by slot */
+    const pli_vec4* start;               /* NULL: links on positions */
+    const pli_vec4* start_displacements; /* the displacements at the start of the substep */
+    float* multipliers;                  /* by slot */
     bool reads_multipliers, writes_multipliers;
 } plii_links_task;
 

@@ -75,29 +75,31 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
 
 /* The nodes of eight quads. */
 typedef struct links_quads {
-    plii_vec3x8 moved[4], start[4], carried[4];
+    plii_vec3x8 moved[4], start[4], start_displacements[4];
     plii_float8 masses[4]; /* inverse */
 } links_quads;
 
-typedef const uint32_t (*links_places)[PLII_LINK_LANES];
+typedef const uint32_t (*links_indices)[PLII_LINK_LANES];
 
-PLII_SIMD_INLINE plii_vec3x8 links_gather_xyz(const pli_vec4* records, const uint32_t* places) {
-    const plii_records8 a = plii_records8_gather(records, places);
+PLII_SIMD_INLINE plii_vec3x8 links_gather_xyz(const pli_vec4* records, const uint32_t* scaled_indices) {
+    const plii_nodes8 a = plii_nodes8_gather(records, scaled_indices);
     return (plii_vec3x8){a.x, a.y, a.z};
 }
-PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links_task* task, const uint32_t* places,
-                                  int kind) {
-    const plii_records8 a = plii_records8_gather(task->moved, places);
+PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links_task* task,
+                                  const uint32_t* scaled_indices, int kind) {
+    const plii_nodes8 a = plii_nodes8_gather(task->moved, scaled_indices);
     quads->moved[node] = (plii_vec3x8){a.x, a.y, a.z};
     quads->masses[node] = a.w;
-    if (kind != LINKS_POSITIONS) { quads->start[node] = links_gather_xyz(task->start, places); }
-    if (kind == LINKS_DAMPED) { quads->carried[node] = links_gather_xyz(task->carried, places); }
+    if (kind != LINKS_POSITIONS) { quads->start[node] = links_gather_xyz(task->start, scaled_indices); }
+    if (kind == LINKS_DAMPED) {
+        quads->start_displacements[node] = links_gather_xyz(task->start_displacements, scaled_indices);
+    }
 }
 PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const plii_links_task* task,
-                                    const uint32_t* places) {
+                                    const uint32_t* scaled_indices) {
     const plii_vec3x8* moved = &quads->moved[node];
-    const plii_records8 a = {moved->x, moved->y, moved->z, quads->masses[node]};
-    plii_records8_scatter(task->moved, places, a);
+    const plii_nodes8 a = {moved->x, moved->y, moved->z, quads->masses[node]};
+    plii_nodes8_scatter(task->moved, scaled_indices, a);
 }
 
 /* From node a to node b of eight links. */
@@ -117,8 +119,9 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
     const plii_float8 rest = plii_float8_load(row->task->rest + row->slot);
     plii_float8 motion = length_squared;
     if (kind == LINKS_DAMPED) {
-        motion = plii_vec3x8_dot(own.delta, plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->carried[b]),
-                                                            plii_vec3x8_sub(quads->moved[a], quads->carried[a])));
+        motion = plii_vec3x8_dot(own.delta,
+                                 plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->start_displacements[b]),
+                                                 plii_vec3x8_sub(quads->moved[a], quads->start_displacements[a])));
     }
     own.factor = kind == LINKS_POSITIONS
                      ? links_factor_on_positions(length_squared, mass, rest, row->softness->inverse_stiffness)
@@ -159,35 +162,35 @@ PLII_SIMD_INLINE links_row links_first_row(const plii_links_task* task, const pl
 }
 
 /* Of single links only two nodes count. Nodes that no link has are like the first one, which is stored last. */
-PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task* task, links_places places, int pairs,
-                                       int kind) {
-    links_gather(quads, 0, task, places[0], kind);
-    links_gather(quads, 1, task, places[1], kind);
+PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task* task, links_indices scaled_indices,
+                                       int pairs, int kind) {
+    links_gather(quads, 0, task, scaled_indices[0], kind);
+    links_gather(quads, 1, task, scaled_indices[1], kind);
     if (pairs == PLII_LINK_SINGLE) { return; }
-    links_gather(quads, 2, task, places[2], kind);
-    links_gather(quads, 3, task, places[3], kind);
+    links_gather(quads, 2, task, scaled_indices[2], kind);
+    links_gather(quads, 3, task, scaled_indices[3], kind);
 }
-PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_links_task* task, links_places places,
-                                        int pairs) {
+PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_links_task* task,
+                                        links_indices scaled_indices, int pairs) {
     if (pairs != PLII_LINK_SINGLE) {
-        links_scatter(quads, 3, task, places[3]);
-        links_scatter(quads, 2, task, places[2]);
+        links_scatter(quads, 3, task, scaled_indices[3]);
+        links_scatter(quads, 2, task, scaled_indices[2]);
     }
-    links_scatter(quads, 1, task, places[1]);
-    links_scatter(quads, 0, task, places[0]);
+    links_scatter(quads, 1, task, scaled_indices[1]);
+    links_scatter(quads, 0, task, scaled_indices[0]);
 }
 
 /* Groups with links between the same nodes, of one constraint. */
 PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
                                   int kind) {
-    const links_places places = (links_places)&task->colors->places[groups->first_place];
+    const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[groups->first_scaled_index];
     const bool are_single = pairs == PLII_LINK_SINGLE;
     const int node_count = are_single ? 2 : 4;
     links_row rows[LINKS_BATCH];
     links_quads quads[LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
         rows[i] = links_first_row(task, &groups[i]);
-        links_gather_all(&quads[i], task, places + node_count * i, pairs, kind);
+        links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, kind);
         links_round(&quads[i], 0, pairs, &rows[i], kind);
     }
     for (int i = 0; i < count && !are_single; ++i) {
@@ -195,7 +198,7 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
     }
     for (int i = 0; i < count; ++i) {
         if (!are_single) { links_round(&quads[i], 2, pairs, &rows[i], kind); }
-        links_scatter_all(&quads[i], task, places + node_count * i, pairs);
+        links_scatter_all(&quads[i], task, scaled_indices + node_count * i, pairs);
     }
 }
 
@@ -250,9 +253,9 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
 static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     enum { LAST = PLII_LINK_LANES - 1 };
-    uint32_t places[2][PLII_LINK_LANES];
+    uint32_t scaled_indices[2][PLII_LINK_LANES];
     float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f};
-    const plii_link_colors one = {.places = places};
+    const plii_link_colors one = {.scaled_indices = scaled_indices};
     plii_links_task own = *task;
     own.colors = &one;
     own.rest = rest;
@@ -264,8 +267,8 @@ static void links_serial(const plii_links_task* task) {
         const int link = colors->serial_links[i], slot = plii_link_colors_first_serial_slot(colors) + i;
         const plii_link_group group = {.tag = plii_link_tag_of(task->body, link), .pairs = PLII_LINK_SINGLE};
         for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
-            places[0][lane] = plii_simd_place(task->body->links[link].nodes[0]);
-            places[1][lane] = plii_simd_place(task->body->links[link].nodes[1]);
+            scaled_indices[0][lane] = plii_scaled_index(task->body->links[link].nodes[0]);
+            scaled_indices[1][lane] = plii_scaled_index(task->body->links[link].nodes[1]);
         }
         rest[LAST] = task->rest[slot];
         if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }

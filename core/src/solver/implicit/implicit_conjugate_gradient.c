@@ -14,7 +14,7 @@ typedef struct gradient_filter {
     int count;
     plii_dvec3 axes[3]; /* [count] orthonormal */
     int rigid;          /* PLI_NULL_INDEX unless dynamic */
-    plii_dvec3 lever;
+    plii_dvec3 arm;
 } gradient_filter;
 
 static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
@@ -25,24 +25,25 @@ static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
     if (filter->count < 3 && length > 1e-3) { filter->axes[filter->count++] = plii_dvec3_scale(axis, 1.0 / length); }
 }
 
-static bool gradient_is_rigid(const plii_implicit_constraint* hold) {
-    return hold->rows > 0 && !hold->is_pinned && hold->share >= 1.0;
+static bool gradient_is_rigid(const plii_implicit_constraint* constraint) {
+    return constraint->rows > 0 && !constraint->is_pinned && constraint->share >= 1.0;
 }
 
 /* Of the node of hold `begin`. A node between several bodies follows one that does not move, if there is one. */
-static gradient_filter gradient_make_filter(const plii_implicit_constraints* holds, int begin) {
+static gradient_filter gradient_make_filter(const plii_implicit_constraints* constraints, int begin) {
     gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
-    for (; filter.end < holds->count && holds->items[filter.end].node == holds->items[begin].node; ++filter.end) {
-        const plii_implicit_constraint* hold = &holds->items[filter.end];
-        if (!gradient_is_rigid(hold)) { continue; }
-        if (!is_led || !holds->rigids[hold->rigid].is_dynamic) {
-            filter.rigid = holds->rigids[hold->rigid].is_dynamic ? hold->rigid : PLI_NULL_INDEX;
-            filter.lever = hold->lever;
+    for (; filter.end < constraints->count && constraints->items[filter.end].node == constraints->items[begin].node;
+         ++filter.end) {
+        const plii_implicit_constraint* constraint = &constraints->items[filter.end];
+        if (!gradient_is_rigid(constraint)) { continue; }
+        if (!is_led || !constraints->rigids[constraint->rigid].is_dynamic) {
+            filter.rigid = constraints->rigids[constraint->rigid].is_dynamic ? constraint->rigid : PLI_NULL_INDEX;
+            filter.arm = constraint->arm;
             is_led = true;
         }
-        if (hold->rows == 1) { gradient_add_axis(&filter, hold->normal); }
-        for (int k = 0; k < 3 && hold->rows == 3; ++k) {
+        if (constraint->rows == 1) { gradient_add_axis(&filter, constraint->normal); }
+        for (int k = 0; k < 3 && constraint->rows == 3; ++k) {
             gradient_add_axis(&filter, plii_dvec3_make(k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0));
         }
     }
@@ -59,29 +60,32 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
 }
 
 /* Impulse per velocity of holds that give way: anchors of partial influence, and all on pinned nodes. */
-static plii_dvec3 gradient_yield(const plii_implicit_constraint* hold, plii_dvec3 x) {
-    if (hold->rows == 0 || gradient_is_rigid(hold)) { return (plii_dvec3){0}; }
-    if (!hold->is_pinned) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, x), hold->share / (1.0 - hold->share));
+static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
+    if (constraint->rows == 0 || gradient_is_rigid(constraint)) { return (plii_dvec3){0}; }
+    if (!constraint->is_pinned) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
+                                constraint->share / (1.0 - constraint->share));
     }
-    if (hold->rows == 3) { return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, x), hold->share); }
-    const double along = plii_dvec3_dot(hold->normal, x);
-    const plii_dvec3 held = plii_dvec3_scale(hold->normal, along);
-    return plii_implicit_block_mul(&hold->block, held);
+    if (constraint->rows == 3) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->share);
+    }
+    const double along = plii_dvec3_dot(constraint->normal, x);
+    const plii_dvec3 held = plii_dvec3_scale(constraint->normal, along);
+    return plii_implicit_block_mul(&constraint->block, held);
 }
 
 // ------------------------------------------------------------------------------------------- what the holds change
 
 /* The held part of x is that of the rigid bodies' motion. */
-static void gradient_lead(const plii_implicit_constraints* holds, const double* (*motion)(const plii_implicit_rigid*),
-                          plii_dvec3* x) {
-    for (int i = 0; i < holds->count;) {
-        const gradient_filter filter = gradient_make_filter(holds, i);
-        plii_dvec3* of_node = &x[holds->items[i].node];
+static void gradient_lead(const plii_implicit_constraints* constraints,
+                          const double* (*motion)(const plii_implicit_rigid*), plii_dvec3* x) {
+    for (int i = 0; i < constraints->count;) {
+        const gradient_filter filter = gradient_make_filter(constraints, i);
+        plii_dvec3* of_node = &x[constraints->items[i].node];
         if (filter.count > 0) {
             plii_dvec3 lead = {0};
             if (filter.rigid != PLI_NULL_INDEX) {
-                lead = plii_implicit_point_change(motion(&holds->rigids[filter.rigid]), filter.lever);
+                lead = plii_implicit_point_change(motion(&constraints->rigids[filter.rigid]), filter.arm);
             }
             *of_node = plii_dvec3_add(*of_node, gradient_held_part(&filter, plii_dvec3_sub(lead, *of_node)));
         }
@@ -90,15 +94,15 @@ static void gradient_lead(const plii_implicit_constraints* holds, const double* 
 }
 
 /* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
-static void gradient_reduce(const plii_implicit_constraints* holds, double* (*sum)(plii_implicit_rigid*),
+static void gradient_reduce(const plii_implicit_constraints* constraints, double* (*sum)(plii_implicit_rigid*),
                             plii_dvec3* y) {
-    for (int i = 0; i < holds->count;) {
-        const gradient_filter filter = gradient_make_filter(holds, i);
-        plii_dvec3* of_node = &y[holds->items[i].node];
+    for (int i = 0; i < constraints->count;) {
+        const gradient_filter filter = gradient_make_filter(constraints, i);
+        plii_dvec3* of_node = &y[constraints->items[i].node];
         if (filter.count > 0) {
             const plii_dvec3 held = gradient_held_part(&filter, *of_node);
             if (filter.rigid != PLI_NULL_INDEX) {
-                plii_implicit_add_push(sum(&holds->rigids[filter.rigid]), filter.lever, held, 1.0);
+                plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
             }
             *of_node = plii_dvec3_sub(*of_node, held);
         }
@@ -118,67 +122,74 @@ static const double* gradient_direction_of(const plii_implicit_rigid* rigid) {
 
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     for (int i = 0; i < system->node_count; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->residual[i] =
             is_pinned ? (plii_dvec3){0}
                       : plii_dvec3_sub(system->rhs[i], plii_implicit_product(body, system, i, system->solution));
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &holds->rigids[i];
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &constraints->rigids[i];
         plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
         for (int k = 0; k < 6; ++k) {
             rigid->residual[k] = rigid->is_dynamic ? -rigid->residual[k] : 0.0;
         }
     }
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_dvec3 impulse = {0};
-        if (gradient_is_rigid(hold) && hold->rows == 1) {
-            impulse = plii_dvec3_add_scaled(hold->impulse, hold->normal, -plii_dvec3_dot(hold->normal, hold->impulse));
-        } else if (hold->rows > 0 && !gradient_is_rigid(hold)) {
-            const plii_dvec3 x = hold->is_pinned ? (plii_dvec3){0} : system->solution[hold->node];
-            impulse = gradient_yield(hold, plii_dvec3_sub(plii_implicit_constraint_goal(holds, hold), x));
+        if (gradient_is_rigid(constraint) && constraint->rows == 1) {
+            impulse = plii_dvec3_add_scaled(constraint->impulse, constraint->normal,
+                                            -plii_dvec3_dot(constraint->normal, constraint->impulse));
+        } else if (constraint->rows > 0 && !gradient_is_rigid(constraint)) {
+            const plii_dvec3 x = constraint->is_pinned ? (plii_dvec3){0} : system->solution[constraint->node];
+            impulse =
+                gradient_yield(constraint, plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), x));
         }
-        if (!hold->is_pinned) { system->residual[hold->node] = plii_dvec3_add(system->residual[hold->node], impulse); }
-        plii_implicit_add_push(holds->rigids[hold->rigid].residual, hold->lever, impulse, -1.0);
+        if (!constraint->is_pinned) {
+            system->residual[constraint->node] = plii_dvec3_add(system->residual[constraint->node], impulse);
+        }
+        plii_implicit_add_push(constraints->rigids[constraint->rigid].residual, constraint->arm, impulse, -1.0);
     }
-    gradient_reduce(holds, gradient_residual_of, system->residual);
+    gradient_reduce(constraints, gradient_residual_of, system->residual);
 }
 
 /* spare = W direction, of rigid bodies too; gives direction . W direction. */
 static double gradient_multiply(const pli_body* body, plii_implicit_system* system) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     for (int i = 0; i < system->node_count; ++i) {
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->spare[i] = is_pinned ? (plii_dvec3){0} : plii_implicit_product(body, system, i, system->direction);
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        if (holds->rigids[i].is_dynamic) {
-            plii_implicit_rigid_mul(&holds->rigids[i], holds->rigids[i].direction, holds->rigids[i].product);
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        if (constraints->rigids[i].is_dynamic) {
+            plii_implicit_rigid_mul(&constraints->rigids[i], constraints->rigids[i].direction,
+                                    constraints->rigids[i].product);
         }
     }
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
-        plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
-        if (hold->rows == 0 || gradient_is_rigid(hold)) { continue; }
-        plii_dvec3 relative = hold->is_pinned ? (plii_dvec3){0} : system->direction[hold->node];
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        if (constraint->rows == 0 || gradient_is_rigid(constraint)) { continue; }
+        plii_dvec3 relative = constraint->is_pinned ? (plii_dvec3){0} : system->direction[constraint->node];
         if (rigid->is_dynamic) {
-            relative = plii_dvec3_sub(relative, plii_implicit_point_change(rigid->direction, hold->lever));
+            relative = plii_dvec3_sub(relative, plii_implicit_point_change(rigid->direction, constraint->arm));
         }
-        const plii_dvec3 impulse = gradient_yield(hold, relative);
-        if (!hold->is_pinned) { system->spare[hold->node] = plii_dvec3_add(system->spare[hold->node], impulse); }
-        if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, hold->lever, impulse, -1.0); }
+        const plii_dvec3 impulse = gradient_yield(constraint, relative);
+        if (!constraint->is_pinned) {
+            system->spare[constraint->node] = plii_dvec3_add(system->spare[constraint->node], impulse);
+        }
+        if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, constraint->arm, impulse, -1.0); }
     }
-    gradient_reduce(holds, gradient_product_of, system->spare);
+    gradient_reduce(constraints, gradient_product_of, system->spare);
     double sum = 0.0;
     for (int i = 0; i < system->node_count; ++i) {
         sum += plii_dvec3_dot(system->direction[i], system->spare[i]);
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        for (int k = 0; k < 6 && holds->rigids[i].is_dynamic; ++k) {
-            sum += holds->rigids[i].direction[k] * holds->rigids[i].product[k];
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        for (int k = 0; k < 6 && constraints->rigids[i].is_dynamic; ++k) {
+            sum += constraints->rigids[i].direction[k] * constraints->rigids[i].product[k];
         }
     }
     return sum;
@@ -212,62 +223,64 @@ static plii_dvec3 gradient_free_solve(const plii_implicit_block* block, const gr
 
 /* Diagonal blocks of the rigid bodies: their own mass and that of what they lead. */
 static void gradient_factorise_rigids(plii_implicit_system* system) {
-    plii_implicit_constraints* holds = system->holds;
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        if (holds->rigids[i].is_dynamic) { plii_implicit_rigid_matrix(&holds->rigids[i], holds->rigids[i].factor); }
+    plii_implicit_constraints* constraints = system->constraints;
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        if (constraints->rigids[i].is_dynamic) {
+            plii_implicit_rigid_matrix(&constraints->rigids[i], constraints->rigids[i].factor);
+        }
     }
-    for (int i = 0; i < holds->count;) {
-        const gradient_filter filter = gradient_make_filter(holds, i);
+    for (int i = 0; i < constraints->count;) {
+        const gradient_filter filter = gradient_make_filter(constraints, i);
         for (int k = 0; k < 6 && filter.count > 0 && filter.rigid != PLI_NULL_INDEX; ++k) {
             double unit[6] = {0}, column[6] = {0};
             unit[k] = 1.0;
-            const plii_dvec3 held = gradient_held_part(&filter, plii_implicit_point_change(unit, filter.lever));
-            const plii_dvec3 impulse = plii_implicit_block_mul(&holds->items[i].block, held);
-            plii_implicit_add_push(column, filter.lever, gradient_held_part(&filter, impulse), 1.0);
+            const plii_dvec3 held = gradient_held_part(&filter, plii_implicit_point_change(unit, filter.arm));
+            const plii_dvec3 impulse = plii_implicit_block_mul(&constraints->items[i].block, held);
+            plii_implicit_add_push(column, filter.arm, gradient_held_part(&filter, impulse), 1.0);
             for (int m = 0; m < 6; ++m) {
-                holds->rigids[filter.rigid].factor[m][k] += column[m];
+                constraints->rigids[filter.rigid].factor[m][k] += column[m];
             }
         }
         i = filter.end;
     }
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
-        plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {
             double unit[6] = {0}, column[6] = {0};
             unit[k] = 1.0;
-            const plii_dvec3 impulse = gradient_yield(hold, plii_implicit_point_change(unit, hold->lever));
-            plii_implicit_add_push(column, hold->lever, impulse, 1.0);
+            const plii_dvec3 impulse = gradient_yield(constraint, plii_implicit_point_change(unit, constraint->arm));
+            plii_implicit_add_push(column, constraint->arm, impulse, 1.0);
             for (int m = 0; m < 6; ++m) {
                 rigid->factor[m][k] += column[m];
             }
         }
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &holds->rigids[i];
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &constraints->rigids[i];
         rigid->is_solved = rigid->is_dynamic && plii_implicit_factorise6(rigid->factor);
     }
 }
 
 /* direction = preconditioned residual + beta direction; or with `beta` NULL only the product of both residuals. */
 static double gradient_precondition(plii_implicit_system* system, const double* beta) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     double sum = 0.0;
-    gradient_filter filter = holds->count > 0 ? gradient_make_filter(holds, 0) : (gradient_filter){0};
+    gradient_filter filter = constraints->count > 0 ? gradient_make_filter(constraints, 0) : (gradient_filter){0};
     for (int i = 0; i < system->node_count; ++i) {
-        const bool is_held = filter.begin < holds->count && holds->items[filter.begin].node == i;
-        const plii_dvec3 z = is_held && !holds->items[filter.begin].is_pinned
+        const bool is_held = filter.begin < constraints->count && constraints->items[filter.begin].node == i;
+        const plii_dvec3 z = is_held && !constraints->items[filter.begin].is_pinned
                                  ? gradient_free_solve(&system->blocks[i], &filter, system->residual[i])
                                  : plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
         if (is_held) {
-            filter = filter.end < holds->count ? gradient_make_filter(holds, filter.end)
-                                               : (gradient_filter){.begin = holds->count};
+            filter = filter.end < constraints->count ? gradient_make_filter(constraints, filter.end)
+                                                     : (gradient_filter){.begin = constraints->count};
         }
         sum += plii_dvec3_dot(z, system->residual[i]);
         if (beta != NULL) { system->direction[i] = plii_dvec3_add_scaled(z, system->direction[i], *beta); }
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &holds->rigids[i];
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &constraints->rigids[i];
         if (!rigid->is_solved) { continue; }
         double z[6];
         for (int k = 0; k < 6; ++k) {
@@ -279,7 +292,7 @@ static double gradient_precondition(plii_implicit_system* system, const double* 
             if (beta != NULL) { rigid->direction[k] = z[k] + *beta * rigid->direction[k]; }
         }
     }
-    if (beta != NULL) { gradient_lead(holds, gradient_direction_of, system->direction); }
+    if (beta != NULL) { gradient_lead(constraints, gradient_direction_of, system->direction); }
     return sum;
 }
 
@@ -290,8 +303,8 @@ static void gradient_advance(plii_implicit_system* system, double alpha) {
         system->solution[i] = plii_dvec3_add_scaled(system->solution[i], system->direction[i], alpha);
         system->residual[i] = plii_dvec3_add_scaled(system->residual[i], system->spare[i], -alpha);
     }
-    for (int i = 0; i < system->holds->rigid_count; ++i) {
-        plii_implicit_rigid* rigid = &system->holds->rigids[i];
+    for (int i = 0; i < system->constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
         for (int k = 0; k < 6 && rigid->is_solved; ++k) {
             rigid->change[k] += alpha * rigid->direction[k];
             rigid->residual[k] -= alpha * rigid->product[k];
@@ -328,33 +341,34 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
 /* Whether a contact presses, sticks or slides after a solution with what it did before. `free` is where the node would
    go without it. Sliding that turned round during the step has come to rest: if the node decided that by itself, nodes
    of a stiff sheet would go to and fro together. */
-static void gradient_judge_contact(const plii_implicit_constraints* holds, plii_implicit_constraint* hold, plii_dvec3 x,
-                                   plii_dvec3 free) {
-    const plii_dvec3 n = hold->normal, relative = plii_dvec3_sub(x, plii_implicit_constraint_goal(holds, hold));
-    const plii_dvec3 impulse = plii_implicit_block_mul(&hold->block, plii_dvec3_sub(x, free));
-    const double pressing = plii_dvec3_dot(n, impulse), limit = hold->friction * pressing;
+static void gradient_judge_contact(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
+                                   plii_dvec3 x, plii_dvec3 free) {
+    const plii_dvec3 n = constraint->normal,
+                     relative = plii_dvec3_sub(x, plii_implicit_constraint_goal(constraints, constraint));
+    const plii_dvec3 impulse = plii_implicit_block_mul(&constraint->block, plii_dvec3_sub(x, free));
+    const double pressing = plii_dvec3_dot(n, impulse), limit = constraint->friction * pressing;
     const plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
-    if (hold->rows == 0) {
-        hold->rows = !(plii_dvec3_dot(n, relative) < 0.0) ? 0 : hold->friction > 0.0 ? 3 : 1;
-        hold->impulse = (plii_dvec3){0};
+    if (constraint->rows == 0) {
+        constraint->rows = !(plii_dvec3_dot(n, relative) < 0.0) ? 0 : constraint->friction > 0.0 ? 3 : 1;
+        constraint->impulse = (plii_dvec3){0};
     } else if (!(pressing > 0.0)) {
-        hold->rows = 0;
-        hold->impulse = (plii_dvec3){0};
-    } else if (hold->rows == 3) {
+        constraint->rows = 0;
+        constraint->impulse = (plii_dvec3){0};
+    } else if (constraint->rows == 3) {
         const double length = plii_dvec3_length(across);
-        hold->rows = length <= limit ? 3 : 1;
-        hold->impulse = impulse;
-        if (hold->rows == 1) { hold->impulse = plii_dvec3_scale(across, limit / length); }
-        if (hold->rows == 1) { hold->impulse = plii_dvec3_add_scaled(hold->impulse, n, pressing); }
+        constraint->rows = length <= limit ? 3 : 1;
+        constraint->impulse = impulse;
+        if (constraint->rows == 1) { constraint->impulse = plii_dvec3_scale(across, limit / length); }
+        if (constraint->rows == 1) { constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, n, pressing); }
     } else {
         const plii_dvec3 sliding = plii_dvec3_add_scaled(relative, n, -plii_dvec3_dot(n, relative));
         const double length = plii_dvec3_length(sliding);
-        const bool has_stopped = !(plii_dvec3_dot(sliding, hold->impulse) < 0.0);
-        hold->impulse = plii_dvec3_scale(n, pressing);
-        if (hold->friction > 0.0 && has_stopped) {
-            hold->rows = 3;
+        const bool has_stopped = !(plii_dvec3_dot(sliding, constraint->impulse) < 0.0);
+        constraint->impulse = plii_dvec3_scale(n, pressing);
+        if (constraint->friction > 0.0 && has_stopped) {
+            constraint->rows = 3;
         } else if (length > 0.0) {
-            hold->impulse = plii_dvec3_add_scaled(hold->impulse, sliding, -limit / length);
+            constraint->impulse = plii_dvec3_add_scaled(constraint->impulse, sliding, -limit / length);
         }
     }
 }
@@ -362,52 +376,53 @@ static void gradient_judge_contact(const plii_implicit_constraints* holds, plii_
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
    so is friction. */
 static bool gradient_judge(plii_implicit_system* system) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
-    for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_constraint* hold = &holds->items[i];
-        if (!hold->is_pinned) { system->spare[hold->node] = plii_implicit_swept(system, hold->node); }
-        hold->rows_before = hold->rows;
-        hold->impulse_before = hold->impulse;
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        if (!constraint->is_pinned) { system->spare[constraint->node] = plii_implicit_swept(system, constraint->node); }
+        constraint->rows_before = constraint->rows;
+        constraint->impulse_before = constraint->impulse;
     }
-    for (int begin = 0, end = 0; begin < holds->count; begin = end) {
-        plii_implicit_constraint* hold = &holds->items[begin];
-        end = gradient_make_filter(holds, begin).end;
-        if (end - begin > 1 || hold->is_anchor || hold->is_pinned) {
-            plii_implicit_project_node(holds, begin, end, system->spare);
-            system->solution[hold->node] = system->spare[hold->node];
+    for (int begin = 0, end = 0; begin < constraints->count; begin = end) {
+        plii_implicit_constraint* constraint = &constraints->items[begin];
+        end = gradient_make_filter(constraints, begin).end;
+        if (end - begin > 1 || constraint->is_anchor || constraint->is_pinned) {
+            plii_implicit_project_node(constraints, begin, end, system->spare);
+            system->solution[constraint->node] = system->spare[constraint->node];
         } else {
-            plii_dvec3* x = &system->solution[hold->node];
-            gradient_judge_contact(holds, hold, *x, system->spare[hold->node]);
-            const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(holds, hold), *x);
-            const plii_dvec3 held =
-                hold->rows == 3 ? off : plii_dvec3_scale(hold->normal, plii_dvec3_dot(hold->normal, off));
-            if (hold->rows > 0) { *x = plii_dvec3_add(*x, held); }
+            plii_dvec3* x = &system->solution[constraint->node];
+            gradient_judge_contact(constraints, constraint, *x, system->spare[constraint->node]);
+            const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
+            const plii_dvec3 held = constraint->rows == 3
+                                        ? off
+                                        : plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, off));
+            if (constraint->rows > 0) { *x = plii_dvec3_add(*x, held); }
         }
     }
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
-        is_same = is_same && hold->rows == hold->rows_before;
-        const plii_dvec3 more = plii_dvec3_sub(hold->impulse, hold->impulse_before);
-        change += hold->rows == 1 ? plii_dvec3_dot(more, more) : 0.0;
-        scale += plii_dvec3_dot(hold->impulse, hold->impulse);
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        is_same = is_same && constraint->rows == constraint->rows_before;
+        const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
+        change += constraint->rows == 1 ? plii_dvec3_dot(more, more) : 0.0;
+        scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;
 }
 
 int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
                                      double tolerance, bool is_warm, double* residual) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     double first = 0.0, last = 0.0;
     for (int i = 0; i < system->node_count; ++i) {
         if (!is_warm) { system->solution[i] = (plii_dvec3){0}; }
         system->direction[i] = (plii_dvec3){0};
         first += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
+    for (int i = 0; i < constraints->rigid_count; ++i) {
         for (int k = 0; k < 6; ++k) {
-            holds->rigids[i].direction[k] = 0.0;
+            constraints->rigids[i].direction[k] = 0.0;
         }
     }
     int done = 0;

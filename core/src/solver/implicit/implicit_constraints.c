@@ -14,33 +14,36 @@
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
 
-static int holds_find_rigid(const plii_implicit_constraints* holds, const pli_rigid* rigid) {
-    for (int i = holds->rigid_count - 1; i >= 0; --i) {
-        if (holds->rigids[i].rigid == rigid) { return i; }
+static int implicit_constraints_find_rigid(const plii_implicit_constraints* constraints, const pli_rigid* rigid) {
+    for (int i = constraints->rigid_count - 1; i >= 0; --i) {
+        if (constraints->rigids[i].rigid == rigid) { return i; }
     }
     return PLI_NULL_INDEX;
 }
 
-bool plii_implicit_constraints_meet(pli_body* body, plii_implicit_constraints* holds, pli_rigid* rigid) {
-    if (holds_find_rigid(holds, rigid) != PLI_NULL_INDEX) { return true; }
-    if (!PLII_RESERVE(body->context, &holds->rigids, &holds->rigid_capacity, holds->rigid_count + 1)) { return false; }
-    plii_implicit_rigid* met = &holds->rigids[holds->rigid_count++];
-    *met = (plii_implicit_rigid){.rigid = rigid, .pose = rigid->state.pose, .pose_version = rigid->pose_version};
+bool plii_implicit_constraints_find_contacts(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid) {
+    if (implicit_constraints_find_rigid(constraints, rigid) != PLI_NULL_INDEX) { return true; }
+    if (!PLII_RESERVE(body->context, &constraints->rigids, &constraints->rigid_capacity,
+                      constraints->rigid_count + 1)) {
+        return false;
+    }
+    plii_implicit_rigid* touched = &constraints->rigids[constraints->rigid_count++];
+    *touched = (plii_implicit_rigid){.rigid = rigid, .pose = rigid->state.pose, .pose_version = rigid->pose_version};
     return true;
 }
 
-void plii_implicit_constraints_forget(plii_implicit_constraints* holds, const pli_rigid* rigid) {
-    const int index = holds_find_rigid(holds, rigid);
+void plii_implicit_constraints_clear(plii_implicit_constraints* constraints, const pli_rigid* rigid) {
+    const int index = implicit_constraints_find_rigid(constraints, rigid);
     if (index == PLI_NULL_INDEX) { return; }
-    for (int i = index; i + 1 < holds->rigid_count; ++i) {
-        holds->rigids[i] = holds->rigids[i + 1];
+    for (int i = index; i + 1 < constraints->rigid_count; ++i) {
+        constraints->rigids[i] = constraints->rigids[i + 1];
     }
-    holds->rigid_count -= 1;
-    holds->count = 0;
+    constraints->rigid_count -= 1;
+    constraints->count = 0;
 }
 
 /* Inverse of a symmetric 3x3 matrix that may have zero rows where axes are locked. */
-static void holds_invert_inertia(double a[3][3], double inertia[6]) {
+static void implicit_invert_inertia(double a[3][3], double inertia[6]) {
     const double trace = a[0][0] + a[1][1] + a[2][2], least = trace > 0.0 ? 1e-12 * trace : 1.0 / IMPLICIT_IMMOVABLE;
     const double xx = a[0][0] + least, yy = a[1][1] + least, zz = a[2][2] + least;
     const double xy = 0.5 * (a[0][1] + a[1][0]), xz = 0.5 * (a[0][2] + a[2][0]), yz = 0.5 * (a[1][2] + a[2][1]);
@@ -54,22 +57,22 @@ static void holds_invert_inertia(double a[3][3], double inertia[6]) {
     inertia[5] = (xx * yy - xy * xy) * inverse;
 }
 
-static double holds_axis_mass(float inverse_mass, float factor) {
+static double implicit_axis_mass(float inverse_mass, float factor) {
     const double inverse = (double)inverse_mass * (double)factor;
     return inverse > 0.0 ? 1.0 / inverse : IMPLICIT_IMMOVABLE;
 }
 
-static void holds_prepare_rigid(plii_implicit_rigid* met) {
-    const pli_rigid* rigid = met->rigid;
-    met->moves_by_host = rigid->pose_version != met->pose_version;
-    met->is_dynamic = rigid->state.inverse_mass > 0.0f;
+static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched) {
+    const pli_rigid* rigid = touched->rigid;
+    touched->moves_by_host = rigid->pose_version != touched->pose_version;
+    touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
     for (int i = 0; i < 6; ++i) {
-        met->change[i] = 0.0;
+        touched->change[i] = 0.0;
     }
-    if (!met->is_dynamic) { return; }
-    met->mass[0] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
-    met->mass[1] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
-    met->mass[2] = holds_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.z);
+    if (!touched->is_dynamic) { return; }
+    touched->mass[0] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
+    touched->mass[1] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
+    touched->mass[2] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.z);
     const double factor[3] = {sqrt(fabs((double)rigid->angular_factor.x)), sqrt(fabs((double)rigid->angular_factor.y)),
                               sqrt(fabs((double)rigid->angular_factor.z))};
     double inverse_inertia[3][3];
@@ -79,65 +82,67 @@ static void holds_prepare_rigid(plii_implicit_rigid* met) {
         inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
         inverse_inertia[i][2] = (double)row.z * factor[i] * factor[2];
     }
-    holds_invert_inertia(inverse_inertia, met->inertia);
+    implicit_invert_inertia(inverse_inertia, touched->inertia);
 }
 
-void plii_implicit_constraints_push_rigids(plii_implicit_constraints* holds) {
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        const plii_implicit_rigid* met = &holds->rigids[i];
-        const double* q = met->change;
+void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        const plii_implicit_rigid* touched = &constraints->rigids[i];
+        const double* q = touched->change;
         const pli_vec3 linear = pli_vec3_make((float)q[0], (float)q[1], (float)q[2]);
         const pli_vec3 angular = pli_vec3_make((float)q[3], (float)q[4], (float)q[5]);
-        if (!met->is_dynamic || !plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) { continue; }
-        pli_rigid_state* state = &met->rigid->state;
+        if (!touched->is_dynamic || !plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) { continue; }
+        pli_rigid_state* state = &touched->rigid->state;
         state->linear_velocity = pli_vec3_add(state->linear_velocity, linear);
         state->angular_velocity = pli_vec3_add(state->angular_velocity, angular);
-        if (met->moves_by_host) { met->rigid->needs_reintegration = true; }
+        if (touched->moves_by_host) { touched->rigid->needs_reintegration = true; }
     }
 }
 
-void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* holds,
-                                        plii_implicit_constraint* hold) {
-    plii_implicit_rigid* met = &holds->rigids[hold->rigid];
-    pli_rigid* rigid = met->rigid;
+void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
+                                        plii_implicit_constraint* constraint) {
+    plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
+    pli_rigid* rigid = touched->rigid;
     const double h = (double)body->step.dt;
-    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[hold->node]));
-    plii_dvec3 off = plii_dvec3_sub(hold->place, x);
-    if (met->is_dynamic) { off = plii_dvec3_add_scaled(off, plii_implicit_point_change(met->change, hold->lever), h); }
+    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[constraint->node]));
+    plii_dvec3 off = plii_dvec3_sub(constraint->goal_position, x);
+    if (touched->is_dynamic) {
+        off = plii_dvec3_add_scaled(off, plii_implicit_point_change(touched->change, constraint->arm), h);
+    }
     double distance = plii_dvec3_length(off);
     plii_dvec3 direction = plii_dvec3_scale(off, distance > 0.0 ? 1.0 / distance : 0.0);
-    if (!hold->is_anchor) {
-        direction = hold->normal;
+    if (!constraint->is_anchor) {
+        direction = constraint->normal;
         distance = plii_dvec3_dot(off, direction);
     }
     if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
-    const pli_vec3 unit = plii_dvec3_to_float(direction), lever = plii_dvec3_to_float(hold->lever);
-    const double node_weight = (double)body->positions[hold->node].w;
+    const pli_vec3 unit = plii_dvec3_to_float(direction), arm = plii_dvec3_to_float(constraint->arm);
+    const double node_weight = (double)body->positions[constraint->node].w;
     double rigid_weight = 0.0;
-    if (met->is_dynamic) {
-        const pli_vec3 arm = pli_vec3_cross(lever, unit);
-        const pli_vec3 turn = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, arm);
-        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(arm, turn);
+    if (touched->is_dynamic) {
+        const pli_vec3 moment = pli_vec3_cross(arm, unit);
+        const pli_vec3 turn = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
+        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, turn);
     }
-    const double push = hold->share * distance / (node_weight + rigid_weight); /* kg m */
-    plii_set_xyz(&body->positions[hold->node],
+    const double push = constraint->share * distance / (node_weight + rigid_weight); /* kg m */
+    plii_set_xyz(&body->positions[constraint->node],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
-    if (!met->is_dynamic) { return; }
+    if (!touched->is_dynamic) { return; }
     const pli_vec3 linear = rigid->state.linear_velocity, angular = rigid->state.angular_velocity;
-    plii_rigid_apply_impulse(rigid, pli_vec3_scale(unit, (float)(-push / h)), lever);
+    plii_rigid_apply_impulse(rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
     const pli_vec3 changes[2] = {pli_vec3_sub(rigid->state.linear_velocity, linear),
                                  pli_vec3_sub(rigid->state.angular_velocity, angular)};
     for (int i = 0; i < 2; ++i) {
-        met->change[3 * i] += (double)changes[i].x;
-        met->change[3 * i + 1] += (double)changes[i].y;
-        met->change[3 * i + 2] += (double)changes[i].z;
+        touched->change[3 * i] += (double)changes[i].x;
+        touched->change[3 * i + 1] += (double)changes[i].y;
+        touched->change[3 * i + 2] += (double)changes[i].z;
     }
 }
 
 // --------------------------------------------------------------------------------------------------- conditions
 
 /* Merges neighbouring sorted runs until there is one; holds of a node keep their order. `to` is as long as `from`. */
-static void holds_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
+static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
             const int middle = begin + width < count ? begin + width : count;
@@ -153,73 +158,78 @@ static void holds_sort(plii_node_constraint* from, plii_node_constraint* to, int
     }
 }
 
-static bool holds_is_sorted(const plii_node_constraint* holds, int count) {
+static bool implicit_constraints_are_sorted(const plii_node_constraint* constraints, int count) {
     for (int i = 1; i < count; ++i) {
-        if (holds[i].node < holds[i - 1].node) { return false; }
+        if (constraints[i].node < constraints[i - 1].node) { return false; }
     }
     return true;
 }
 
 /* Lists the holds of all features, twice if they are more than there is room for. */
-static int holds_list(pli_body* body, plii_implicit_constraints* holds, bool with_contacts) {
+static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts) {
     int count = 0, wanted = 0;
     for (int attempt = 0; attempt < 2; ++attempt) {
         count = wanted = 0;
-        const int room = holds->listed_capacity / 2; /* the other half is for sorting */
+        const int room = constraints->listed_capacity / 2; /* the other half is for sorting */
         for (int i = 0; i < body->pipeline.feature_count; ++i) {
             const plii_feature* feature = &body->pipeline.features[i];
             if (feature->klass->list_constraints == NULL) { continue; }
-            plii_node_constraint* free = holds->listed != NULL ? holds->listed + count : NULL;
+            plii_node_constraint* free = constraints->listed != NULL ? constraints->listed + count : NULL;
             const int found = feature->klass->list_constraints(body, feature->state, room - count, free);
             wanted += found;
             count = count + found < room ? count + found : room;
         }
-        if (wanted <= room || !PLII_RESERVE(body->context, &holds->listed, &holds->listed_capacity, 2 * wanted)) {
+        if (wanted <= room ||
+            !PLII_RESERVE(body->context, &constraints->listed, &constraints->listed_capacity, 2 * wanted)) {
             break;
         }
     }
     int kept = 0;
     for (int i = 0; i < count; ++i) {
-        if (with_contacts || holds->listed[i].is_anchor) { holds->listed[kept++] = holds->listed[i]; }
+        if (with_contacts || constraints->listed[i].is_anchor) { constraints->listed[kept++] = constraints->listed[i]; }
     }
-    if (!holds_is_sorted(holds->listed, kept)) { holds_sort(holds->listed, holds->listed + kept, kept); }
-    return PLII_RESERVE(body->context, &holds->items, &holds->capacity, kept) ? kept : holds->capacity;
+    if (!implicit_constraints_are_sorted(constraints->listed, kept)) {
+        implicit_constraints_sort(constraints->listed, constraints->listed + kept, kept);
+    }
+    return PLII_RESERVE(body->context, &constraints->items, &constraints->capacity, kept) ? kept
+                                                                                          : constraints->capacity;
 }
 
-static plii_implicit_block holds_pinned_block(const pli_rigid* rigid) {
+static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
     const double inverse = (double)rigid->state.inverse_mass / IMPLICIT_PINNED_RATIO;
     return (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}};
 }
 
 /* Velocity with which a point that moves with the rigid body leaves its place at the start of the step, as far as it is
    known yet. */
-static plii_dvec3 holds_point_velocity(const plii_implicit_rigid* met, pli_vec3 local, float dt) {
-    const pli_rigid_state* state = &met->rigid->state;
+static plii_dvec3 implicit_point_velocity(const plii_implicit_rigid* touched, pli_vec3 local, float dt) {
+    const pli_rigid_state* state = &touched->rigid->state;
     pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
-    if (met->moves_by_host) {
-        linear = pli_vec3_sub(linear, met->rigid->given_linear_velocity);
-        angular = pli_vec3_sub(angular, met->rigid->given_angular_velocity);
+    if (touched->moves_by_host) {
+        linear = pli_vec3_sub(linear, touched->rigid->given_linear_velocity);
+        angular = pli_vec3_sub(angular, touched->rigid->given_angular_velocity);
     }
     const pli_transform end = plii_rigid_advance(state->pose, linear, angular, dt);
     const plii_dvec3 turned = plii_dvec3_sub(plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local)),
-                                             plii_dvec3_from(pli_mat3_mul_vec3(met->pose.rotation, local)));
-    plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(state->pose.origin), plii_dvec3_from(met->pose.origin));
+                                             plii_dvec3_from(pli_mat3_mul_vec3(touched->pose.rotation, local)));
+    plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(state->pose.origin), plii_dvec3_from(touched->pose.origin));
     moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(linear), (double)dt);
     return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)dt);
 }
 
-static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met, const plii_node_constraint* from,
-                            plii_dvec3 start, plii_implicit_constraint* item) {
+static void implicit_constraints_make_item(const pli_body* body, const plii_implicit_rigid* touched,
+                                           const plii_node_constraint* from, plii_dvec3 start,
+                                           plii_implicit_constraint* item) {
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
     pli_vec3 local = from->pivot;
     item->is_anchor = from->is_anchor;
     item->share = (double)from->influence;
     if (from->is_anchor) {
-        const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(met->pose, local));
+        const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(touched->pose, local));
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
         item->target = item->recovery;
     } else {
-        local = pli_transform_inverse_point(met->pose, plii_xyz(body->positions[from->node]));
+        local = pli_transform_inverse_point(touched->pose, plii_xyz(body->positions[from->node]));
         item->normal = plii_dvec3_from(from->normal);
         item->friction = (double)from->friction;
         const double gap = plii_dvec3_dot(item->normal, start) + (double)from->offset;
@@ -228,58 +238,60 @@ static void holds_make_item(const pli_body* body, const plii_implicit_rigid* met
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }
-    item->target = plii_dvec3_add(item->target, holds_point_velocity(met, local, body->step.dt));
-    item->place = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
-    item->lever = plii_dvec3_from(pli_mat3_mul_vec3(met->rigid->state.pose.rotation, local));
+    item->target = plii_dvec3_add(item->target, implicit_point_velocity(touched, local, body->step.dt));
+    item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
+    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(touched->rigid->state.pose.rotation, local));
 }
 
-void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* holds, bool with_contacts,
+void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
-    const int listed = holds_list(body, holds, with_contacts);
-    holds->count = 0;
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        holds_prepare_rigid(&holds->rigids[i]);
+    const int listed = implicit_constraints_list(body, constraints, with_contacts);
+    constraints->count = 0;
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        implicit_constraints_prepare_rigid(&constraints->rigids[i]);
     }
     for (int i = 0; i < listed; ++i) {
-        const plii_node_constraint* from = &holds->listed[i];
-        int rigid = holds_find_rigid(holds, from->rigid);
+        const plii_node_constraint* from = &constraints->listed[i];
+        int rigid = implicit_constraints_find_rigid(constraints, from->rigid);
         if (rigid == PLI_NULL_INDEX) {
-            if (!plii_implicit_constraints_meet(body, holds, from->rigid)) { continue; }
-            rigid = holds->rigid_count - 1;
-            holds_prepare_rigid(&holds->rigids[rigid]);
+            if (!plii_implicit_constraints_find_contacts(body, constraints, from->rigid)) { continue; }
+            rigid = constraints->rigid_count - 1;
+            implicit_constraints_prepare_rigid(&constraints->rigids[rigid]);
         }
-        const plii_implicit_rigid* met = &holds->rigids[rigid];
+        const plii_implicit_rigid* touched = &constraints->rigids[rigid];
         const bool is_pinned = !(body->positions[from->node].w > 0.0f);
-        if ((is_pinned && !met->is_dynamic) || !(from->influence > 0.0f)) { continue; }
-        plii_implicit_constraint* item = &holds->items[holds->count++];
+        if ((is_pinned && !touched->is_dynamic) || !(from->influence > 0.0f)) { continue; }
+        plii_implicit_constraint* item = &constraints->items[constraints->count++];
         *item = (plii_implicit_constraint){.node = from->node, .rigid = rigid, .is_pinned = is_pinned};
         const pli_vec4 start = base != NULL ? body->previous[from->node] : body->positions[from->node];
-        holds_make_item(body, met, from, plii_dvec3_from(plii_xyz(start)), item);
+        implicit_constraints_make_item(body, touched, from, plii_dvec3_from(plii_xyz(start)), item);
         plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[from->node]));
         if (base != NULL) { velocity = plii_dvec3_sub(velocity, base[from->node]); }
         item->target = plii_dvec3_sub(item->target, velocity);
-        item->block = is_pinned ? holds_pinned_block(met->rigid) : blocks[from->node];
-        plii_rigid_touch(met->rigid);
+        item->block = is_pinned ? implicit_pinned_block(touched->rigid) : blocks[from->node];
+        plii_rigid_touch(touched->rigid);
     }
 }
 
-bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* holds) {
-    for (int i = 0; i < holds->count; ++i) {
-        if (!holds->items[i].is_anchor) { return true; }
+bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        if (!constraints->items[i].is_anchor) { return true; }
     }
     return false;
 }
 
 // ------------------------------------------------------------------------------------------------------- memory
 
-void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* holds) {
-    plii_release(body->context, holds->items, (size_t)holds->capacity * sizeof *holds->items);
-    plii_release(body->context, holds->listed, (size_t)holds->listed_capacity * sizeof *holds->listed);
-    plii_release(body->context, holds->rigids, (size_t)holds->rigid_capacity * sizeof *holds->rigids);
-    *holds = (plii_implicit_constraints){0};
+void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* constraints) {
+    plii_release(body->context, constraints->items, (size_t)constraints->capacity * sizeof *constraints->items);
+    plii_release(body->context, constraints->listed,
+                 (size_t)constraints->listed_capacity * sizeof *constraints->listed);
+    plii_release(body->context, constraints->rigids, (size_t)constraints->rigid_capacity * sizeof *constraints->rigids);
+    *constraints = (plii_implicit_constraints){0};
 }
 
-size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* holds) {
-    return (size_t)holds->capacity * sizeof *holds->items + (size_t)holds->listed_capacity * sizeof *holds->listed +
-           (size_t)holds->rigid_capacity * sizeof *holds->rigids;
+size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* constraints) {
+    return (size_t)constraints->capacity * sizeof *constraints->items +
+           (size_t)constraints->listed_capacity * sizeof *constraints->listed +
+           (size_t)constraints->rigid_capacity * sizeof *constraints->rigids;
 }

@@ -27,12 +27,13 @@ typedef struct plii_implicit_constraint {
     bool is_anchor, is_pinned;
     double share, friction;
     plii_dvec3 normal;
-    plii_dvec3 lever;  /* from the centre of mass of the rigid body */
+    plii_dvec3 arm;    /* from the centre of mass of the rigid body */
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
     plii_dvec3 recovery; /* m/s: part of the target that takes back an error and is not to stay as speed */
-    plii_dvec3 place;    /* m: where it wants the node at the end of the step, but for the change of the rigid body */
-    plii_dvec3 impulse;  /* N s on the node */
-    int rows;            /* directions held: 0, 1 (normal) or 3 */
+    plii_dvec3
+        goal_position;  /* m: where it wants the node at the end of the step, but for the change of the rigid body */
+    plii_dvec3 impulse; /* N s on the node */
+    int rows;           /* directions held: 0, 1 (normal) or 3 */
     plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
     int rows_before;
     plii_implicit_block block;
@@ -50,42 +51,42 @@ typedef struct plii_implicit_constraints {
 // ------------------------------------------------------------------------------------------- implicit_constraints.c
 
 /* Remembers where a rigid body is before its host may move it. False: no memory. */
-bool plii_implicit_constraints_meet(pli_body* body, plii_implicit_constraints* holds, pli_rigid* rigid);
-void plii_implicit_constraints_forget(plii_implicit_constraints* holds, const pli_rigid* rigid);
+bool plii_implicit_constraints_find_contacts(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid);
+void plii_implicit_constraints_clear(plii_implicit_constraints* constraints, const pli_rigid* rigid);
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
-void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* holds, bool with_contacts,
+void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base);
 /* Contacts come and go within an iteration, which weights that look back at earlier iterates do not bear. */
-bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* holds);
+bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */
-void plii_implicit_constraints_push_rigids(plii_implicit_constraints* holds);
+void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints);
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
-void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* holds,
-                                        plii_implicit_constraint* hold);
-void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* holds);
-size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* holds);
+void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
+                                        plii_implicit_constraint* constraint);
+void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* constraints);
+size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* constraints);
 
 // ------------------------------------------------------------------------------------------- implicit_project.c
 
 /* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
    changes of the rigid bodies that balance the impulses. */
-void plii_implicit_project(plii_implicit_constraints* holds, plii_dvec3* x);
+void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x);
 /* Only the node that has holds begin .. end - 1, with the rigid bodies as they are. */
-void plii_implicit_project_node(const plii_implicit_constraints* holds, int begin, int end, plii_dvec3* x);
+void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x);
 /* Velocity that a hold asks of its node. */
-plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* holds, const plii_implicit_constraint* hold);
+plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
+                                         const plii_implicit_constraint* constraint);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
 void plii_implicit_solve6(const double m[6][6], double b[6]);
 
-static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 lever) {
-    return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]),
-                          plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), lever));
+static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
+    return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));
 }
 /* b += G^T p: what an impulse at the point gives to the body. */
-static inline void plii_implicit_add_push(double b[6], plii_dvec3 lever, plii_dvec3 p, double sign) {
-    const plii_dvec3 torque = plii_dvec3_cross(lever, p);
+static inline void plii_implicit_add_push(double b[6], plii_dvec3 arm, plii_dvec3 p, double sign) {
+    const plii_dvec3 torque = plii_dvec3_cross(arm, p);
     const double v[6] = {p.x, p.y, p.z, torque.x, torque.y, torque.z};
     for (int i = 0; i < 6; ++i) {
         b[i] += sign * v[i];

@@ -38,7 +38,7 @@ static void implicit_start(plii_implicit_system* system) {
     for (int i = 0; i < system->node_count; ++i) {
         system->solution[i] = plii_implicit_block_solve(&system->blocks[i], system->rhs[i]);
     }
-    plii_implicit_project(system->holds, system->solution);
+    plii_implicit_project(system->constraints, system->solution);
 }
 
 static void implicit_swap(plii_implicit_system* system) {
@@ -55,23 +55,23 @@ void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm
             system->spare[i] = plii_implicit_swept(system, i);
         }
         implicit_swap(system);
-        plii_implicit_project(system->holds, system->solution);
+        plii_implicit_project(system->constraints, system->solution);
     }
 }
 
 /* solution = before + weight (swept and projected solution - before), for rigid bodies too. */
 static void implicit_extrapolate(plii_implicit_system* system, double weight) {
-    plii_implicit_constraints* holds = system->holds;
-    for (int r = 0; r < holds->rigid_count; ++r) {
-        memcpy(holds->rigids[r].product, holds->rigids[r].change, sizeof holds->rigids[r].product);
+    plii_implicit_constraints* constraints = system->constraints;
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        memcpy(constraints->rigids[r].product, constraints->rigids[r].change, sizeof constraints->rigids[r].product);
     }
-    plii_implicit_project(holds, system->residual);
+    plii_implicit_project(constraints, system->residual);
     for (int i = 0; i < system->node_count; ++i) {
         const plii_dvec3 before = system->spare[i];
         system->spare[i] = plii_dvec3_add_scaled(before, plii_dvec3_sub(system->residual[i], before), weight);
     }
-    for (int r = 0; r < holds->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &holds->rigids[r];
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &constraints->rigids[r];
         for (int k = 0; k < 6; ++k) {
             const double before = rigid->direction[k];
             rigid->direction[k] = rigid->product[k];
@@ -90,15 +90,15 @@ void plii_implicit_chebyshev(plii_implicit_system* system, int sweeps, double sp
     double weight = 1.0;
     /* Iterates that meet the anchors stay so under all weights. */
     if (is_warm) {
-        plii_implicit_project(system->holds, system->solution);
+        plii_implicit_project(system->constraints, system->solution);
     } else {
         implicit_start(system);
     }
     for (int i = 0; i < system->node_count; ++i) {
         system->spare[i] = (plii_dvec3){0}; /* the iterate before the start */
     }
-    for (int r = 0; r < system->holds->rigid_count; ++r) {
-        memset(system->holds->rigids[r].direction, 0, sizeof system->holds->rigids[r].direction);
+    for (int r = 0; r < system->constraints->rigid_count; ++r) {
+        memset(system->constraints->rigids[r].direction, 0, sizeof system->constraints->rigids[r].direction);
     }
     for (int s = is_warm ? 0 : 1; s <= sweeps; ++s) {
         const int run = s < restart ? s : s - restart;

@@ -44,24 +44,26 @@ void plii_implicit_solve6(const double m[6][6], double b[6]) {
 
 // ------------------------------------------------------------------------------------------------------ nodes
 
-plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* holds, const plii_implicit_constraint* hold) {
-    const plii_implicit_rigid* rigid = &holds->rigids[hold->rigid];
-    if (!rigid->is_dynamic) { return hold->target; }
-    return plii_dvec3_add(hold->target, plii_implicit_point_change(rigid->change, hold->lever));
+plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
+                                         const plii_implicit_constraint* constraint) {
+    const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+    if (!rigid->is_dynamic) { return constraint->target; }
+    return plii_dvec3_add(constraint->target, plii_implicit_point_change(rigid->change, constraint->arm));
 }
 
 /* Impulse of a contact whose node slides: normal + friction against the sliding, so that the node stays at the surface.
    `direction` is a first guess of that of friction. */
-static plii_dvec3 project_sliding(const plii_implicit_constraint* hold, plii_dvec3 relative, plii_dvec3 direction) {
-    const plii_dvec3 n = hold->normal;
+static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, plii_dvec3 relative,
+                                  plii_dvec3 direction) {
+    const plii_dvec3 n = constraint->normal;
     const double depth = -plii_dvec3_dot(n, relative);
-    const double response = plii_dvec3_dot(n, plii_implicit_block_solve(&hold->block, n));
+    const double response = plii_dvec3_dot(n, plii_implicit_block_solve(&constraint->block, n));
     plii_dvec3 impulse = plii_dvec3_scale(n, depth / response);
-    for (int pass = 0; pass < IMPLICIT_SLIDE_PASSES && hold->friction > 0.0; ++pass) {
+    for (int pass = 0; pass < IMPLICIT_SLIDE_PASSES && constraint->friction > 0.0; ++pass) {
         const double length = plii_dvec3_length(direction);
         if (!(length > 0.0)) { break; }
-        const plii_dvec3 push = plii_dvec3_add_scaled(n, direction, hold->friction / length);
-        const plii_dvec3 answer = plii_implicit_block_solve(&hold->block, push);
+        const plii_dvec3 push = plii_dvec3_add_scaled(n, direction, constraint->friction / length);
+        const plii_dvec3 answer = plii_implicit_block_solve(&constraint->block, push);
         const double along = plii_dvec3_dot(n, answer);
         if (!(along > 0.1 * response)) { break; } /* friction would push the node into the surface */
         impulse = plii_dvec3_scale(push, depth / along);
@@ -73,27 +75,29 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* hold, plii_dve
 }
 
 /* The impulse of one hold on its node, which moves with `free` without it. */
-static void project_hold(const plii_implicit_constraints* holds, plii_implicit_constraint* hold, plii_dvec3 free) {
-    const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_constraint_goal(holds, hold));
-    const plii_dvec3 stopping = plii_dvec3_scale(plii_implicit_block_mul(&hold->block, relative), -hold->share);
-    hold->rows = 3;
-    hold->impulse = stopping;
-    if (hold->is_anchor) { return; }
-    if (!(plii_dvec3_dot(hold->normal, relative) < 0.0)) {
-        hold->rows = 0;
-        hold->impulse = (plii_dvec3){0};
+static void project_constraint(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
+                               plii_dvec3 free) {
+    const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_constraint_goal(constraints, constraint));
+    const plii_dvec3 stopping =
+        plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, relative), -constraint->share);
+    constraint->rows = 3;
+    constraint->impulse = stopping;
+    if (constraint->is_anchor) { return; }
+    if (!(plii_dvec3_dot(constraint->normal, relative) < 0.0)) {
+        constraint->rows = 0;
+        constraint->impulse = (plii_dvec3){0};
         return;
     }
-    const double pressing = plii_dvec3_dot(hold->normal, stopping);
-    const plii_dvec3 across = plii_dvec3_add_scaled(stopping, hold->normal, -pressing);
-    if (pressing > 0.0 && plii_dvec3_length(across) <= hold->friction * pressing) { return; }
-    hold->rows = 1;
-    hold->impulse = project_sliding(hold, relative, across);
+    const double pressing = plii_dvec3_dot(constraint->normal, stopping);
+    const plii_dvec3 across = plii_dvec3_add_scaled(stopping, constraint->normal, -pressing);
+    if (pressing > 0.0 && plii_dvec3_length(across) <= constraint->friction * pressing) { return; }
+    constraint->rows = 1;
+    constraint->impulse = project_sliding(constraint, relative, across);
 }
 
 /* Several holds share it by turns, each given the others. */
-void plii_implicit_project_node(const plii_implicit_constraints* holds, int begin, int end, plii_dvec3* x) {
-    plii_implicit_constraint* items = holds->items;
+void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x) {
+    plii_implicit_constraint* items = constraints->items;
     const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].node];
     plii_dvec3 sum = {0};
     for (int i = begin; i < end; ++i) {
@@ -102,10 +106,11 @@ void plii_implicit_project_node(const plii_implicit_constraints* holds, int begi
     const int passes = end - begin > 1 ? IMPLICIT_SHARED_PASSES : 1;
     for (int pass = 0; pass < passes; ++pass) {
         for (int i = begin; i < end; ++i) {
-            plii_implicit_constraint* hold = &items[i];
-            const plii_dvec3 others = end - begin > 1 ? plii_dvec3_sub(sum, hold->impulse) : sum;
-            project_hold(holds, hold, plii_dvec3_add(alone, plii_implicit_block_solve(&hold->block, others)));
-            sum = plii_dvec3_add(others, hold->impulse);
+            plii_implicit_constraint* constraint = &items[i];
+            const plii_dvec3 others = end - begin > 1 ? plii_dvec3_sub(sum, constraint->impulse) : sum;
+            project_constraint(constraints, constraint,
+                               plii_dvec3_add(alone, plii_implicit_block_solve(&constraint->block, others)));
+            sum = plii_dvec3_add(others, constraint->impulse);
         }
     }
     if (!items[begin].is_pinned) {
@@ -116,63 +121,67 @@ void plii_implicit_project_node(const plii_implicit_constraints* holds, int begi
 // -------------------------------------------------------------------------------------------------- rigid bodies
 
 /* Change of the impulse of a hold when its point is moved, as long as the directions held stay the same. */
-static plii_dvec3 project_response(const plii_implicit_constraint* hold, plii_dvec3 moved) {
-    if (hold->rows == 3) { return plii_dvec3_scale(plii_implicit_block_mul(&hold->block, moved), hold->share); }
-    if (hold->rows == 0) { return (plii_dvec3){0}; }
-    const double response = plii_dvec3_dot(hold->normal, plii_implicit_block_solve(&hold->block, hold->normal));
-    return plii_dvec3_scale(hold->normal, plii_dvec3_dot(hold->normal, moved) / response);
+static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
+    if (constraint->rows == 3) {
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->share);
+    }
+    if (constraint->rows == 0) { return (plii_dvec3){0}; }
+    const double response =
+        plii_dvec3_dot(constraint->normal, plii_implicit_block_solve(&constraint->block, constraint->normal));
+    return plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, moved) / response);
 }
 
-static void project_add_matrix(const plii_implicit_constraint* hold, double m[6][6]) {
+static void project_add_matrix(const plii_implicit_constraint* constraint, double m[6][6]) {
     for (int k = 0; k < 6; ++k) {
         double unit[6] = {0}, column[6] = {0};
         unit[k] = 1.0;
-        const plii_dvec3 impulse = project_response(hold, plii_implicit_point_change(unit, hold->lever));
-        plii_implicit_add_push(column, hold->lever, impulse, 1.0);
+        const plii_dvec3 impulse = project_response(constraint, plii_implicit_point_change(unit, constraint->arm));
+        plii_implicit_add_push(column, constraint->arm, impulse, 1.0);
         for (int i = 0; i < 6; ++i) {
             m[i][k] += column[i];
         }
     }
 }
 
-static void project_rigid(plii_implicit_constraints* holds, int index, plii_dvec3* x) {
-    plii_implicit_rigid* rigid = &holds->rigids[index];
+static void project_rigid(plii_implicit_constraints* constraints, int index, plii_dvec3* x) {
+    plii_implicit_rigid* rigid = &constraints->rigids[index];
     double m[6][6], b[6];
     plii_implicit_rigid_matrix(rigid, m);
     plii_implicit_rigid_mul(rigid, rigid->change, b);
     for (int i = 0; i < 6; ++i) {
         b[i] = -b[i];
     }
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
-        if (hold->rigid != index || hold->rows == 0) { continue; }
-        plii_implicit_add_push(b, hold->lever, hold->impulse, -1.0);
-        project_add_matrix(hold, m);
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->rigid != index || constraint->rows == 0) { continue; }
+        plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);
+        project_add_matrix(constraint, m);
     }
     if (!plii_implicit_factorise6(m)) { return; }
     plii_implicit_solve6((const double(*)[6])m, b);
     for (int i = 0; i < 6; ++i) {
         rigid->change[i] += b[i];
     }
-    for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_constraint* hold = &holds->items[i];
-        if (hold->rigid != index || hold->rows == 0) { continue; }
-        const plii_dvec3 more = project_response(hold, plii_implicit_point_change(b, hold->lever));
-        hold->impulse = plii_dvec3_add(hold->impulse, more);
-        if (!hold->is_pinned) {
-            x[hold->node] = plii_dvec3_add(x[hold->node], plii_implicit_block_solve(&hold->block, more));
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->rigid != index || constraint->rows == 0) { continue; }
+        const plii_dvec3 more = project_response(constraint, plii_implicit_point_change(b, constraint->arm));
+        constraint->impulse = plii_dvec3_add(constraint->impulse, more);
+        if (!constraint->is_pinned) {
+            x[constraint->node] =
+                plii_dvec3_add(x[constraint->node], plii_implicit_block_solve(&constraint->block, more));
         }
     }
 }
 
-void plii_implicit_project(plii_implicit_constraints* holds, plii_dvec3* x) {
-    for (int begin = 0, end = 0; begin < holds->count; begin = end) {
-        while (end < holds->count && holds->items[end].node == holds->items[begin].node) {
+void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x) {
+    for (int begin = 0, end = 0; begin < constraints->count; begin = end) {
+        while (end < constraints->count && constraints->items[end].node == constraints->items[begin].node) {
             ++end;
         }
-        plii_implicit_project_node(holds, begin, end, x);
+        plii_implicit_project_node(constraints, begin, end, x);
     }
-    for (int i = 0; i < holds->rigid_count; ++i) {
-        if (holds->rigids[i].is_dynamic) { project_rigid(holds, i, x); }
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        if (constraints->rigids[i].is_dynamic) { project_rigid(constraints, i, x); }
     }
 }

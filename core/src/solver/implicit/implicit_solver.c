@@ -20,7 +20,7 @@ typedef struct implicit_state {
     plii_implicit_block* blocks;
     int* groups;
     plii_dvec3* vectors[IMPLICIT_MAX_VECTORS];
-    plii_implicit_constraints holds;
+    plii_implicit_constraints constraints;
     plii_implicit_system system; /* of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
     pli_implicit_report report;
@@ -86,7 +86,7 @@ static void implicit_iterate(const pli_body* body, implicit_state* state, bool i
         return;
     }
     state->report.iterations += is_warm ? sweeps + 1 : sweeps;
-    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->holds)) {
+    if (state->def.method == PLI_IMPLICIT_CHEBYSHEV && !plii_implicit_constraints_have_contacts(&state->constraints)) {
         if (state->spectral_radius == 0.0) { state->spectral_radius = plii_implicit_spectral_radius(system); }
         state->report.spectral_radius = (float)state->spectral_radius;
         plii_implicit_chebyshev(system, sweeps, state->spectral_radius, is_warm);
@@ -104,16 +104,16 @@ static int implicit_group(const plii_implicit_system* system, int component) {
 }
 
 static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
-    const plii_implicit_constraints* holds = system->holds;
+    const plii_implicit_constraints* constraints = system->constraints;
     for (int i = 0; i < system->node_count; ++i) {
         system->groups[i] = i;
     }
-    for (int r = 0; r < holds->rigid_count; ++r) {
+    for (int r = 0; r < constraints->rigid_count; ++r) {
         int group = PLI_NULL_INDEX;
-        for (int i = 0; i < holds->count && holds->rigids[r].is_dynamic; ++i) {
-            const plii_implicit_constraint* hold = &holds->items[i];
-            if (hold->rigid != r || hold->rows == 0) { continue; }
-            const int other = implicit_group(system, graph->components[hold->node]);
+        for (int i = 0; i < constraints->count && constraints->rigids[r].is_dynamic; ++i) {
+            const plii_implicit_constraint* constraint = &constraints->items[i];
+            if (constraint->rigid != r || constraint->rows == 0) { continue; }
+            const int other = implicit_group(system, graph->components[constraint->node]);
             if (group == PLI_NULL_INDEX) {
                 group = other;
             } else if (other != group) {
@@ -132,7 +132,7 @@ static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
 /* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that they hold. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
 static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
-    plii_implicit_constraints* holds = system->holds;
+    plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
     implicit_join_groups(graph, system);
     for (int i = 0; i < body->node_count; ++i) {
@@ -147,12 +147,12 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
     }
     /* Each rigid body once, with its first hold; those that cannot move with every one. */
-    for (int r = 0; r < holds->rigid_count; ++r) {
-        const plii_implicit_rigid* rigid = &holds->rigids[r];
-        for (int i = 0; i < holds->count; ++i) {
-            const plii_implicit_constraint* hold = &holds->items[i];
-            if (hold->rigid != r || hold->rows == 0) { continue; }
-            const int group = implicit_group(system, graph->components[hold->node]);
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        const plii_implicit_rigid* rigid = &constraints->rigids[r];
+        for (int i = 0; i < constraints->count; ++i) {
+            const plii_implicit_constraint* constraint = &constraints->items[i];
+            if (constraint->rigid != r || constraint->rows == 0) { continue; }
+            const int group = implicit_group(system, graph->components[constraint->node]);
             if (rigid->is_dynamic) {
                 const double *m = rigid->mass, *q = rigid->change;
                 implicit_add_masses(&masses[group], m[0], m[1], m[2]);
@@ -170,12 +170,12 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         }
         system->solution[i] = plii_dvec3_add(system->solution[i], momenta[group]);
     }
-    for (int r = 0; r < holds->rigid_count; ++r) {
-        plii_implicit_rigid* rigid = &holds->rigids[r];
-        for (int i = 0; i < holds->count && rigid->is_dynamic; ++i) {
-            const plii_implicit_constraint* hold = &holds->items[i];
-            if (hold->rigid != r || hold->rows == 0) { continue; }
-            const plii_dvec3 shift = momenta[implicit_group(system, graph->components[hold->node])];
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        plii_implicit_rigid* rigid = &constraints->rigids[r];
+        for (int i = 0; i < constraints->count && rigid->is_dynamic; ++i) {
+            const plii_implicit_constraint* constraint = &constraints->items[i];
+            if (constraint->rigid != r || constraint->rows == 0) { continue; }
+            const plii_dvec3 shift = momenta[implicit_group(system, graph->components[constraint->node])];
             rigid->change[0] += shift.x;
             rigid->change[1] += shift.y;
             rigid->change[2] += shift.z;
@@ -211,7 +211,7 @@ static void implicit_predict(pli_body* body, float dt) {
         .halves = state->halves,
         .blocks = state->blocks,
         .groups = state->groups,
-        .holds = &state->holds,
+        .constraints = &state->constraints,
         .rhs = state->vectors[0],
         .solution = state->vectors[1],
         .spare = state->vectors[2],
@@ -219,10 +219,10 @@ static void implicit_predict(pli_body* body, float dt) {
         .direction = state->vectors[IMPLICIT_VECTORS],
     };
     state->report = (pli_implicit_report){0};
-    state->holds.rigid_count = 0;
+    state->constraints.rigid_count = 0;
     implicit_add_external(body, state, step->dt, system->rhs);
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
-    plii_implicit_constraints_gather(body, &state->holds, false, state->blocks, NULL);
+    plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
     implicit_add_solution(body, system->solution, step->dt);
@@ -234,13 +234,13 @@ static void implicit_predict(pli_body* body, float dt) {
 // -------------------------------------------------------------------------------------------- anchors and contacts
 
 static pli_status implicit_meet_rigid(pli_body* body, void* data, pli_rigid* rigid) {
-    const bool has_room = plii_implicit_constraints_meet(body, &((implicit_state*)data)->holds, rigid);
+    const bool has_room = plii_implicit_constraints_find_contacts(body, &((implicit_state*)data)->constraints, rigid);
     return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void implicit_forget_rigid(pli_body* body, void* data, const pli_rigid* rigid) {
+static void implicit_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
     (void)body;
-    plii_implicit_constraints_forget(&((implicit_state*)data)->holds, rigid);
+    plii_implicit_constraints_clear(&((implicit_state*)data)->constraints, rigid);
 }
 
 /* Where the velocity of a node leads, rounded as in implicit_add_solution. */
@@ -250,12 +250,12 @@ static pli_vec3 implicit_reached(const pli_body* body, int node) {
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
-static void implicit_solve_holds(pli_body* body, implicit_state* state) {
+static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_implicit_system* system = &state->system;
     body->context->pass.feature = NULL; /* stages have run */
-    plii_implicit_constraints_gather(body, &state->holds, true, state->blocks, system->solution);
-    if (state->holds.count == 0) { return; }
+    plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
+    if (state->constraints.count == 0) { return; }
     plii_dvec3* before = state->vectors[4];
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
     implicit_iterate(body, state, true);
@@ -269,17 +269,20 @@ static void implicit_solve_holds(pli_body* body, implicit_state* state) {
         plii_set_xyz(&body->velocities[i], plii_dvec3_to_float(velocity));
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
-    plii_implicit_constraints_push_rigids(&state->holds);
+    plii_implicit_constraints_push_rigids(&state->constraints);
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */
-static void implicit_end_recovery(pli_body* body, const plii_implicit_constraints* holds) {
-    for (int i = 0; i < holds->count; ++i) {
-        const plii_implicit_constraint* hold = &holds->items[i];
-        if (hold->rows == 0 || hold->is_pinned || holds->rigids[hold->rigid].is_dynamic) { continue; }
-        const pli_vec3 velocity = plii_xyz(body->velocities[hold->node]);
-        plii_set_xyz(&body->velocities[hold->node],
-                     pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(hold->recovery, hold->share))));
+static void implicit_end_recovery(pli_body* body, const plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraint->rows == 0 || constraint->is_pinned || constraints->rigids[constraint->rigid].is_dynamic) {
+            continue;
+        }
+        const pli_vec3 velocity = plii_xyz(body->velocities[constraint->node]);
+        plii_set_xyz(
+            &body->velocities[constraint->node],
+            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->share))));
     }
 }
 
@@ -298,12 +301,13 @@ static void implicit_follow_corrections(pli_body* body, const plii_step* step) {
 }
 
 /* Those that the stage has moved. */
-static void implicit_hold_moved_nodes(pli_body* body, plii_implicit_constraints* holds) {
-    for (int i = 0; i < holds->count; ++i) {
-        plii_implicit_constraint* hold = &holds->items[i];
-        const pli_vec3 x = plii_xyz(body->positions[hold->node]), solved = implicit_reached(body, hold->node);
+static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        const pli_vec3 x = plii_xyz(body->positions[constraint->node]),
+                       solved = implicit_reached(body, constraint->node);
         const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
-        if (has_moved && !hold->is_pinned) { plii_implicit_constraint_reproject(body, holds, hold); }
+        if (has_moved && !constraint->is_pinned) { plii_implicit_constraint_reproject(body, constraints, constraint); }
     }
 }
 
@@ -312,13 +316,13 @@ static void implicit_solve(pli_body* body) {
     const plii_step* step = &body->step;
     implicit_state* state = plii_feature_state(body, &implicit_class);
     plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
-    implicit_solve_holds(body, state);
+    implicit_solve_constraints(body, state);
     for (int i = 0; i < body->solver.position_iterations; ++i) {
         plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
-        implicit_hold_moved_nodes(body, &state->holds);
+        implicit_project_moved_nodes(body, &state->constraints);
     }
     implicit_follow_corrections(body, step);
-    implicit_end_recovery(body, &state->holds);
+    implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
         for (int i = 0; i < body->node_count; ++i) {
             plii_set_xyz(&body->velocities[i],
@@ -367,14 +371,14 @@ static pli_status implicit_enable(pli_body* body, void* data) {
 
 static void implicit_disable(pli_body* body, void* data) {
     implicit_release(body, data, body->node_count, body->link_count);
-    plii_implicit_constraints_release(body, &((implicit_state*)data)->holds);
+    plii_implicit_constraints_release(body, &((implicit_state*)data)->constraints);
     body->solver_class = &plii_position_solver;
 }
 
 static size_t implicit_bytes(const pli_body* body, const void* data) {
     const implicit_state* state = data;
     return implicit_halves_size(body->link_count) + implicit_blocks_size(body->node_count) +
-           implicit_groups_size(body->node_count) + plii_implicit_constraints_bytes(&state->holds) +
+           implicit_groups_size(body->node_count) + plii_implicit_constraints_bytes(&state->constraints) +
            (size_t)implicit_vector_count(state) * implicit_vector_size(body->node_count);
 }
 
@@ -402,7 +406,7 @@ static void implicit_topology_commit(pli_body* body, void* data, const plii_topo
         state->vectors[i] = blocks[3 + i];
     }
     state->spectral_radius = 0.0;
-    state->holds.count = 0;
+    state->constraints.count = 0;
 }
 
 static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
@@ -414,7 +418,7 @@ static const plii_feature_class implicit_class = {
     .enable = implicit_enable,
     .disable = implicit_disable,
     .collide_rigid = implicit_meet_rigid,
-    .on_rigid_removed = implicit_forget_rigid,
+    .on_rigid_removed = implicit_on_rigid_removed,
     .bytes = implicit_bytes,
     .topology_blocks = implicit_topology_blocks,
     .topology_commit = implicit_topology_commit,

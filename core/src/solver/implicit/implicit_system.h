@@ -22,7 +22,7 @@ typedef struct plii_implicit_system {
     plii_implicit_half* halves; /* [2 * link_count] */
     plii_implicit_block* blocks;
     int* groups; /* [node_count] for the balance of momentum */
-    plii_implicit_constraints* holds;
+    plii_implicit_constraints* constraints;
     plii_dvec3* rhs;      /* [node_count], as all vectors */
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;

@@ -11,7 +11,7 @@
 
 // -------------------------------------------------------------------------------------------------- bounds
 
-void plii_solver_take_start(pli_body* body) {
+void plii_solver_set_start(pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
         body->velocities[i] = (pli_vec4){0};
@@ -21,7 +21,7 @@ void plii_solver_take_start(pli_body* body) {
 
 static void solver_put_back(pli_body* body) {
     const int node = plii_body_find_lost_node(body);
-    plii_solver_take_start(body);
+    plii_solver_set_start(body);
     body->is_frozen = true;
     plii_world_add_event(body->world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = node});
 }
@@ -81,7 +81,7 @@ static solver_nodes solver_nodes_of(const pli_body* body) {
     } while (0)
 
 /* Pinned nodes keep their velocity. */
-PLII_SIMD_INLINE plii_float4 solver_pull(plii_float4 velocity, plii_float4 position, plii_float4 added) {
+PLII_SIMD_INLINE plii_float4 solver_apply_gravity(plii_float4 velocity, plii_float4 position, plii_float4 added) {
     const plii_mask4 is_free = plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(position));
     return plii_lanes_select(is_free, plii_float4_add(velocity, added), velocity);
 }
@@ -91,7 +91,8 @@ PLII_SIMD_INLINE void solver_add_gravity(int begin, int end, void* data) {
     const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity);
     for (int i = begin; i < end; ++i) {
         const plii_float4 velocity = plii_float4_from(&nodes.velocities[i]);
-        plii_float4_to(&nodes.velocities[i], solver_pull(velocity, plii_float4_from(&nodes.positions[i]), added));
+        plii_float4_to(&nodes.velocities[i],
+                       solver_apply_gravity(velocity, plii_float4_from(&nodes.positions[i]), added));
     }
 }
 
@@ -127,12 +128,12 @@ PLII_SIMD_INLINE void solver_add_forces_and_move(int begin, int end, void* data)
 }
 
 /* All of it in one pass, where nothing but gravity pulls. */
-PLII_SIMD_INLINE void solver_fly(int begin, int end, void* data) {
+PLII_SIMD_INLINE void solver_integrate_free(int begin, int end, void* data) {
     const solver_nodes nodes = *(const solver_nodes*)data;
     const plii_float4 added = plii_lanes_from_vec3(&nodes.gravity), step = plii_float4_all(nodes.dt);
     for (int i = begin; i < end; ++i) {
         const plii_float4 start = plii_float4_from(&nodes.velocities[i]);
-        const plii_float4 velocity = solver_pull(start, plii_float4_from(&nodes.positions[i]), added);
+        const plii_float4 velocity = solver_apply_gravity(start, plii_float4_from(&nodes.positions[i]), added);
         plii_float4_to(&nodes.velocities[i], velocity);
         solver_move_node(nodes, i, velocity, step);
     }
@@ -157,7 +158,7 @@ static void solver_predict(pli_body* body, float dt) {
     nodes.dt = step->dt;
     nodes.gravity = pli_vec3_scale(body->world->def.gravity, step->dt);
     if (body->forces == NULL && plii_stage_is_empty(&body->pipeline, PLII_STAGE_FORCES)) {
-        SOLVER_PASS(body, solver_fly, &nodes);
+        SOLVER_PASS(body, solver_integrate_free, &nodes);
     } else {
         SOLVER_PASS(body, solver_add_gravity, &nodes);
         plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);

@@ -28,7 +28,7 @@ static void xpbd_anchors_begin(pli_body* body, void* data) {
     state->count = 0;
     if (!xpbd_anchors_reserve(body, state)) { return; }
     for (int i = 0; i < pli_body_anchor_count(body); ++i) {
-        const plii_anchor_place place = plii_anchor_get_place(body, i);
+        const plii_anchor_data place = plii_anchor_get_data(body, i);
         if (place.rigid->is_absent) { continue; }
         const pli_transform pose = place.rigid->state.pose;
         xpbd_anchor* anchor = &state->anchors[state->count++];

@@ -52,7 +52,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .rest = state->rest_lengths.values,
                                   .moved = substep->displacements,
                                   .start = body->positions,
-                                  .carried = substep->carried,
+                                  .start_displacements = substep->start_displacements,
                                   .multipliers = state->multipliers.values,
                                   .reads_multipliers = !substep->is_first_sweep,
                                   .writes_multipliers = !substep->is_last_sweep};

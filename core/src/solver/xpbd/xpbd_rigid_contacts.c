@@ -43,8 +43,8 @@ static pli_status xpbd_rigid_contacts_collide(pli_body* body, void* data, pli_ri
     return xpbd_rigid_contacts_reserve(body, data, count) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void xpbd_rigid_contacts_make_room(pli_body* body, void* data) {
-    if (body->world->rigid_count > 0) { (void)xpbd_rigid_contacts_reserve(body, data, plii_body_contact_room(body)); }
+static void xpbd_rigid_contacts_preallocate(pli_body* body, void* data) {
+    if (body->world->rigid_count > 0) { (void)xpbd_rigid_contacts_reserve(body, data, plii_body_contact_bound(body)); }
 }
 
 static bool xpbd_rigid_contacts_is_fixed(const pli_rigid* rigid) {
@@ -97,7 +97,7 @@ static void xpbd_rigid_contacts_restart_one(pli_body* body, const plii_substep* 
                                             float recovery_speed) {
     plii_substep_rigid_point_restart(&contact->point, substep);
     const pli_vec3 before =
-        pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->carried[contact->node]));
+        pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->start_displacements[contact->node]));
     const pli_vec3 normal = plii_xyz(contact->normal), moved = contact->point.moved;
     const float gap = pli_vec3_dot(normal, pli_vec3_sub(before, moved)) + contact->normal.w;
     contact->surface.w = plii_xpbd_contact_recover(substep, contact->node, normal, gap, 1.0f, recovery_speed);
@@ -147,12 +147,13 @@ static void xpbd_rigid_contacts_restart_four(const pli_body* body, const plii_su
     const plii_float4 zero = plii_float4_all(0.0f);
     const xpbd_rigid_four normal = XPBD_LOAD_FOUR(c, normal), motion = XPBD_LOAD_FOUR(c, motion);
     const xpbd_rigid_four x = XPBD_LOAD_NODES(body->positions, c);
-    xpbd_rigid_four carried = XPBD_LOAD_NODES(substep->carried, c);
+    xpbd_rigid_four start_displacements = XPBD_LOAD_NODES(substep->start_displacements, c);
     xpbd_rigid_four surface = XPBD_LOAD_FOUR(c, surface);
-    const plii_vec3x4 before = plii_vec3x4_add(x.xyz, carried.xyz);
+    const plii_vec3x4 before = plii_vec3x4_add(x.xyz, start_displacements.xyz);
     const plii_float4 gap =
         plii_float4_add(plii_vec3x4_dot(normal.xyz, plii_vec3x4_sub(before, surface.xyz)), normal.w);
-    const plii_mask4 recovers = plii_lanes_both(plii_lanes_less(gap, zero), plii_lanes_less(zero, carried.w));
+    const plii_mask4 recovers =
+        plii_lanes_both(plii_lanes_less(gap, zero), plii_lanes_less(zero, start_displacements.w));
     surface.w = plii_lanes_min(gap, zero);
     if (plii_lanes_bits(recovers) != 0) {
         xpbd_rigid_four displacement = XPBD_LOAD_NODES(substep->displacements, c);
@@ -160,10 +161,11 @@ static void xpbd_rigid_contacts_restart_four(const pli_body* body, const plii_su
             plii_lanes_min(plii_float4_negate(gap), plii_float4_all(recovery_speed * substep->dt));
         const plii_vec3x4 shifts = plii_vec3x4_scale(normal.xyz, shift);
         displacement.xyz = plii_vec3x4_select(recovers, plii_vec3x4_add(displacement.xyz, shifts), displacement.xyz);
-        carried.xyz = plii_vec3x4_select(recovers, plii_vec3x4_add(carried.xyz, shifts), carried.xyz);
+        start_displacements.xyz =
+            plii_vec3x4_select(recovers, plii_vec3x4_add(start_displacements.xyz, shifts), start_displacements.xyz);
         surface.w = plii_lanes_select(recovers, plii_float4_add(gap, shift), surface.w);
         XPBD_STORE_NODES(&displacement, substep->displacements, c);
-        XPBD_STORE_NODES(&carried, substep->carried, c);
+        XPBD_STORE_NODES(&start_displacements, substep->start_displacements, c);
     }
     surface.xyz = plii_vec3x4_add(surface.xyz, motion.xyz);
     XPBD_STORE_FOUR(&surface, c, surface);
@@ -257,8 +259,9 @@ static void xpbd_rigid_contacts_solve_four(const pli_body* body, const plii_subs
     moved.xyz = plii_vec3x4_select(presses, plii_vec3x4_add(moved.xyz, plii_vec3x4_scale(push, weight)), moved.xyz);
     friction.w = plii_lanes_select(presses, pressed, before);
 
-    const xpbd_rigid_four carried = XPBD_LOAD_NODES(substep->carried, c), motion = XPBD_LOAD_FOUR(c, motion);
-    const plii_vec3x4 relative = plii_vec3x4_sub(plii_vec3x4_sub(moved.xyz, carried.xyz), motion.xyz);
+    const xpbd_rigid_four start_displacements = XPBD_LOAD_NODES(substep->start_displacements, c),
+                          motion = XPBD_LOAD_FOUR(c, motion);
+    const plii_vec3x4 relative = plii_vec3x4_sub(plii_vec3x4_sub(moved.xyz, start_displacements.xyz), motion.xyz);
     const plii_vec3x4 sliding =
         plii_vec3x4_sub(relative, plii_vec3x4_scale(normal.xyz, plii_vec3x4_dot(relative, normal.xyz)));
     const plii_vec3x4 stopping =
@@ -317,7 +320,7 @@ static const plii_feature_class xpbd_rigid_contacts_class = {
     .name = "XPBD rigid contacts",
     .state_size = sizeof(xpbd_rigid_contacts_state),
     .disable = xpbd_rigid_contacts_disable,
-    .reserve = xpbd_rigid_contacts_make_room,
+    .reserve = xpbd_rigid_contacts_preallocate,
     .collide_rigid = xpbd_rigid_contacts_collide,
     .bytes = xpbd_rigid_contacts_bytes,
     .topology_commit = xpbd_rigid_contacts_topology_commit,

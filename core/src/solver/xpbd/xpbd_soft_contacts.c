@@ -125,8 +125,8 @@ static void xpbd_soft_contacts_restart(pli_body* body, void* data, const plii_su
         if (substep->index > 0) {
             contact->moved = pli_vec3_add(contact->moved, xpbd_soft_contact_motion(contact, substep));
         }
-        const pli_vec3 node =
-            pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->carried[contact->node]));
+        const pli_vec3 node = pli_vec3_add(plii_xyz(body->positions[contact->node]),
+                                           plii_xyz(substep->start_displacements[contact->node]));
         const pli_vec3 point = pli_vec3_add(contact->point, contact->moved);
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(node, point)) - contact->margin;
         const float mobility = substep->displacements[contact->node].w;

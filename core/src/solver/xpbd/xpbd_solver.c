@@ -20,9 +20,9 @@ typedef struct xpbd_kinds {
 
 typedef struct xpbd_state {
     pli_xpbd_def def;
-    bool had_links;                                    /* on positions, before this solver came */
-    xpbd_kinds kinds;                                  /* that only this solver has */
-    pli_vec4 *displacements, *carried, *accelerations; /* [node_count] */
+    bool had_links;                                                /* on positions, before this solver came */
+    xpbd_kinds kinds;                                              /* that only this solver has */
+    pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
@@ -71,7 +71,7 @@ static pli_vec3 xpbd_acceleration(const xpbd_prediction* prediction, int node) {
     return inverse_mass > 0.0f ? pli_vec3_add(acceleration, body->world->def.gravity) : pli_vec3_make(0, 0, 0);
 }
 
-static void xpbd_fly(int begin, int end, void* data) {
+static void xpbd_integrate_free(int begin, int end, void* data) {
     const xpbd_prediction* prediction = data;
     pli_body* body = prediction->body;
     const plii_float4 dt = plii_float4_all(prediction->dt);
@@ -95,7 +95,7 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
     xpbd_prediction prediction = {body, state->accelerations, step->dt,
                                   body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
-    plii_parallel_for(body->context, xpbd_fly, &prediction, body->node_count, XPBD_NODES_GRAIN);
+    plii_parallel_for(body->context, xpbd_integrate_free, &prediction, body->node_count, XPBD_NODES_GRAIN);
     plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
     plii_solver_update_predicted_bounds(body);
 }
@@ -103,55 +103,57 @@ static void xpbd_predict(pli_body* body, float dt) {
 /* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements
    and what is carried on is the inverse mass. */
 typedef struct xpbd_pass {
-    pli_vec4 *positions, *velocities, *displacements, *carried;
+    pli_vec4 *positions, *velocities, *displacements, *start_displacements;
     const pli_vec4* accelerations;
     float dt, inverse_dt; /* of the substep */
 } xpbd_pass;
 
-PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity, plii_float4 carried) {
+PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity,
+                                     plii_float4 start_displacements) {
     const plii_float4 dt = plii_float4_all(pass->dt);
     velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&pass->accelerations[node]), dt));
     plii_float4_to(&pass->velocities[node], velocity);
-    plii_float4_to(&pass->displacements[node], plii_float4_add(carried, plii_float4_mul(velocity, dt)));
+    plii_float4_to(&pass->displacements[node], plii_float4_add(start_displacements, plii_float4_mul(velocity, dt)));
 }
 
 static void xpbd_move_range(int begin, int end, void* task) {
     const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
-        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]), plii_float4_from(&pass->carried[i]));
+        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]),
+                       plii_float4_from(&pass->start_displacements[i]));
     }
 }
 
 /* Velocities get what constraints changed: the whole motion over dt would give them the rounding of dt * (1 / dt) in
    every substep. Pinned nodes keep theirs. */
-PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4* carried) {
+PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4* start_displacements) {
     const plii_float4 before = plii_float4_from(&pass->positions[node]);
     const plii_float4 displacement = plii_float4_from(&pass->displacements[node]);
     const plii_float4 velocity = plii_float4_from(&pass->velocities[node]);
-    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->carried[node]));
+    const plii_float4 motion = plii_float4_sub(displacement, plii_float4_from(&pass->start_displacements[node]));
     const plii_float4 change = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(pass->dt)));
     const plii_float4 changed = plii_float4_add(velocity, plii_float4_mul(change, plii_float4_all(pass->inverse_dt)));
     const plii_float4 after = plii_float4_add(before, plii_lanes_xyz(displacement));
-    *carried = plii_float4_sub(displacement, plii_float4_sub(after, before));
+    *start_displacements = plii_float4_sub(displacement, plii_float4_sub(after, before));
     plii_float4_to(&pass->positions[node], after);
-    plii_float4_to(&pass->carried[node], *carried);
+    plii_float4_to(&pass->start_displacements[node], *start_displacements);
     return plii_lanes_select(plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(before)), changed, velocity);
 }
 
 static void xpbd_finish_range(int begin, int end, void* task) {
     const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
-        plii_float4 carried;
-        plii_float4_to(&pass->velocities[i], xpbd_finish_node(pass, i, &carried));
+        plii_float4 start_displacements;
+        plii_float4_to(&pass->velocities[i], xpbd_finish_node(pass, i, &start_displacements));
     }
 }
 
 static void xpbd_finish_and_move_range(int begin, int end, void* task) {
     const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
     for (int i = begin; i < end; ++i) {
-        plii_float4 carried;
-        const plii_float4 velocity = xpbd_finish_node(pass, i, &carried);
-        xpbd_move_node(pass, i, velocity, carried);
+        plii_float4 start_displacements;
+        const plii_float4 velocity = xpbd_finish_node(pass, i, &start_displacements);
+        xpbd_move_node(pass, i, velocity, start_displacements);
     }
 }
 
@@ -175,9 +177,9 @@ static void xpbd_run_pass(pli_body* body, xpbd_pass* pass, pli_range_fn* range) 
 static void xpbd_substeps(pli_body* body, xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], plii_xyz(body->previous[i]));
-        state->displacements[i] = state->carried[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
+        state->displacements[i] = state->start_displacements[i] = (pli_vec4){0, 0, 0, body->positions[i].w};
     }
-    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->carried,
+    xpbd_pass pass = {body->positions,      body->velocities, state->displacements, state->start_displacements,
                       state->accelerations, substep->dt,      substep->inverse_dt};
     bool has_finish = false;
     for (int k = 0; k < kinds->count; ++k) {
@@ -219,7 +221,7 @@ static void xpbd_solve(pli_body* body) {
     plii_substep substep = {.dt = step->dt / parts,
                             .inverse_dt = step->inverse_dt * parts,
                             .displacements = state->displacements,
-                            .carried = state->carried};
+                            .start_displacements = state->start_displacements};
     const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
     xpbd_substeps(body, state, &kinds, &substep);
     const float kept = 1.0f - body->solver.velocity_damping;
@@ -250,7 +252,7 @@ static size_t xpbd_records_size(int node_count) {
 static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
     const size_t size = xpbd_records_size(node_count);
     plii_release(body->context, state->displacements, size);
-    plii_release(body->context, state->carried, size);
+    plii_release(body->context, state->start_displacements, size);
     plii_release(body->context, state->accelerations, size);
 }
 
@@ -258,9 +260,9 @@ static pli_status xpbd_enable(pli_body* body, void* data) {
     xpbd_state* state = data;
     const size_t size = xpbd_records_size(body->node_count);
     state->displacements = plii_allocate(body->context, size);
-    state->carried = plii_allocate(body->context, size);
+    state->start_displacements = plii_allocate(body->context, size);
     state->accelerations = plii_allocate(body->context, size);
-    if (state->displacements == NULL || state->carried == NULL || state->accelerations == NULL) {
+    if (state->displacements == NULL || state->start_displacements == NULL || state->accelerations == NULL) {
         xpbd_release(body, state, body->node_count);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -291,7 +293,7 @@ static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology
     xpbd_state* state = data;
     xpbd_release(body, state, change->old_node_count);
     state->displacements = blocks[0];
-    state->carried = blocks[1];
+    state->start_displacements = blocks[1];
     state->accelerations = blocks[2];
 }
 
