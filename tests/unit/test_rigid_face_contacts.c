@@ -10,7 +10,9 @@
 #include <pliant/contact.h>
 #include <pliant/cut.h>
 #include <pliant/generate.h>
+#include <pliant/implicit.h>
 #include <pliant/world.h>
+#include <pliant/xpbd.h>
 
 #include <stdlib.h>
 
@@ -725,6 +727,73 @@ static void test_a_broken_support_makes_no_contacts(void** state) {
     assert_false(pli_body_is_frozen(cloth));
 }
 
+typedef enum solver_kind { POSITION_BASED, IMPLICIT, XPBD } solver_kind;
+
+static void enable_solver(pli_body* body, solver_kind solver) {
+    if (solver == IMPLICIT) { assert_int_equal(pli_body_enable_implicit(body, NULL), PLI_OK); }
+    if (solver != XPBD) { return; }
+    assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_xpbd_links(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_xpbd_rigid_contacts(body, NULL), PLI_OK);
+}
+
+/* A square of two triangles. */
+static pli_shape* make_large_mesh(pli_context* context, float half_width) {
+    const float h = half_width;
+    const pli_vec3 corners[] = {{-h, 0, -h}, {h, 0, -h}, {h, 0, h}, {-h, 0, h}};
+    const int triangles[] = {0, 2, 1, 0, 3, 2};
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_triangle_mesh(context, 4, corners, 2, triangles, 0.1f, &shape), PLI_OK);
+    return shape;
+}
+
+static pli_shape* make_large_box(pli_context* context, float half_width) {
+    pli_shape* shape = NULL;
+    assert_int_equal(pli_shape_create_box(context, pli_vec3_make(half_width, half_width, half_width), &shape), PLI_OK);
+    return shape;
+}
+
+/* A sheet falls at 7 m/s on a ground whose top is at y = -0.5; the largest kinetic energy over that of the fall. */
+static double energy_ratio_on(fixture* f, pli_shape* ground, pli_vec3 centre, solver_kind solver) {
+    pli_rigid* rigid = make_rigid(f->world, ground, 0, pli_vec3_make(1, 1, 1), at(centre.x, centre.y, centre.z),
+                                  pli_vec3_make(0, 0, 0));
+    pli_body* cloth = make_cloth(f->world, 0, 0.02f, 8);
+    enable_nodes(cloth);
+    enable_faces(cloth);
+    enable_solver(cloth, solver);
+    assert_int_equal(pli_body_add_velocity(cloth, pli_vec3_make(0, -7, 0)), PLI_OK);
+    double most = 0;
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(f->world, 1.0f / 60.0f), PLI_OK);
+        const pli_body_view view = pli_body_get_view(cloth);
+        double sum = 0;
+        for (int k = 0; k < view.node_count; ++k) {
+            const pli_vec3 v = pli_vec3_make(view.velocities[k].x, view.velocities[k].y, view.velocities[k].z);
+            sum += 0.5 * (double)pli_vec3_length_squared(v) / view.node_count;
+            assert_true(view.positions[k].y > -0.52f);
+        }
+        if (sum > most) { most = sum; }
+    }
+    pli_body_destroy(cloth);
+    pli_rigid_destroy(rigid);
+    return most / (0.5 * 7 * 7 + 10 * 0.48);
+}
+
+/* Distances from a ground of kilometres are as exact as from a small one. */
+static void test_large_grounds_give_no_energy(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, gravity), PLI_OK);
+    static const float half_widths[] = {10, 1000, 10000}, shares[] = {0, 0.77f};
+    for (int i = 0; i < 18; ++i) {
+        const float h = half_widths[i % 3], aside = shares[i / 9] * h;
+        const solver_kind solver = (solver_kind)(i / 3 % 3);
+        const pli_vec3 middle = pli_vec3_make(aside, -0.5f, -0.6f * aside);
+        assert_true(energy_ratio_on(f, make_large_mesh(f->context, h), middle, solver) <= 1.0);
+        const pli_vec3 below = pli_vec3_make(aside, -0.5f - h, -0.6f * aside);
+        assert_true(energy_ratio_on(f, make_large_box(f->context, h), below, solver) <= 1.0);
+    }
+}
+
 static void check_refused(fixture* f, pli_body* body, pli_rigid_face_contacts_def def, pli_status status,
                           const char* message) {
     assert_int_equal(pli_body_enable_rigid_face_contacts(body, &def), status);
@@ -783,6 +852,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_faces_with_anchored_nodes, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_planes_have_no_face_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_a_broken_support_makes_no_contacts, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_large_grounds_give_no_energy, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_refuse_bad_input, setup_fixture, teardown_fixture),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -247,24 +247,24 @@ static void test_soft_contacts_with_a_pinned_face(void** state) {
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
 }
 
-static void test_soft_contacts_allocate_nothing_when_settled(void** state) {
+static void test_steps_with_soft_contacts_allocate_nothing(void** state) {
     fixture* f = *state;
     pli_mesh* mesh = NULL;
     assert_int_equal(sample_create_sheet(f->context, 12, 0, 15, &mesh), PLI_OK);
     make_body(f, mesh, 0.1f, true);
     pli_body* ball = make_ball(f, pli_vec3_make(0.5f, 0.5f, 0.5f), pli_vec3_make(0, 0.55f, 0), 0.1f);
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 3; ++i) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     }
-    assert_true(pli_body_get_soft_contacts(ball, 0, NULL) > 0);
     assert_int_equal(pli_body_set_solver_settings(ball, &(pli_solver_settings){.position_iterations = 1,
                                                                                .velocity_damping = 1,
                                                                                .drift_correction = 1,
                                                                                .time_scale = 1}),
                      PLI_OK);
     const uint64_t allocations = pli_context_allocation_count(f->context);
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 8; ++i) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        assert_true(pli_body_get_soft_contacts(ball, 0, NULL) > 0);
     }
     check_near(pli_context_allocation_count(f->context), allocations, 0);
 }
@@ -504,7 +504,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown_fixture),
-        cmocka_unit_test_setup_teardown(test_soft_contacts_allocate_nothing_when_settled, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_steps_with_soft_contacts_allocate_nothing, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place_with_sweeps, setup, teardown_fixture),

@@ -126,6 +126,10 @@ static void rigid_faces_visit_triangle(const plii_shape_triangle* triangle, void
     all->status = rigid_faces_visit_sweep(&pass, all->element, all->nodes, &sweep, all->visit);
 }
 
+static pli_vec3 rigid_faces_from_centre(const plii_face_sweep* sweep, pli_vec3 point) {
+    return plii_dvec3_to_float(plii_dvec3_add(sweep->origin, plii_dvec3_from(point)));
+}
+
 /* The triangles near the way of a face, which the turn of the body bends in the frame of the shape. */
 static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass, float reach, int element,
                                               const int* nodes, const plii_face_sweep* sweep,
@@ -135,9 +139,11 @@ static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass,
     pli_vec3 begin[3], end[3];
     float farthest = 0.0f;
     for (int k = 0; k < 3; ++k) {
-        begin[k] = pli_transform_inverse_point(before, sweep->begin[k]);
-        end[k] = pli_transform_inverse_point(after, sweep->end[k]);
-        farthest = plii_max(farthest, plii_max(pli_vec3_length(sweep->begin[k]), pli_vec3_length(sweep->end[k])));
+        const pli_vec3 at_begin = rigid_faces_from_centre(sweep, sweep->begin[k]);
+        const pli_vec3 at_end = rigid_faces_from_centre(sweep, sweep->end[k]);
+        begin[k] = pli_transform_inverse_point(before, at_begin);
+        end[k] = pli_transform_inverse_point(after, at_end);
+        farthest = plii_max(farthest, plii_max(pli_vec3_length(at_begin), pli_vec3_length(at_end)));
     }
     const float bulge = rigid_faces_bulge(farthest, pli_vec3_length(pass->core.rotation_vector));
     const pli_shape* shape = pass->candidate->shape;
@@ -145,6 +151,11 @@ static pli_status rigid_faces_visit_triangles(const plii_rigid_faces_pass* pass,
     shape->triangles(shape->def.user, plii_bounds_grow(rigid_faces_bounds_of(begin, end), reach + bulge),
                      rigid_faces_visit_triangle, &all);
     return all.status;
+}
+
+static pli_vec3 rigid_faces_relative(pli_vec3 point, pli_vec3 centre_of_mass, plii_dvec3 origin) {
+    const plii_dvec3 offset = plii_dvec3_sub(plii_dvec3_from(point), plii_dvec3_from(centre_of_mass));
+    return plii_dvec3_to_float(plii_dvec3_sub(offset, origin));
 }
 
 static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, float reach, int element,
@@ -159,9 +170,10 @@ static pli_status rigid_faces_visit_element(const plii_rigid_faces_pass* pass, f
         return PLI_OK;
     }
     plii_face_sweep sweep = {.core = &pass->core, .is_link = pass->has_links};
+    sweep.origin = plii_dvec3_sub(plii_dvec3_from(begin[0]), plii_dvec3_from(pass->begin.origin));
     for (int k = 0; k < 3; ++k) {
-        sweep.begin[k] = pli_vec3_sub(begin[k], pass->begin.origin);
-        sweep.end[k] = pli_vec3_sub(end[k], pass->end.origin);
+        sweep.begin[k] = rigid_faces_relative(begin[k], pass->begin.origin, sweep.origin);
+        sweep.end[k] = rigid_faces_relative(end[k], pass->end.origin, sweep.origin);
     }
     if (rigid_faces_is_anchored(body, nodes, pass->candidate->rigid)) { return PLI_OK; }
     if (pass->candidate->shape->triangles != NULL) {
@@ -202,7 +214,8 @@ static float rigid_faces_slip(const plii_rigid_faces_pass* pass, const plii_rigi
 }
 
 static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element, const int* nodes,
-                                  const plii_face_moment* moment, float end_gap, float target_gap) {
+                                  const plii_face_sweep* sweep, const plii_face_moment* moment, float end_gap,
+                                  float target_gap) {
     pli_body* body = pass->body;
     plii_rigid_faces* state = pass->state;
     pli_rigid* rigid = pass->candidate->rigid;
@@ -214,6 +227,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
                                        .weights = moment->weights,
                                        .normal = moment->normal,
                                        .core_point = moment->core_point,
+                                       .excess = plii_face_sweep_excess(sweep, moment),
                                        .distance = end_gap,
                                        .target = target_gap};
     contact.is_triangle = pass->triangle != NULL;
@@ -238,8 +252,7 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
 /* Distance of the surfaces along the normal at the end, minus the margin. */
 static float rigid_faces_end_gap(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
                                  const plii_face_moment* moment) {
-    return pli_vec3_dot(moment->normal, plii_face_blend(sweep->end, moment->weights)) -
-           plii_face_core_height(&pass->core, 1.0f, moment->normal) - pass->radius - pass->body->collision_margin;
+    return plii_face_sweep_end_gap(sweep, moment) - pass->radius - pass->body->collision_margin;
 }
 
 static float rigid_faces_slack(const pli_body* body, const plii_face_sweep* sweep) {
@@ -272,13 +285,14 @@ static bool rigid_faces_begin(const plii_rigid_faces_pass* pass, const plii_face
 
 /* Whether another triangle is nearer to the point of the face: that one makes the contact. What is left takes its
    normal from the whole mesh, so that faces do not catch on the edges between triangles. */
-static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, plii_face_moment* moment) {
+static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
+                                   plii_face_moment* moment) {
     if (pass->triangle == NULL || moment->is_overlapping) { return false; }
     const plii_face_core* core = &pass->core;
     const pli_transform begin = {core->rotation, {0, 0, 0}};
     const pli_transform turned = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, moment->time);
     const pli_transform pose = pli_transform_mul(turned, core->pose);
-    const pli_vec3 local = pli_transform_inverse_point(pose, moment->point);
+    const pli_vec3 local = pli_transform_inverse_point(pose, rigid_faces_from_centre(sweep, moment->point));
     pli_vec3 local_normal;
     const float distance = plii_shape_distance(core->shape, local, &local_normal);
     if (distance < 0.999f * moment->distance - 1e-6f * pli_vec3_length(local)) { return true; }
@@ -298,10 +312,10 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
         return PLI_OK;
     }
-    if (rigid_faces_is_covered(pass, &moment)) { return PLI_OK; }
+    if (rigid_faces_is_covered(pass, sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!plii_is_finite(end_gap)) { return PLI_OK; }
-    return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
+    return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }
 
 /* A face that passed the core where no point told so on its way. */
@@ -315,7 +329,7 @@ static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int 
     if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
     if (!(end_gap < target_gap)) { return PLI_OK; }
-    return rigid_faces_add(pass, element, nodes, &moment, end_gap, target_gap);
+    return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }
 
 /* Only what is too near at the end counts, and what is near from the start must come nearer. */
@@ -333,9 +347,11 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
             if (!plii_face_sweep_advance(sweep, target, tolerance, &moment)) { return PLI_OK; }
             if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
             plii_face_moment touch = moment;
-            if (rigid_faces_is_covered(pass, &touch)) { return PLI_OK; }
+            if (rigid_faces_is_covered(pass, sweep, &touch)) { return PLI_OK; }
             const float end_gap = rigid_faces_end_gap(pass, sweep, &touch);
-            if (end_gap < target_gap) { return rigid_faces_add(pass, element, nodes, &touch, end_gap, target_gap); }
+            if (end_gap < target_gap) {
+                return rigid_faces_add(pass, element, nodes, sweep, &touch, end_gap, target_gap);
+            }
             /* This point of the face gets out of the way in time, others may not. */
             target *= 0.5f;
             tolerance = 0.25f * target;

@@ -21,6 +21,7 @@ typedef struct plii_rigid_face_contact {
     pli_vec3 core_point; /* nearest point of the core, in the frame of the rigid body */
     bool is_triangle;    /* of a shape that is not convex */
     pli_vec3 triangle[3];
+    float excess; /* m, see plii_face_sweep_excess */
     float target; /* of the gap at the end of the step; m, <= 0 */
     float distance;
     float slip; /* share of the tangential displacement that stays */

@@ -30,17 +30,17 @@ static float rigid_faces_inverse_mass(const pli_body* body, const plii_rigid_fac
 
 /* From the centre of mass to the point of the surface whose tangent plane is at a right angle to the contact's normal,
    above or below the nearest point of the core. */
-static pli_vec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, pli_mat3 rotation,
-                                const plii_rigid_face_contact* contact) {
+static plii_dvec3 rigid_faces_arm(const plii_rigid_faces_candidate* candidate, pli_mat3 rotation,
+                                  const plii_rigid_face_contact* contact) {
     const plii_face_core core = {.shape = candidate->shape,
                                  .triangle = contact->is_triangle ? contact->triangle : NULL,
                                  .pose = candidate->shape_pose,
                                  .rotation = rotation};
     const float radius = contact->is_triangle ? 0.0f : candidate->shape->def.radius;
-    const pli_vec3 n = contact->normal;
-    const pli_vec3 core_arm = pli_mat3_mul_vec3(rotation, contact->core_point);
-    const float height = plii_face_core_height(&core, 0.0f, n) + radius;
-    return pli_vec3_add(core_arm, pli_vec3_scale(n, height - pli_vec3_dot(n, core_arm)));
+    const plii_dvec3 n = plii_dvec3_from(contact->normal);
+    const plii_dvec3 core_arm = plii_dvec3_rotate(&rotation, plii_dvec3_from(contact->core_point));
+    const double height = plii_face_core_height(&core, 0.0f, contact->normal) + (double)(radius - contact->excess);
+    return plii_dvec3_add_scaled(core_arm, n, height - plii_dvec3_dot(n, core_arm));
 }
 
 /* Impulses act where the surface is at the start of the step. Acting where it comes to lie, a corner that tips over
@@ -49,8 +49,9 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
                                       pli_transform end, plii_rigid_face_contact* contact) {
     const pli_rigid* rigid = contact->rigid;
     const float dt = body->step.dt;
-    const pli_vec3 surface = pli_vec3_add(end.origin, rigid_faces_arm(candidate, end.rotation, contact));
-    contact->arm = rigid_faces_arm(candidate, candidate->begin.rotation, contact);
+    const plii_dvec3 end_arm = rigid_faces_arm(candidate, end.rotation, contact);
+    const pli_vec3 surface = plii_dvec3_to_float(plii_dvec3_add(plii_dvec3_from(end.origin), end_arm));
+    contact->arm = plii_dvec3_to_float(rigid_faces_arm(candidate, candidate->begin.rotation, contact));
     contact->base = pli_vec3_sub(surface, pli_vec3_scale(plii_rigid_velocity_at(rigid, contact->arm), dt));
     contact->impulse_matrix =
         plii_effective_mass(dt, rigid_faces_inverse_mass(body, contact), rigid->state.inverse_mass,

@@ -10,17 +10,23 @@
 /* Cosine: a push that turns farther than this from the side that is known goes to the known side itself. */
 #define FACE_WAY_SAME_SIDE 0.7f
 
-/* A core at its place. */
+/* A core at one moment. */
 typedef struct face_sweep_core {
     const pli_shape* shape;
     const pli_vec3* triangle;
     pli_transform pose;
+    plii_dvec3 origin; /* of the pose, relative to that of the sweep */
 } face_sweep_core;
 
-static face_sweep_core face_sweep_core_at(const plii_face_core* core, float time) {
+static face_sweep_core face_sweep_core_at(const plii_face_core* core, plii_dvec3 origin, float time) {
     const pli_transform begin = {core->rotation, {0, 0, 0}};
-    const pli_transform pose = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, time);
-    return (face_sweep_core){core->shape, core->triangle, pli_transform_mul(pose, core->pose)};
+    const pli_transform rotated = plii_rigid_advance(begin, pli_vec3_make(0, 0, 0), core->rotation_vector, time);
+    const pli_transform pose = pli_transform_mul(rotated, core->pose);
+    return (face_sweep_core){core->shape, core->triangle, pose, plii_dvec3_sub(plii_dvec3_from(pose.origin), origin)};
+}
+
+static plii_dvec3 face_sweep_core_point(const face_sweep_core* core, pli_vec3 local) {
+    return plii_dvec3_add(core->origin, plii_dvec3_rotate(&core->pose.rotation, plii_dvec3_from(local)));
 }
 
 /* Of a triangle. */
@@ -38,21 +44,37 @@ static pli_vec3 face_sweep_support(const void* user, pli_vec3 direction) {
     return corners[farthest];
 }
 
-static pli_vec3 face_sweep_core_support(const void* user, pli_vec3 direction) {
-    const face_sweep_core* core = user;
+static plii_dvec3 face_sweep_core_farthest(const face_sweep_core* core, pli_vec3 direction) {
     const pli_vec3 local = pli_mat3_transpose_mul_vec3(core->pose.rotation, direction);
     const pli_vec3 farthest = core->triangle != NULL ? face_sweep_support(core->triangle, local)
                                                      : core->shape->def.support(core->shape->def.user, local);
-    return pli_transform_point(core->pose, farthest);
+    return face_sweep_core_point(core, farthest);
 }
 
-static float face_sweep_height(const face_sweep_core* core, pli_vec3 normal) {
-    return pli_vec3_dot(face_sweep_core_support(core, normal), normal);
+static pli_vec3 face_sweep_core_support(const void* user, pli_vec3 direction) {
+    return plii_dvec3_to_float(face_sweep_core_farthest(user, direction));
 }
 
-float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal) {
-    const face_sweep_core placed = face_sweep_core_at(core, time);
+static double face_sweep_height(const face_sweep_core* core, pli_vec3 normal) {
+    return plii_dvec3_dot(face_sweep_core_farthest(core, normal), plii_dvec3_from(normal));
+}
+
+double plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal) {
+    const face_sweep_core placed = face_sweep_core_at(core, plii_dvec3_make(0, 0, 0), time);
     return face_sweep_height(&placed, normal);
+}
+
+float plii_face_sweep_excess(const plii_face_sweep* sweep, const plii_face_moment* moment) {
+    if (moment->is_overlapping) { return 0.0f; }
+    const face_sweep_core core = face_sweep_core_at(sweep->core, sweep->origin, moment->time);
+    const double along = plii_dvec3_dot(plii_dvec3_from(moment->nearest), plii_dvec3_from(moment->normal));
+    return plii_max((float)(face_sweep_height(&core, moment->normal) - along), 0.0f);
+}
+
+float plii_face_sweep_end_gap(const plii_face_sweep* sweep, const plii_face_moment* moment) {
+    const face_sweep_core core = face_sweep_core_at(sweep->core, sweep->origin, 1.0f);
+    const float height = (float)face_sweep_height(&core, moment->normal) - plii_face_sweep_excess(sweep, moment);
+    return pli_vec3_dot(moment->normal, plii_face_blend(sweep->end, moment->weights)) - height;
 }
 
 float plii_face_sweep_length(const plii_face_sweep* sweep) {
@@ -79,9 +101,10 @@ static pli_vec3 face_sweep_middle(const pli_vec3* corners) {
 
 static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corners, float max_distance,
                                plii_convex_cache* cache, plii_convex_result* result) {
-    const pli_vec3 middle =
-        core->triangle == NULL ? core->pose.origin : pli_transform_point(core->pose, face_sweep_middle(core->triangle));
-    const plii_convex rigid = {.support = face_sweep_core_support, .user = core, .centre = middle};
+    const pli_vec3 middle = core->triangle == NULL ? pli_vec3_make(0, 0, 0) : face_sweep_middle(core->triangle);
+    const plii_convex rigid = {.support = face_sweep_core_support,
+                               .user = core,
+                               .centre = plii_dvec3_to_float(face_sweep_core_point(core, middle))};
     const plii_convex face = {.support = face_sweep_support, .user = corners, .centre = face_sweep_middle(corners)};
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
@@ -98,14 +121,16 @@ static void face_sweep_record(const face_sweep_core* core, const plii_face_sweep
     moment->distance = result->distance;
     moment->normal = result->normal;
     moment->point = result->point_a;
+    moment->nearest = result->point_b;
+    const pli_vec3 from_core = plii_dvec3_to_float(plii_dvec3_sub(plii_dvec3_from(result->point_b), core->origin));
     moment->core_point =
-        pli_transform_point(sweep->core->pose, pli_transform_inverse_point(core->pose, result->point_b));
+        pli_transform_point(sweep->core->pose, pli_mat3_transpose_mul_vec3(core->pose.rotation, from_core));
 }
 
 /* Overlapping cores and the side where the face belongs: nearest points after the face is lifted out to that side. */
 static bool face_sweep_lift(const plii_face_sweep* sweep, const face_sweep_core* core, const pli_vec3* corners,
                             plii_face_moment* moment) {
-    const float depth = face_sweep_height(core, sweep->side) -
+    const float depth = (float)face_sweep_height(core, sweep->side) -
                         pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(sweep->side)), sweep->side);
     const float lift = depth + plii_max(0.05f * depth, 1e-3f * pli_vec3_length(pli_vec3_sub(corners[1], corners[0])));
     const pli_vec3 up = pli_vec3_scale(sweep->side, lift);
@@ -121,14 +146,14 @@ static bool face_sweep_lift(const plii_face_sweep* sweep, const face_sweep_core*
     moment->point = pli_vec3_sub(result.point_a, up);
     moment->is_overlapping = true;
     moment->distance = pli_vec3_dot(face_sweep_support(corners, pli_vec3_neg(moment->normal)), moment->normal) -
-                       face_sweep_height(core, moment->normal);
+                       (float)face_sweep_height(core, moment->normal);
     return true;
 }
 
 static bool face_sweep_look(const plii_face_sweep* sweep, float time, float max_distance, plii_face_moment* moment) {
     pli_vec3 corners[3];
     face_sweep_corners(sweep, time, corners);
-    const face_sweep_core core = face_sweep_core_at(sweep->core, time);
+    const face_sweep_core core = face_sweep_core_at(sweep->core, sweep->origin, time);
     plii_convex_result result;
     if (!face_sweep_measure(&core, corners, max_distance, NULL, &result)) { return false; }
     moment->time = time;
@@ -166,7 +191,7 @@ bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float t
         const float time = moment->time + gap / approach;
         pli_vec3 corners[3];
         face_sweep_corners(sweep, time, corners);
-        const face_sweep_core core = face_sweep_core_at(sweep->core, time);
+        const face_sweep_core core = face_sweep_core_at(sweep->core, sweep->origin, time);
         plii_convex_result result;
         if (!face_sweep_measure(&core, corners, INFINITY, &cache, &result)) { return false; }
         /* On the way cores cannot overlap but for rounding: then the moment before counts. */

@@ -5,6 +5,7 @@
    the core belongs to. The core turns evenly, the corners of the face go straight. */
 
 #include "geometry/convex_distance.h"
+#include "math/dvec3.h"
 #include "shape/shape_impl.h"
 
 typedef struct plii_face_core {
@@ -18,6 +19,9 @@ typedef struct plii_face_core {
 
 typedef struct plii_face_sweep {
     const plii_face_core* core;
+    /* Near the face, from the centre of mass. Points of a sweep are relative to it: those of the face and of the
+       surface beside it are small then and keep their digits, however large the core is. */
+    plii_dvec3 origin;
     pli_vec3 begin[3], end[3]; /* corners; a link has its last one twice */
     bool is_link;
     bool has_side; /* overlapping from the start, it is pushed to this side, not the shortest way */
@@ -31,7 +35,8 @@ typedef struct plii_face_moment {
     float distance;      /* of face and core; < 0: overlapping */
     pli_vec3 normal;     /* unit, from the core to the face */
     pli_vec3 point;      /* on the face */
-    pli_vec3 core_point; /* in the frame of the rigid body */
+    pli_vec3 nearest;    /* of the core to it */
+    pli_vec3 core_point; /* the same in the frame of the rigid body */
     pli_vec3 weights;    /* of the point; set by plii_face_sweep_weigh */
 } plii_face_moment;
 
@@ -47,8 +52,13 @@ bool plii_face_sweep_weigh(const plii_face_sweep* sweep, plii_face_moment* momen
 
 /* Upper bound of the way of a point of the face relative to the core. */
 float plii_face_sweep_length(const plii_face_sweep* sweep);
-/* How far the core reaches along a unit vector. */
-float plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal);
+/* How far the core reaches along a unit vector from the centre of mass. */
+double plii_face_core_height(const plii_face_core* core, float time, pli_vec3 normal);
+/* How much farther than its nearest point the core reaches along the normal of a moment; 0 where they overlap. It would
+   be nothing with an exact normal, but a thousandth of a radian is ten metres at the far end of ten kilometres. */
+float plii_face_sweep_excess(const plii_face_sweep* sweep, const plii_face_moment* moment);
+/* Distance of the point of the face from the core along the normal, at the end. */
+float plii_face_sweep_end_gap(const plii_face_sweep* sweep, const plii_face_moment* moment);
 
 static inline pli_vec3 plii_face_blend(const pli_vec3* corners, pli_vec3 weights) {
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(corners[0], weights.x), pli_vec3_scale(corners[1], weights.y)),

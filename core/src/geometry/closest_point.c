@@ -2,49 +2,59 @@
 
 #include "geometry/closest_point.h"
 
+#include "math/dvec3.h"
+
 static plii_closest_feature closest_feature(plii_triangle_feature feature, float a, float b, float c) {
     return (plii_closest_feature){feature, {a, b, c}};
 }
 
-pli_vec3 plii_closest_point_on_triangle(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_closest_feature* closest) {
-    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a);
-    const pli_vec3 ap = pli_vec3_sub(p, a), bp = pli_vec3_sub(p, b), cp = pli_vec3_sub(p, c);
-    const float d1 = pli_vec3_dot(ab, ap), d2 = pli_vec3_dot(ac, ap);
-    const float d3 = pli_vec3_dot(ab, bp), d4 = pli_vec3_dot(ac, bp);
-    const float d5 = pli_vec3_dot(ab, cp), d6 = pli_vec3_dot(ac, cp);
-    if (d1 <= 0.0f && d2 <= 0.0f) {
+static pli_vec3 closest_point_at(plii_dvec3 start, plii_dvec3 edge, double t) {
+    return plii_dvec3_to_float(plii_dvec3_add_scaled(start, edge, t));
+}
+
+/* In double: of a triangle of kilometres, products of floats would lose a point a metre above it. */
+pli_vec3 plii_closest_point_on_triangle(pli_vec3 point, pli_vec3 vertex_a, pli_vec3 vertex_b, pli_vec3 vertex_c,
+                                        plii_closest_feature* closest) {
+    const plii_dvec3 p = plii_dvec3_from(point), a = plii_dvec3_from(vertex_a), b = plii_dvec3_from(vertex_b),
+                     c = plii_dvec3_from(vertex_c);
+    const plii_dvec3 ab = plii_dvec3_sub(b, a), ac = plii_dvec3_sub(c, a);
+    const plii_dvec3 ap = plii_dvec3_sub(p, a), bp = plii_dvec3_sub(p, b), cp = plii_dvec3_sub(p, c);
+    const double d1 = plii_dvec3_dot(ab, ap), d2 = plii_dvec3_dot(ac, ap);
+    const double d3 = plii_dvec3_dot(ab, bp), d4 = plii_dvec3_dot(ac, bp);
+    const double d5 = plii_dvec3_dot(ab, cp), d6 = plii_dvec3_dot(ac, cp);
+    if (d1 <= 0.0 && d2 <= 0.0) {
         *closest = closest_feature(PLII_TRIANGLE_VERTEX_0, 1.0f, 0.0f, 0.0f);
-        return a;
+        return vertex_a;
     }
-    if (d3 >= 0.0f && d4 <= d3) {
+    if (d3 >= 0.0 && d4 <= d3) {
         *closest = closest_feature(PLII_TRIANGLE_VERTEX_1, 0.0f, 1.0f, 0.0f);
-        return b;
+        return vertex_b;
     }
-    if (d6 >= 0.0f && d5 <= d6) {
+    if (d6 >= 0.0 && d5 <= d6) {
         *closest = closest_feature(PLII_TRIANGLE_VERTEX_2, 0.0f, 0.0f, 1.0f);
-        return c;
+        return vertex_c;
     }
-    const float vc = d1 * d4 - d3 * d2;
-    if (vc <= 0.0f && d1 >= 0.0f && d3 <= 0.0f) {
-        const float t = d1 / (d1 - d3);
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_01, 1.0f - t, t, 0.0f);
-        return pli_vec3_add(a, pli_vec3_scale(ab, t));
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+        const double t = d1 / (d1 - d3);
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_01, (float)(1.0 - t), (float)t, 0.0f);
+        return closest_point_at(a, ab, t);
     }
-    const float vb = d5 * d2 - d1 * d6;
-    if (vb <= 0.0f && d2 >= 0.0f && d6 <= 0.0f) {
-        const float t = d2 / (d2 - d6);
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_20, 1.0f - t, 0.0f, t);
-        return pli_vec3_add(a, pli_vec3_scale(ac, t));
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+        const double t = d2 / (d2 - d6);
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_20, (float)(1.0 - t), 0.0f, (float)t);
+        return closest_point_at(a, ac, t);
     }
-    const float va = d3 * d6 - d5 * d4;
-    if (va <= 0.0f && d4 - d3 >= 0.0f && d5 - d6 >= 0.0f) {
-        const float t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        *closest = closest_feature(PLII_TRIANGLE_EDGE_12, 0.0f, 1.0f - t, t);
-        return pli_vec3_add(b, pli_vec3_scale(pli_vec3_sub(c, b), t));
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+        const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        *closest = closest_feature(PLII_TRIANGLE_EDGE_12, 0.0f, (float)(1.0 - t), (float)t);
+        return closest_point_at(b, plii_dvec3_sub(c, b), t);
     }
-    const float scale = 1.0f / (va + vb + vc), v = vb * scale, w = vc * scale;
-    *closest = closest_feature(PLII_TRIANGLE_FACE, va * scale, v, w);
-    return pli_vec3_add(a, pli_vec3_add(pli_vec3_scale(ab, v), pli_vec3_scale(ac, w)));
+    const double scale = 1.0 / (va + vb + vc), v = vb * scale, w = vc * scale;
+    *closest = closest_feature(PLII_TRIANGLE_FACE, (float)(va * scale), (float)v, (float)w);
+    return closest_point_at(plii_dvec3_add_scaled(a, ab, v), ac, w);
 }
 
 static void closest_point_project_on_edge(pli_vec3 a, pli_vec3 b, float min_edge_squared, pli_vec3* point,

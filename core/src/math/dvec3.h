@@ -37,6 +37,11 @@ static inline double plii_dvec3_dot(plii_dvec3 a, plii_dvec3 b) {
 static inline plii_dvec3 plii_dvec3_cross(plii_dvec3 a, plii_dvec3 b) {
     return plii_dvec3_make(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
+static inline plii_dvec3 plii_dvec3_rotate(const pli_mat3* m, plii_dvec3 v) {
+    return plii_dvec3_make(plii_dvec3_dot(plii_dvec3_from(m->rows[0]), v),
+                           plii_dvec3_dot(plii_dvec3_from(m->rows[1]), v),
+                           plii_dvec3_dot(plii_dvec3_from(m->rows[2]), v));
+}
 static inline double plii_dvec3_length(plii_dvec3 a) {
     return sqrt(plii_dvec3_dot(a, a));
 }
