@@ -94,13 +94,19 @@ static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float m
     pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
     assert_non_null(contacts);
     pli_body_get_soft_contacts(nodes, count, contacts);
+    pli_vec3 common = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < b.node_count; ++i) {
+        const pli_vec3 motion = pli_vec3_sub(xyz(b.positions[i]), xyz(b.previous[i]));
+        common = pli_vec3_add(common, pli_vec3_scale(motion, 1.0f / (float)b.node_count));
+    }
     int next = 0, matched = 0;
     for (int i = 0; i < a.node_count; ++i) {
         /* In ascending order of nodes; of the faces of a node in any. */
         const int first = next;
         for (; next < count && contacts[next].node == i; ++next) {}
         const pli_vec3 p = xyz(a.positions[i]);
-        const double reach = (double)margins + 2 * (double)pli_vec3_length(pli_vec3_sub(p, xyz(a.previous[i])));
+        const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(p, xyz(a.previous[i])), common);
+        const double reach = (double)margins + 2 * (double)pli_vec3_length(motion);
         for (int k = 0; k < b.face_count; ++k) {
             const int* face = &b.face_nodes[3 * k];
             const pli_vec3 x[3] = {xyz(b.positions[face[0]]), xyz(b.positions[face[1]]), xyz(b.positions[face[2]])};
@@ -245,6 +251,35 @@ static void test_soft_contacts_with_a_pinned_face(void** state) {
     assert_int_equal(pli_body_set_node_position(node, 0, pli_vec3_make(0, 0.1f, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     assert_int_equal(pli_body_get_soft_contacts(node, 0, NULL), 0);
+}
+
+/* Two sheets 38 mm apart, whose margins add up to 40 mm, fly together. Contacts in the first step. */
+static int count_contacts_at(fixture* f, pli_vec3 velocity) {
+    pli_body* sheets[2];
+    for (int i = 0; i < 2; ++i) {
+        pli_mesh* mesh = NULL;
+        assert_int_equal(sample_create_sheet(f->context, 20, 0, 0, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_translate(mesh, pli_vec3_make(0, 0.038f * (float)i, 0)), PLI_OK);
+        sheets[i] = make_body(f, mesh, 0.02f, false);
+        assert_int_equal(pli_body_add_velocity(sheets[i], velocity), PLI_OK);
+    }
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    const int count = pli_body_get_soft_contacts(sheets[0], 0, NULL) + pli_body_get_soft_contacts(sheets[1], 0, NULL);
+    pli_body_destroy(sheets[0]);
+    pli_body_destroy(sheets[1]);
+    return count;
+}
+
+static void test_common_motion_makes_no_contacts(void** state) {
+    fixture* f = *state;
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    const int at_rest = count_contacts_at(f, pli_vec3_make(0, 0, 0));
+    assert_true(at_rest > 0);
+    static const float speeds[] = {5, 10, 100, 300};
+    for (int i = 0; i < 4; ++i) {
+        check_near(count_contacts_at(f, pli_vec3_make(0, speeds[i], 0)), at_rest, 0.05 * at_rest);
+        check_near(count_contacts_at(f, pli_vec3_make(speeds[i], 0, 0)), at_rest, 0.05 * at_rest);
+    }
 }
 
 static void test_steps_with_soft_contacts_allocate_nothing(void** state) {
@@ -504,6 +539,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_soft_contacts_small_faces_count, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_by_mass, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_with_a_pinned_face, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_common_motion_makes_no_contacts, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_steps_with_soft_contacts_allocate_nothing, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_go_with_the_other_body, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_in_the_same_place, setup, teardown_fixture),

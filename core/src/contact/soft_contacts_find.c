@@ -32,7 +32,8 @@ typedef struct soft_contacts_pass {
     pli_body* face_body;
     plii_soft_contacts_state* face_state;
     plii_soft_contacts_state* search;
-    float margin; /* sum of both */
+    float margin;           /* sum of both */
+    pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */
 } soft_contacts_pass;
@@ -41,7 +42,7 @@ typedef struct soft_contacts_pass {
 static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
     const pli_vec3 motion =
         pli_vec3_sub(plii_soft_contacts_position(pass->node_body, node), plii_xyz(pass->node_body->previous[node]));
-    return pass->margin + pli_vec3_length(motion) * 2.0f;
+    return pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
 }
 
 /* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
@@ -330,17 +331,29 @@ static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
     return PLI_OK;
 }
 
+/* Mean of the nodes. */
+static pli_vec3 soft_contacts_common_motion(const pli_body* body) {
+    plii_float4 sum = plii_float4_all(0.0f);
+    for (int i = 0; i < body->node_count; ++i) {
+        sum = plii_float4_add(
+            sum, plii_float4_sub(plii_float4_from(&body->positions[i]), plii_float4_from(&body->previous[i])));
+    }
+    pli_vec3 motion;
+    plii_lanes_to_vec3(&motion, sum);
+    return pli_vec3_scale(motion, 1.0f / (float)body->node_count);
+}
+
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
-    soft_contacts_pass pass = {body,
-                               state,
-                               other,
-                               other_state,
-                               state,
-                               body->collision_margin + other->collision_margin,
-                               state->node_boxes != NULL && other_state->node_boxes != NULL,
-                               false};
+    soft_contacts_pass pass = {.node_body = body,
+                               .node_state = state,
+                               .face_body = other,
+                               .face_state = other_state,
+                               .search = state,
+                               .margin = body->collision_margin + other->collision_margin,
+                               .use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL};
+    if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(other); }
     pli_status status = soft_contacts_run_pass(&pass);
     if (status == PLI_OK) {
         pass.node_body = other;
@@ -348,6 +361,7 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
         pass.face_body = body;
         pass.face_state = state;
         pass.is_second = true;
+        if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(body); }
         status = soft_contacts_run_pass(&pass);
     }
     if (status != PLI_OK) {
