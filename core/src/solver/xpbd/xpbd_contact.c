@@ -1,6 +1,6 @@
 /* The definition that contacts with rigid and with soft bodies share. */
 
-#include "solver/xpbd/xpbd_contact.h"
+#include "contact/contact_substep.h"
 #include "math/range.h"
 
 pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void) {

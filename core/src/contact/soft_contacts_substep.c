@@ -3,8 +3,8 @@
    solved one after the other, so the other body takes part by its velocities, as a rigid body does: one that is solved
    later starts with them, one that is done is moved along. */
 
+#include "contact/contact_substep.h"
 #include "pliant/contact.h"
-#include "solver/xpbd/xpbd_contact.h"
 
 typedef struct xpbd_soft_contact {
     int node;

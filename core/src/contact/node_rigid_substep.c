@@ -6,8 +6,8 @@
 
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
+#include "contact/contact_substep.h"
 #include "pliant/contact.h"
-#include "solver/xpbd/xpbd_contact.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 /* Records of four floats, so that four contacts with fixed bodies are solved at a time. */
