@@ -41,10 +41,10 @@ void nothing(pli_body*) {}
 void enable_xpbd_all(pli_body* body) {
     enable_by_def<pli_body_enable_xpbd, pli_xpbd_def_default>(body);
     enable_by_def<pli_body_enable_xpbd_links, pli_xpbd_links_def_default>(body);
-    enable_by_def<pli_body_enable_xpbd_rigid_contacts, pli_xpbd_contacts_def_default>(body);
+    enable_by_def<pli_body_enable_rigid_contacts, pli_rigid_contacts_def_default>(body);
 }
 void disable_xpbd_all(pli_body* body) {
-    check(pli_body_disable_xpbd_rigid_contacts(body));
+    check(pli_body_disable_rigid_contacts(body));
     check(pli_body_disable_xpbd_links(body));
     check(pli_body_disable_xpbd(body));
 }

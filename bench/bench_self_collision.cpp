@@ -251,15 +251,14 @@ void frame(benchmark::State& state) {
     pli_body* body = nullptr;
     pli_body_create(world, mesh, &def, &body);
     pli_mesh_destroy(mesh);
-    const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+    contacts.friction = 0.5f;
     pli_body_enable_rigid_contacts(body, &contacts);
     const pli_xpbd_def xpbd = pli_xpbd_def_default();
     pli_body_enable_xpbd(body, &xpbd);
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     pli_body_enable_xpbd_links(body, &links);
     pli_body_enable_colored_links(body);
-    const pli_xpbd_contacts_def xpbd_contacts = pli_xpbd_contacts_def_default();
-    pli_body_enable_xpbd_rigid_contacts(body, &xpbd_contacts);
     pli_self_collision_def self = pli_self_collision_def_default();
     self.thickness = spacing;
     if (state.range(2) != 0) { pli_body_enable_self_collision(body, &self); }

@@ -178,10 +178,9 @@ void large_sheet(benchmark::State& state, bool lies) {
         pli_rigid* made = nullptr;
         check(pli_rigid_create(sample.world.get(), &rigid, &made));
         pli_shape_release(ball);
-        const pli_rigid_contacts_def found = pli_rigid_contacts_def_default();
-        check(pli_body_enable_rigid_contacts(sample.body, &found));
-        const pli_xpbd_contacts_def solved = pli_xpbd_contacts_def_default();
-        check(pli_body_enable_xpbd_rigid_contacts(sample.body, &solved));
+        pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
+        contacts.friction = 0.5f;
+        check(pli_body_enable_rigid_contacts(sample.body, &contacts));
         pli_solver_settings settings = pli_body_get_solver_settings(sample.body);
         settings.velocity_damping = 0.05f;
         check(pli_body_set_solver_settings(sample.body, &settings));

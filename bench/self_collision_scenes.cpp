@@ -220,25 +220,23 @@ private:
     }
 
     void enable() {
-        const pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
-        pli_body_enable_rigid_contacts(body_, &contacts);
+        pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
         if (options_.solver == "xpbd") {
+            contacts.friction = static_cast<float>(options_.contact_friction);
+            contacts.recovery_speed = static_cast<float>(options_.recovery);
             pli_xpbd_def xpbd = pli_xpbd_def_default();
             xpbd.substeps = options_.substeps;
             xpbd.sweeps = options_.sweeps;
             pli_body_enable_xpbd(body_, &xpbd);
             const pli_xpbd_links_def links = pli_xpbd_links_def_default();
             pli_body_enable_xpbd_links(body_, &links);
-            pli_xpbd_contacts_def xpbd_contacts = pli_xpbd_contacts_def_default();
-            xpbd_contacts.friction = static_cast<float>(options_.contact_friction);
-            xpbd_contacts.recovery_speed = static_cast<float>(options_.recovery);
-            pli_body_enable_xpbd_rigid_contacts(body_, &xpbd_contacts);
             if (options_.bending > 0.0) {
                 pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
                 bending.compliance = static_cast<float>(options_.bending);
                 pli_body_enable_xpbd_bending(body_, &bending);
             }
         }
+        pli_body_enable_rigid_contacts(body_, &contacts);
         if (options_.module == "nodes" || options_.module == "both") {
             pli_self_collision_def def = pli_self_collision_def_default();
             def.thickness = static_cast<float>(thickness());

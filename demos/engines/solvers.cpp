@@ -158,12 +158,6 @@ void check(pli_body* body, pli_status status) {
     throw Error(std::string(pli_status_string(status)) + (detail.empty() ? "" : ": " + detail));
 }
 
-pli_xpbd_contacts_def xpbd_contacts(float friction) {
-    pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
-    contacts.friction = coulomb_friction(friction);
-    return contacts;
-}
-
 void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run) {
     pli_xpbd_def solver = pli_xpbd_def_default();
     solver.substeps = run.substeps;
@@ -184,15 +178,6 @@ void enable_xpbd(pli_body* body, const SoftRecord& record, const SolverRun& run)
         pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
         volume.compliance = 1.0f / def.volume_conservation;
         check(body, pli_body_enable_xpbd_volume(body, &volume));
-    }
-    if (!record.anchors.empty()) { check(body, pli_body_enable_xpbd_anchors(body, 0.0f)); }
-    if (def.has_rigid_contacts) {
-        const pli_xpbd_contacts_def contacts = xpbd_contacts(def.rigid_contacts.friction);
-        check(body, pli_body_enable_xpbd_rigid_contacts(body, &contacts));
-    }
-    if (def.has_soft_contacts) {
-        const pli_xpbd_contacts_def contacts = xpbd_contacts(def.soft_contacts.friction);
-        check(body, pli_body_enable_xpbd_soft_contacts(body, &contacts));
     }
 }
 
@@ -247,10 +232,16 @@ void enable_self_collision(pli_body* body, const scene_soft_def& def, const Solv
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run) {
     scene_soft_def def = record.def;
     if (run.kind != SolverKind::bullet) { def.velocity_links = false; }
-    if (run.kind != SolverKind::xpbd || !def.has_clusters) { return def; }
-    def.has_rigid_contacts = true;
-    def.rigid_contacts.friction = def.cluster_contacts.friction;
-    def.has_clusters = def.has_cluster_contacts = false;
+    if (run.kind != SolverKind::xpbd) { return def; }
+    if (def.has_clusters) {
+        def.has_rigid_contacts = true;
+        def.rigid_contacts.friction = def.cluster_contacts.friction;
+        def.has_clusters = def.has_cluster_contacts = false;
+    }
+    def.rigid_contacts.friction = coulomb_friction(def.rigid_contacts.friction);
+    def.soft_contacts.friction = coulomb_friction(def.soft_contacts.friction);
+    constexpr float recovery_speed = 1.0f; // m/s, whatever the scene wants of btSoftBody's solver
+    def.rigid_contacts.recovery_speed = def.soft_contacts.recovery_speed = recovery_speed;
     return def;
 }
 

@@ -15,7 +15,7 @@ void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& ru
 // Self-collision of the kind that the record names, none included. Throws Error.
 void enable_self_collision(pli_body* body, const scene_soft_def& def, const SolverRun& run);
 
-// What contacts of clusters are for a solver without clusters: contacts of nodes.
+// The record in the units of the solver's contacts; contacts of clusters are those of nodes where it has no clusters.
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run);
 
 // N/m of a link with linear stiffness 1.

@@ -26,6 +26,8 @@ static void change_rigid_contacts(calls* c, pli_body* body, calls_context* home)
         def.dynamic_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.static_hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         const int flags = bytes_next(&c->bytes);
+        if ((flags & 16) != 0) { def.compliance = bytes_float(&c->bytes, 0.0f, 0.01f); }
+        if ((flags & 32) != 0) { def.recovery_speed = bytes_float(&c->bytes, 0.0f, 2.0f); }
         def.after_links = (flags & 1) != 0;
         if ((flags & 14) == 14) { TURN(pli_body_enable_bullet_node_boxes(body)); }
         if ((flags & 14) == 6) { TURN(pli_body_disable_bullet_node_boxes(body)); }
@@ -50,7 +52,9 @@ static void change_soft_contacts(calls* c, pli_body* body, calls_context* home) 
         def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.hardness = bytes_float(&c->bytes, 0.0f, 1.0f);
         def.recovery_speed = bytes_float(&c->bytes, 0.0f, 3.0f);
-        def.bullet_boxes = bytes_flag(&c->bytes);
+        const int flags = bytes_next(&c->bytes);
+        def.bullet_boxes = (flags & 1) != 0;
+        if ((flags & 2) != 0) { def.compliance = bytes_float(&c->bytes, 0.0f, 0.01f); }
     }
     TURN(pli_body_enable_soft_contacts(body, &def));
     const pli_body_view view = pli_body_get_view(body);

@@ -65,7 +65,9 @@ void calls_add_anchor(calls* c) {
         pli_vec3 pivot = bytes_vec3(&c->bytes, -1.0f, 1.0f);
         if (bytes_flag(&c->bytes)) { def.local_pivot = &pivot; }
         if (bytes_seldom(&c->bytes, 64)) { def.influence = bytes_float(&c->bytes, 0.0f, 1.0f); }
-        def.disable_collision = bytes_flag(&c->bytes);
+        const int flags = bytes_next(&c->bytes);
+        def.disable_collision = (flags & 1) != 0;
+        if ((flags & 6) == 6) { def.compliance = bytes_float(&c->bytes, 0.0f, 0.01f); }
         CALL(c, home, pli_body_add_anchor(body, &def, anchor));
     } else if (kind < 7) {
         CALL(c, home, pli_body_remove_anchor(body, *anchor));

@@ -34,22 +34,8 @@ static void enable_bending(calls* c, pli_body* body, calls_context* home) {
     TRY(pli_body_enable_xpbd_bending(body, &def));
 }
 
-static void enable_contacts(calls* c, pli_body* body, calls_context* home) {
-    pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
-    if (bytes_flag(&c->bytes)) {
-        def.compliance = bytes_float(&c->bytes, 0.0f, 0.01f);
-        def.friction = bytes_float(&c->bytes, 0.0f, 1.0f);
-        def.recovery_speed = bytes_float(&c->bytes, 0.0f, 2.0f);
-    }
-    if (bytes_flag(&c->bytes)) {
-        TRY(pli_body_enable_xpbd_rigid_contacts(body, &def));
-    } else {
-        TRY(pli_body_enable_xpbd_soft_contacts(body, &def));
-    }
-}
-
 static void disable_constraint(calls* c, pli_body* body, calls_context* home) {
-    switch (bytes_below(&c->bytes, 7)) {
+    switch (bytes_below(&c->bytes, 4)) {
     case 0:
         TRY(pli_body_disable_xpbd_links(body));
         break;
@@ -59,17 +45,8 @@ static void disable_constraint(calls* c, pli_body* body, calls_context* home) {
     case 2:
         TRY(pli_body_disable_xpbd_tetras(body));
         break;
-    case 3:
-        TRY(pli_body_disable_xpbd_volume(body));
-        break;
-    case 4:
-        TRY(pli_body_disable_xpbd_anchors(body));
-        break;
-    case 5:
-        TRY(pli_body_disable_xpbd_rigid_contacts(body));
-        break;
     default:
-        TRY(pli_body_disable_xpbd_soft_contacts(body));
+        TRY(pli_body_disable_xpbd_volume(body));
         break;
     }
 }
@@ -89,9 +66,6 @@ static void change_xpbd(calls* c, pli_body* body, calls_context* home) {
         volume.pressure_ratio = bytes_float(&c->bytes, 0.0f, 2.0f);
         TRY(pli_body_enable_xpbd_volume(body, &volume));
     }
-    if ((chosen & 16) != 0) { TRY(pli_body_enable_xpbd_anchors(body, bytes_float(&c->bytes, 0.0f, 0.01f))); }
-    if ((chosen & 32) != 0) { enable_contacts(c, body, home); }
-    if ((chosen & 64) != 0) { enable_contacts(c, body, home); }
 }
 
 void calls_change_solver(calls* c) {

@@ -371,17 +371,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_disable_xpbd_tetras, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_tetras(h->body)))            \
     X(pli_body_enable_xpbd_volume, BODY, CHANGES_IDLE,                                                                 \
       CALL_STATUS(pli_body_enable_xpbd_volume(h->body, CALL_DEF(pli_xpbd_volume))))                                    \
-    X(pli_body_disable_xpbd_volume, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_volume(h->body)))            \
-    X(pli_body_enable_xpbd_anchors, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_xpbd_anchors(h->body, 0.5f)))      \
-    X(pli_body_disable_xpbd_anchors, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_anchors(h->body)))          \
-    X(pli_body_enable_xpbd_rigid_contacts, BODY, CHANGES_IDLE,                                                         \
-      CALL_STATUS(pli_body_enable_xpbd_rigid_contacts(h->body, CALL_DEF(pli_xpbd_contacts))))                          \
-    X(pli_body_disable_xpbd_rigid_contacts, BODY, CHANGES_IDLE,                                                        \
-      CALL_STATUS(pli_body_disable_xpbd_rigid_contacts(h->body)))                                                      \
-    X(pli_body_enable_xpbd_soft_contacts, BODY, CHANGES_IDLE,                                                          \
-      CALL_STATUS(pli_body_enable_xpbd_soft_contacts(h->body, CALL_DEF(pli_xpbd_contacts))))                           \
-    X(pli_body_disable_xpbd_soft_contacts, BODY, CHANGES_IDLE,                                                         \
-      CALL_STATUS(pli_body_disable_xpbd_soft_contacts(h->body)))
+    X(pli_body_disable_xpbd_volume, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_xpbd_volume(h->body)))
 
 #define CALL_FUNCTION(name, kind, effect, result)                                                                      \
     static call_result call_##name##_##kind(const call_handles* h) {                                                   \

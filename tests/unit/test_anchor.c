@@ -291,10 +291,7 @@ static void test_anchors_to_what_is_not_present_hold_nothing(void** unused) {
         pli_body* rope = make_rope(0, 8);
         const pli_implicit_def implicit = pli_implicit_def_default();
         const pli_xpbd_def xpbd = pli_xpbd_def_default();
-        if (solver == 1) {
-            assert_int_equal(pli_body_enable_xpbd(rope, &xpbd), PLI_OK);
-            assert_int_equal(pli_body_enable_xpbd_anchors(rope, 0), PLI_OK);
-        }
+        if (solver == 1) { assert_int_equal(pli_body_enable_xpbd(rope, &xpbd), PLI_OK); }
         if (solver == 2) { assert_int_equal(pli_body_enable_implicit(rope, &implicit), PLI_OK); }
         add_anchor(rope, 0, wall);
         assert_int_equal(pli_rigid_set_present(wall, false), PLI_OK);

@@ -27,8 +27,6 @@ ENABLE(xpbd, pli_xpbd)
 ENABLE(xpbd_links, pli_xpbd_links)
 ENABLE(xpbd_bending, pli_xpbd_bending)
 ENABLE(xpbd_volume, pli_xpbd_volume)
-ENABLE(xpbd_rigid_contacts, pli_xpbd_contacts)
-ENABLE(xpbd_soft_contacts, pli_xpbd_contacts)
 
 /* A sheet with one pinned corner that falls on a ball, next to another one. */
 static uint64_t run(enable_fn* enable, bool needs_xpbd, bool with_null, size_t* bytes) {
@@ -93,8 +91,8 @@ static void test_null_is_the_defaults(void** state) {
         {enable_xpbd_links, true},
         {enable_xpbd_bending, true},
         {enable_xpbd_volume, true},
-        {enable_xpbd_rigid_contacts, true},
-        {enable_xpbd_soft_contacts, true},
+        {enable_rigid_contacts, true},
+        {enable_soft_contacts, true},
     };
     for (size_t i = 0; i < sizeof features / sizeof *features; ++i) {
         size_t bytes = 0, bytes_by_null = 0;

@@ -448,13 +448,6 @@ static void choose_solver(pli_body* body) {
     volume.compliance = number(1e-3f);
     volume.pressure_ratio = number(1);
     if (chance(0.3f)) { TRY(pli_body_enable_xpbd_volume(body, &volume)); }
-    if (chance(0.3f)) { TRY(pli_body_enable_xpbd_anchors(body, number(1e-3f))); }
-    pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
-    contacts.compliance = chance(0.5f) ? 0.0f : number(1e-3f);
-    contacts.friction = number(0.5f);
-    contacts.recovery_speed = number(1);
-    if (chance(0.7f)) { TRY(pli_body_enable_xpbd_rigid_contacts(body, &contacts)); }
-    if (chance(0.7f)) { TRY(pli_body_enable_xpbd_soft_contacts(body, &contacts)); }
 }
 
 static void enable_contacts(pli_body* body) {
@@ -463,6 +456,8 @@ static void enable_contacts(pli_body* body) {
         def.friction = number(0.2f);
         def.dynamic_hardness = share(1);
         def.static_hardness = share(0.1f);
+        def.compliance = chance(0.5f) ? 0.0f : number(1e-3f);
+        def.recovery_speed = chance(0.5f) ? 0.0f : number(1);
         def.after_links = chance(0.3f);
         TRY(pli_body_enable_rigid_contacts(body, &def));
     }
@@ -477,6 +472,7 @@ static void enable_contacts(pli_body* body) {
         pli_soft_contacts_def def = pli_soft_contacts_def_default();
         def.friction = number(0.2f);
         def.hardness = share(1);
+        def.compliance = chance(0.5f) ? 0.0f : number(1e-3f);
         def.recovery_speed = chance(0.5f) ? 0.0f : number(1);
         def.bullet_boxes = chance(0.2f);
         TRY(pli_body_enable_soft_contacts(body, &def));
@@ -603,6 +599,7 @@ static void add_anchors(pli_body* body) {
         def.rigid = rigids[random_below(rigid_count)];
         def.local_pivot = chance(0.5f) ? &pivot : NULL;
         def.influence = number(1);
+        def.compliance = chance(0.5f) ? 0.0f : number(1e-3f);
         def.disable_collision = chance(0.5f);
         TRY(pli_body_add_anchor(body, &def, NULL));
         if (chance(0.5f)) { TRY(pli_body_set_anchor_hardness(body, share(0.7f))); }

@@ -223,12 +223,6 @@ static void enable_xpbd(trial* t, pli_body* body) {
     TRIAL_CALL(t, pli_body_enable_xpbd_links(body, &links));
 }
 
-static void enable_xpbd_contacts(trial* t, pli_body* body) {
-    const pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
-    TRIAL_CALL(t, pli_body_enable_xpbd_rigid_contacts(body, &def));
-    TRIAL_CALL(t, pli_body_enable_xpbd_soft_contacts(body, &def));
-}
-
 static void enable_clusters(trial* t, pli_body* body, bool reference_mode, int count) {
     pli_clusters_def def = pli_clusters_def_default();
     def.reference_mode = reference_mode;
@@ -435,13 +429,11 @@ static void run_xpbd(trial* t) {
         enable_xpbd(t, bodies[i]);
         enable_rigid_contacts(t, bodies[i]);
         enable_soft_contacts(t, bodies[i], false);
-        enable_xpbd_contacts(t, bodies[i]);
     }
     const pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
     TRIAL_CALL(t, pli_body_enable_xpbd_bending(bodies[0], &bending));
     TRIAL_CALL(t, pli_body_enable_xpbd_volume(bodies[1], NULL));
     TRIAL_CALL(t, pli_body_enable_xpbd_tetras(bodies[2], 1e-6f));
-    TRIAL_CALL(t, pli_body_enable_xpbd_anchors(bodies[0], 0.0f));
     enable_tethers(t, bodies[0]);
     trial_steps(t, 3);
     anchor(t, bodies[0], 35, box);
@@ -450,18 +442,25 @@ static void run_xpbd(trial* t) {
     trial_steps(t, 2);
 }
 
-/* The searches come after what solves their contacts, which has to ask for memory in the solve then. */
-static void run_xpbd_searches_last(trial* t) {
+/* From solver to solver and back, with the same contacts. */
+static void run_solvers_in_turn(trial* t) {
     add_floor(t, 0.95f);
     pli_body* bodies[2] = {add_sheet(t, 6, 0.15f, pli_vec3_make(0, 1, 0), 0),
                            add_sheet(t, 6, 0.15f, pli_vec3_make(0.04f, 1.06f, 0.03f), 0)};
     for (int i = 0; i < 2; ++i) {
-        enable_xpbd(t, bodies[i]);
-        enable_xpbd_contacts(t, bodies[i]);
         enable_rigid_contacts(t, bodies[i]);
         enable_soft_contacts(t, bodies[i], false);
     }
-    trial_steps(t, 5);
+    for (int round = 0; round < 2; ++round) {
+        for (int i = 0; i < 2; ++i) {
+            enable_xpbd(t, bodies[i]);
+        }
+        trial_steps(t, 3);
+        for (int i = 0; i < 2; ++i) {
+            TRIAL_CALL(t, pli_body_disable_xpbd(bodies[i]));
+        }
+        trial_steps(t, 2);
+    }
 }
 
 typedef enum self_solver { SELF_POSITIONS, SELF_IMPLICIT, SELF_XPBD } self_solver;
@@ -610,7 +609,6 @@ static void run_cuts_under_xpbd(trial* t) {
     pli_xpbd_volume_def volume = pli_xpbd_volume_def_default();
     volume.compliance = 1.0f;
     TRIAL_CALL(t, pli_body_enable_xpbd_volume(body, &volume));
-    enable_xpbd_contacts(t, body);
     enable_tethers(t, body);
     trial_steps(t, 2);
     cut(t, body);
@@ -690,7 +688,7 @@ static const trial_setup setups[] = {
     {"implicit, Chebyshev", run_implicit_chebyshev, true},
     {"implicit, gradients", run_implicit_gradients, true},
     {"XPBD", run_xpbd, false},
-    {"XPBD, searches last", run_xpbd_searches_last, false},
+    {"solvers in turn", run_solvers_in_turn, false},
     {"self-collision of nodes", run_self_nodes_positions, false},
     {"self nodes, implicit", run_self_nodes_implicit, false},
     {"self nodes, XPBD", run_self_nodes_xpbd, false},

@@ -10,8 +10,6 @@ static void enable_xpbd(pli_body* body, int substeps, bool has_links) {
     if (!has_links) { return; }
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
-    const pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
-    assert_int_equal(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_OK);
 }
 
 // ----------------------------------------------------------------------------------------------------- the response

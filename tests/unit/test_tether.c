@@ -58,7 +58,6 @@ static void use_solver(pli_body* body, solver which) {
         assert_int_equal(pli_body_enable_xpbd(body, &def), PLI_OK);
         const pli_xpbd_links_def links = pli_xpbd_links_def_default();
         assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
-        assert_int_equal(pli_body_enable_xpbd_anchors(body, 0), PLI_OK);
     } else if (which != POSITION) {
         pli_implicit_def def = pli_implicit_def_default();
         def.stiffness = 1e7f;

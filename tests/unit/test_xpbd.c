@@ -399,10 +399,11 @@ static pli_rigid* make_rigid(pli_rigid_kind kind, pli_shape* shape, float mass, 
     return rigid;
 }
 
-static void add_anchor(pli_body* body, int node, pli_rigid* rigid) {
+static void add_anchor(pli_body* body, int node, pli_rigid* rigid, float compliance) {
     pli_anchor_def def = pli_anchor_def_default();
     def.node = node;
     def.rigid = rigid;
+    def.compliance = compliance;
     CHECK_OK(pli_body_add_anchor(body, &def, NULL));
 }
 
@@ -412,8 +413,7 @@ static void test_anchor_yields_by_its_compliance(void** unused) {
     for (float compliance = 0.0f; compliance < 0.02f; compliance += 0.01f) {
         pli_body* body = make_body(make_rope_mesh(pli_vec3_make(0, -1, 0), 0, 0), 20, 1);
         enable_links(body, 0, 0);
-        add_anchor(body, 0, rigid);
-        CHECK_OK(pli_body_enable_xpbd_anchors(body, compliance));
+        add_anchor(body, 0, rigid, compliance);
         set_damping(body, 0.05f);
         step_many(600, 1.0 / 60.0);
         check_near(position(body, 0).y, -20.0 * (double)compliance, 0.01 * 20.0 * (double)compliance + 1e-5);
@@ -429,8 +429,7 @@ static void test_anchor_shares_momentum_with_a_rigid_body(void** unused) {
     pli_body* body = make_body(make_rope_mesh(pli_vec3_make(2, 0, 0), 3, 0), 20, 1);
     enable_links(body, 0, 0);
     CHECK_OK(pli_body_transform(body, pli_transform_make(pli_quat_identity(), pli_vec3_make(0.5f, 0, 0))));
-    add_anchor(body, 0, rigid);
-    CHECK_OK(pli_body_enable_xpbd_anchors(body, 0.0f));
+    add_anchor(body, 0, rigid, 0.0f);
     CHECK_OK(pli_body_set_node_velocity(body, 4, pli_vec3_make(0, 8, 3)));
     for (int i = 0; i < 120; ++i) {
         step_many(1, 1.0 / 60.0);
@@ -447,11 +446,9 @@ static void test_anchor_shares_momentum_with_a_rigid_body(void** unused) {
 }
 
 static void enable_rigid_contacts(pli_body* body, float friction) {
-    const pli_rigid_contacts_def search = pli_rigid_contacts_def_default();
-    CHECK_OK(pli_body_enable_rigid_contacts(body, &search));
-    pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+    pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
     def.friction = friction;
-    CHECK_OK(pli_body_enable_xpbd_rigid_contacts(body, &def));
+    CHECK_OK(pli_body_enable_rigid_contacts(body, &def));
 }
 
 /* A link that lies on a plane, in the direction of the slope. */
@@ -502,11 +499,10 @@ static void test_contacts_of_many_nodes_are_those_of_single_ones(void** unused) 
                 CHECK_OK(pli_mesh_append_node(mesh, x, i == 5 ? 0.0f : 0.1f + 0.05f * (float)i, NULL));
             }
             bodies[b] = make_body(mesh, 7, 2);
-            enable_rigid_contacts(bodies[b], 0.3f);
-            pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
+            pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
             def.friction = 0.7f;
             def.compliance = softness == 0 ? 0.0f : 1e-4f;
-            CHECK_OK(pli_body_enable_xpbd_rigid_contacts(bodies[b], &def));
+            CHECK_OK(pli_body_enable_rigid_contacts(bodies[b], &def));
         }
         for (int i = 0; i < nodes; ++i) {
             const pli_vec3 velocity = pli_vec3_make(0.2f * (float)(i % 5) - 0.3f, -0.5f * (float)(i % 2), 0.1f);
@@ -555,10 +551,9 @@ static void test_contact_shares_momentum_with_a_rigid_body(void** unused) {
 }
 
 static void enable_soft_contacts(pli_body* body) {
-    const pli_soft_contacts_def search = pli_soft_contacts_def_default();
-    const pli_xpbd_contacts_def def = pli_xpbd_contacts_def_default();
-    CHECK_OK(pli_body_enable_soft_contacts(body, &search));
-    CHECK_OK(pli_body_enable_xpbd_soft_contacts(body, &def));
+    pli_soft_contacts_def def = pli_soft_contacts_def_default();
+    def.friction = 0.5f;
+    CHECK_OK(pli_body_enable_soft_contacts(body, &def));
 }
 
 static pli_body* make_contact_sheet(int nodes, float height, int pins) {
@@ -625,9 +620,6 @@ static pli_status crowd_enable(crowd* c, pli_rigid* rigid) {
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
     bending.compliance = 0.1f;
-    const pli_rigid_contacts_def rigid_search = pli_rigid_contacts_def_default();
-    const pli_soft_contacts_def soft_search = pli_soft_contacts_def_default();
-    const pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
     pli_anchor_def anchor = pli_anchor_def_default();
     anchor.rigid = rigid;
     pli_body* body = c->body;
@@ -636,11 +628,8 @@ static pli_status crowd_enable(crowd* c, pli_rigid* rigid) {
     if (status == PLI_OK) { status = pli_body_enable_xpbd_bending(body, &bending); }
     if (status == PLI_OK) { status = pli_body_enable_xpbd_volume(body, NULL); }
     if (status == PLI_OK) { status = pli_body_add_anchor(body, &anchor, NULL); }
-    if (status == PLI_OK) { status = pli_body_enable_xpbd_anchors(body, 0.0f); }
-    if (status == PLI_OK) { status = pli_body_enable_rigid_contacts(body, &rigid_search); }
-    if (status == PLI_OK) { status = pli_body_enable_xpbd_rigid_contacts(body, &contacts); }
-    if (status == PLI_OK) { status = pli_body_enable_soft_contacts(body, &soft_search); }
-    return status == PLI_OK ? pli_body_enable_xpbd_soft_contacts(body, &contacts) : status;
+    if (status == PLI_OK) { status = pli_body_enable_rigid_contacts(body, NULL); }
+    return status == PLI_OK ? pli_body_enable_soft_contacts(body, NULL) : status;
 }
 
 static pli_status crowd_create(pli_context* owner, crowd* c) {
@@ -768,11 +757,9 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     const pli_xpbd_links_def links = pli_xpbd_links_def_default();
     pli_xpbd_links_def bad_links = links;
     pli_xpbd_bending_def bending = pli_xpbd_bending_def_default();
-    pli_xpbd_contacts_def contacts = pli_xpbd_contacts_def_default();
     const pli_implicit_def implicit = pli_implicit_def_default();
 
     check_body_refused(pli_body_enable_xpbd_links(body, &links), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
-    check_body_refused(pli_body_enable_xpbd_anchors(body, 0), PLI_ERROR_WRONG_STATE, "pli_body_enable_xpbd first");
     pli_xpbd_def bad = good;
     bad.substeps = 0;
     check_body_refused(pli_body_enable_xpbd(body, &bad), PLI_ERROR_INVALID_VALUE, "substeps is 0");
@@ -805,9 +792,6 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     check_body_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
     check_body_refused(pli_body_enable_xpbd_volume(body, NULL), PLI_ERROR_INVALID_MESH, "no faces");
     check_body_refused(enable_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
-    contacts.friction = -0.5f;
-    check_body_refused(pli_body_enable_xpbd_rigid_contacts(body, &contacts), PLI_ERROR_INVALID_VALUE,
-                       "friction is -0.5");
 
     CHECK_OK(pli_world_predict(world, 0.01f));
     check_body_refused(pli_body_enable_xpbd(body, &good), PLI_ERROR_WRONG_STATE, "between predict and solve");

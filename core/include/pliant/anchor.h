@@ -22,7 +22,8 @@ typedef struct pli_anchor_def {
     pli_rigid* rigid;            ///< of the same world, required
     const pli_vec3* local_pivot; ///< m, up to PLI_MAX_COORDINATE, in the frame of the rigid body; default NULL: where
                                  ///< the node is now
-    float influence;             ///< 0 to PLI_MAX_FACTOR, default 1: factor of the impulses on both
+    float influence;             ///< 0 to PLI_MAX_FACTOR, default 1: factor of the impulses on both; not with XPBD
+    float compliance;            ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid). XPBD only
     bool disable_collision;      ///< default false; true: pli_body_ignore_rigid for this pair from now on
     uint32_t cookie;             ///< set by the default function
 } pli_anchor_def;
@@ -30,8 +31,8 @@ typedef struct pli_anchor_def {
 /// Defaults of the fields; `rigid` has to be set.
 PLI_API pli_anchor_def pli_anchor_def_default(void);
 
-/// Holds a node to a rigid body until it is removed. The node takes no part in contacts with rigid bodies; it may have
-/// several anchors. Between pli_world_predict and pli_world_solve too. Bullet name: appendAnchor
+/// Holds a node to a rigid body until it is removed, with any solver. The node takes no part in contacts with rigid
+/// bodies; it may have several anchors. Between pli_world_predict and pli_world_solve too. Bullet name: appendAnchor
 /// @param anchor receives the id; may be NULL
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (also for a rigid body of another world),
 ///         PLI_ERROR_OUT_OF_MEMORY

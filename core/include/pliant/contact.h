@@ -15,11 +15,18 @@ extern "C" {
 
 /// How nodes meet rigid bodies.
 typedef struct pli_rigid_contacts_def {
-    /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Share of the sliding that a contact takes
-    /// away; as in Bullet a product above 1 reverses the sliding. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Coulomb's coefficient; position-based
+    /// solver: share of the sliding that a contact takes away, where as in Bullet a product above 1 reverses the
+    /// sliding. Bullet name: kDF
     float friction;
-    float dynamic_hardness; ///< [0, 1], default 1: share of the penetration removed per iteration. Bullet name: kCHR
-    float static_hardness;  ///< [0, 1], default 0.1: the same of static and kinematic bodies. Bullet name: kKHR
+    /// [0, 1], default 1: share of the penetration removed per iteration, with the implicit solver per step. XPBD has
+    /// the compliance instead. Bullet name: kCHR
+    float dynamic_hardness;
+    float static_hardness; ///< [0, 1], default 0.1: the same of static and kinematic bodies. Bullet name: kKHR
+    float compliance;      ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid). XPBD only
+    /// m/s, 0 to PLI_MAX_SPEED: a penetration from before, with XPBD from before the substep, goes at this speed at
+    /// most and leaves none. 0 (default): 1 m/s. Not in the position-based solver, which has the hardnesses alone.
+    float recovery_speed;
     /// Default false, as in Bullet: links come after contacts in each iteration, and what they make nodes slide stays,
     /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
     /// solver only; the others have no such order.
@@ -30,8 +37,8 @@ typedef struct pli_rigid_contacts_def {
 /// Defaults of the fields.
 PLI_API pli_rigid_contacts_def pli_rigid_contacts_def_default(void);
 
-/// Keeps nodes out of the shapes of rigid bodies, by signed distances, both ways; or changes how. Under XPBD
-/// pli_body_enable_xpbd_rigid_contacts solves what this finds. Bullet name: SDF_RS
+/// Keeps nodes out of the shapes of rigid bodies, by signed distances, both ways, with any solver; or changes how.
+/// Bullet name: SDF_RS
 /// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def);
 
@@ -100,11 +107,14 @@ PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity,
 
 /// How soft bodies meet each other.
 typedef struct pli_soft_contacts_def {
-    float friction; ///< 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. Bullet name: kDF
-    float hardness; ///< [0, 1], default 1: share of the overlap removed per iteration. Bullet name: kSHR
-    /// m/s, 0 to PLI_MAX_SPEED. An overlap from before the step goes at this speed at most and leaves none. 0
-    /// (default): it goes at once and leaves its depth per step as a speed, as in btSoftBody; with the implicit solver
-    /// 1 m/s. Bodies that overlap or cross need it, lest they gain energy. XPBD has its own: pli_xpbd_contacts_def.
+    /// 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. With XPBD Coulomb's coefficient, else
+    /// share of the sliding that a contact takes away. Bullet name: kDF
+    float friction;
+    float hardness; ///< [0, 1], default 1: share of the overlap removed per iteration, not with XPBD. Bullet name: kSHR
+    float compliance; ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of this body's nodes. XPBD only
+    /// m/s, 0 to PLI_MAX_SPEED: an overlap from before the step, with XPBD from before the substep, goes at this speed
+    /// at most and leaves none. 0 (default): 1 m/s; position-based solver: at once, leaving its depth per step as a
+    /// speed, as in btSoftBody. There bodies that overlap or cross need it, lest they gain energy.
     float recovery_speed;
     /// Reference mode only: keep Bullet's fat boxes from step to step and search with them, so that the same pairs are
     /// found as by btSoftBody; default false: search with boxes that cover the whole reach of a contact.
@@ -115,8 +125,8 @@ typedef struct pli_soft_contacts_def {
 /// Defaults of the fields.
 PLI_API pli_soft_contacts_def pli_soft_contacts_def_default(void);
 
-/// Keeps nodes of this body away from the faces of other bodies that have this enabled too, both ways; or changes how.
-/// Under XPBD pli_body_enable_xpbd_soft_contacts solves what this finds. Bullet name: VF_SS
+/// Keeps nodes of this body away from the faces of other bodies that have this enabled too, both ways, with any solver;
+/// or changes how. Bullet name: VF_SS
 /// @param def NULL for the defaults; copied
 PLI_API pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def);
 

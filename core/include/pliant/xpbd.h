@@ -4,7 +4,8 @@
 /// Extended position-based dynamics (Macklin and others, "XPBD: Position-Based Simulation of Compliant Constrained
 /// Dynamics"): constraints with a compliance, the inverse of a stiffness, that does not depend on the step or on
 /// iterations. The solver knows no constraints by itself: each kind is enabled on its own, and what is not enabled
-/// takes no time, no memory and no code. docs/solvers.md has the equations.
+/// takes no time, no memory and no code. Anchors, contacts, self-collision and tethers are those of the body, enabled
+/// once for any solver, before or after this one. docs/solvers.md has the equations.
 
 #include "body.h"
 
@@ -23,12 +24,13 @@ typedef struct pli_xpbd_def {
 PLI_API pli_xpbd_def pli_xpbd_def_default(void);
 
 /// Steps the body with this solver, or changes its settings. Forces stay in use; of pli_solver_settings so do
-/// velocity_damping and time_scale. Everything else comes with the constraints below.
+/// velocity_damping and time_scale. Links, angles and volumes are kept by the constraints below.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_WRONG_STATE while stepping or when the body has another solver already
 PLI_API pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def);
 
-/// Returns to the position-based solver and to links on positions; the constraints go too. Nothing when not enabled.
+/// Returns to the position-based solver and to links on positions; the constraints of this header go too. Nothing when
+/// not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping, PLI_ERROR_OUT_OF_MEMORY
 PLI_API pli_status pli_body_disable_xpbd(pli_body* body);
 
@@ -106,47 +108,6 @@ PLI_API pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_vo
 /// Lets the volume inside the faces change freely. Nothing when not enabled.
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_disable_xpbd_volume(pli_body* body);
-
-/// Holds the anchors of anchor.h, both ways, or changes how.
-/// @param compliance m/N, 0 to PLI_MAX_COEFFICIENT
-/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
-PLI_API pli_status pli_body_enable_xpbd_anchors(pli_body* body, float compliance);
-
-/// Lets go of the anchors, which stay. Nothing when not enabled.
-/// @return PLI_ERROR_WRONG_STATE while stepping
-PLI_API pli_status pli_body_disable_xpbd_anchors(pli_body* body);
-
-/// How contacts are solved.
-typedef struct pli_xpbd_contacts_def {
-    float compliance;     ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid)
-    float friction;       ///< 0 to PLI_MAX_FACTOR, default 0.5: Coulomb's coefficient; multiplied with that of a rigid
-                          ///< body
-    float recovery_speed; ///< m/s, 0 to PLI_MAX_SPEED, default 1: how fast a penetration at the start of a substep is
-                          ///< removed at most
-    uint32_t cookie;      ///< set by the default function
-} pli_xpbd_contacts_def;
-
-/// Defaults of the fields.
-PLI_API pli_xpbd_contacts_def pli_xpbd_contacts_def_default(void);
-
-/// Solves the contacts that pli_body_enable_rigid_contacts finds, both ways, or changes how.
-/// @param def NULL for the defaults; copied
-/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
-PLI_API pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
-
-/// Leaves those contacts unsolved. Nothing when not enabled.
-/// @return PLI_ERROR_WRONG_STATE while stepping
-PLI_API pli_status pli_body_disable_xpbd_rigid_contacts(pli_body* body);
-
-/// Solves the contacts of this body's nodes with the faces of others that pli_body_enable_soft_contacts finds, both
-/// ways, or changes how.
-/// @param def NULL for the defaults; copied
-/// @return PLI_ERROR_WRONG_STATE without XPBD or while stepping
-PLI_API pli_status pli_body_enable_xpbd_soft_contacts(pli_body* body, const pli_xpbd_contacts_def* def);
-
-/// Leaves those contacts unsolved. Nothing when not enabled.
-/// @return PLI_ERROR_WRONG_STATE while stepping
-PLI_API pli_status pli_body_disable_xpbd_soft_contacts(pli_body* body);
 
 #ifdef __cplusplus
 }

@@ -30,6 +30,9 @@ typedef struct plii_substep_class {
     plii_substep_fn* finish; /* after a substep, velocities are those of its end; optional */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const pli_body* body, const void* state);
+    /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.
+     */
+    void (*leave)(pli_body* body, void* state);
 } plii_substep_class;
 
 static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_substep* substep, int node) {

@@ -200,13 +200,13 @@ static void clusters_update_batch(const pli_body* body, const plii_clusters* clu
         plii_cluster* cluster = items[i];
         const cluster_sums sums = cluster_sum_up(body, clusters, cluster);
         covariances[i] = cluster_read_sums(cluster, &sums);
-        warm_rotations[i] = cluster->rotation_vector;
+        warm_rotations[i] = cluster->warm_rotation;
     }
     pli_mat3 rotations[CLUSTER_BATCH];
     plii_rotation_fit_warm(count, covariances, warm_rotations, rotations);
     for (int i = 0; i < count; ++i) {
         plii_cluster* cluster = items[i];
-        cluster->rotation_vector = warm_rotations[i];
+        cluster->warm_rotation = warm_rotations[i];
         cluster->frame.rotation = rotations[i];
         cluster_update_inertia(cluster);
         cluster_clear_impulses(cluster);

@@ -5,7 +5,6 @@
 #include "body/rigid_lanes.h"
 
 #include "base/handle.h"
-#include "base/id_pool.h"
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/world_state.h"
@@ -14,35 +13,14 @@
 
 #include <string.h>
 
-typedef struct anchor_item {
-    int node, slot;
-    pli_rigid* rigid;
-    pli_vec3 pivot; /* in the frame of the rigid body */
-    float influence;
-    /* For one step: */
-    bool is_idle;         /* the rigid body is not present */
-    pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: displacement of the node per impulse */
-    pli_vec4 goal;        /* of the node */
-    pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
-    pli_vec4 matrix[3];   /* columns of the impulse matrix */
-} anchor_item;
-
-/* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
-typedef struct anchor_state {
-    float hardness;
-    anchor_item* items; /* in the order of creation */
-    int item_count, item_capacity;
-    plii_id_pool ids;
-} anchor_state;
-
-PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const anchor_item* anchor, plii_float4 offset, float dt) {
+PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const plii_anchor* anchor, plii_float4 offset, float dt) {
     return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
 }
 
 static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
-    anchor_state* anchors = state;
+    plii_anchors* anchors = state;
     for (int i = 0; i < anchors->item_count; ++i) {
-        anchor_item* anchor = &anchors->items[i];
+        plii_anchor* anchor = &anchors->items[i];
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
@@ -50,37 +28,38 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         const float inverse_mass = body->positions[anchor->node].w;
         const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
         const plii_float4 offset = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&anchor->pivot));
-        plii_float4_to(&anchor->offset, offset);
-        anchor->offset.w = step->dt * inverse_mass;
-        plii_float4_to(&anchor->goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
-        plii_float4_to(&anchor->goal_motion, anchor_goal_motion(anchor, offset, step->dt));
+        plii_float4_to(&anchor->step.offset, offset);
+        anchor->step.offset.w = step->dt * inverse_mass;
+        plii_float4_to(&anchor->step.goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
+        plii_float4_to(&anchor->step.goal_motion, anchor_goal_motion(anchor, offset, step->dt));
         const plii_lanes_mat3 matrix = plii_lanes_effective_mass(step->dt, inverse_mass, rigid_state->inverse_mass,
                                                                  &rigid_state->inverse_inertia_world, offset);
-        plii_float4_to(&anchor->matrix[0], matrix.columns[0]);
-        plii_float4_to(&anchor->matrix[1], matrix.columns[1]);
-        plii_float4_to(&anchor->matrix[2], matrix.columns[2]);
+        plii_float4_to(&anchor->step.matrix[0], matrix.columns[0]);
+        plii_float4_to(&anchor->step.matrix[1], matrix.columns[1]);
+        plii_float4_to(&anchor->step.matrix[2], matrix.columns[2]);
         plii_rigid_touch(rigid);
     }
 }
 
 static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
-    const anchor_state* anchors = state;
+    const plii_anchors* anchors = state;
     const plii_float4 hardness = plii_float4_all(anchors->hardness);
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
-        const anchor_item* anchor = &anchors->items[i];
+        const plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
         const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
         const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
-        const plii_float4 offset = plii_float4_from(&anchor->offset);
+        const plii_float4 offset = plii_float4_from(&anchor->step.offset);
         const plii_float4 goal_motion =
-            is_fixed ? plii_float4_from(&anchor->goal_motion) : anchor_goal_motion(anchor, offset, step->dt);
+            is_fixed ? plii_float4_from(&anchor->step.goal_motion) : anchor_goal_motion(anchor, offset, step->dt);
         const plii_float4 node_motion = plii_float4_sub(node, plii_float4_from(&body->previous[anchor->node]));
-        const plii_float4 way = plii_float4_sub(plii_float4_from(&anchor->goal), node);
+        const plii_float4 way = plii_float4_sub(plii_float4_from(&anchor->step.goal), node);
         const plii_float4 error =
             plii_float4_add(plii_float4_sub(goal_motion, node_motion), plii_float4_mul(way, hardness));
-        const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->matrix[0]), plii_float4_from(&anchor->matrix[1]),
-                                         plii_float4_from(&anchor->matrix[2])}};
+        const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->step.matrix[0]),
+                                         plii_float4_from(&anchor->step.matrix[1]),
+                                         plii_float4_from(&anchor->step.matrix[2])}};
         const plii_float4 impulse =
             plii_float4_mul(plii_lanes_mat3_mul(&matrix, error), plii_float4_all(anchor->influence));
         /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
@@ -94,11 +73,11 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
 
 static int anchor_list_constraints(const pli_body* body, const void* state, int capacity,
                                    plii_node_constraint* constraints) {
-    const anchor_state* anchors = state;
+    const plii_anchors* anchors = state;
     (void)body;
     int count = 0;
     for (int i = 0; i < anchors->item_count; ++i) {
-        const anchor_item* anchor = &anchors->items[i];
+        const plii_anchor* anchor = &anchors->items[i];
         if (anchor->rigid->is_absent || count++ >= capacity) { continue; }
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){
@@ -115,16 +94,16 @@ static void anchor_release_marks(pli_body* body) {
 }
 
 /* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
-static void anchor_retire(anchor_state* anchors, anchor_item* anchor) {
+static void anchor_retire(plii_anchors* anchors, plii_anchor* anchor) {
     plii_id_pool_free(&anchors->ids, anchor->slot);
     anchor->slot = PLI_NULL_INDEX;
 }
 
 /* Closes the gaps; the others keep their order. */
-static void anchor_compact(pli_body* body, anchor_state* anchors) {
+static void anchor_compact(pli_body* body, plii_anchors* anchors) {
     int kept = 0;
     for (int i = 0; i < anchors->item_count; ++i) {
-        const anchor_item anchor = anchors->items[i];
+        const plii_anchor anchor = anchors->items[i];
         body->anchored[anchor.node] = 0;
         if (anchor.slot == PLI_NULL_INDEX) { continue; }
         anchors->items[kept] = anchor;
@@ -139,7 +118,7 @@ static void anchor_compact(pli_body* body, anchor_state* anchors) {
 }
 
 static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
-    anchor_state* anchors = state;
+    plii_anchors* anchors = state;
     bool found = false;
     for (int i = 0; i < anchors->item_count; ++i) {
         if (anchors->items[i].rigid == rigid) {
@@ -152,10 +131,8 @@ static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid
     plii_world_add_anchors_lost(body);
 }
 
-static const plii_feature_class anchor_class;
-
 static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
-    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    const plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
     for (int i = 0; i < anchors->item_count; ++i) {
         if (anchors->items[i].node == node && anchors->items[i].rigid == rigid) { return true; }
     }
@@ -163,21 +140,21 @@ static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigi
 }
 
 static pli_status anchor_enable(pli_body* body, void* state) {
-    anchor_state* anchors = state;
+    plii_anchors* anchors = state;
     body->is_anchored_to = anchor_is_anchored_to;
     anchors->hardness = 0.7f;
     return PLI_OK;
 }
 
 static void anchor_disable(pli_body* body, void* state) {
-    anchor_state* anchors = state;
+    plii_anchors* anchors = state;
     plii_release(body->context, anchors->items, (size_t)anchors->item_capacity * sizeof *anchors->items);
     plii_id_pool_release(body->context, &anchors->ids);
     anchor_release_marks(body);
 }
 
 static size_t anchor_bytes(const pli_body* body, const void* state) {
-    const anchor_state* anchors = state;
+    const plii_anchors* anchors = state;
     const size_t marks = body->anchored != NULL ? (size_t)body->node_count * sizeof *body->anchored : 0;
     return marks + (size_t)anchors->item_capacity * sizeof *anchors->items + plii_id_pool_bytes(&anchors->ids);
 }
@@ -201,11 +178,12 @@ static void anchor_topology_commit(pli_body* body, void* state, const plii_topol
 
 enum { ANCHOR_ORDER = 10 }; /* before contacts */
 
-static const plii_feature_class anchor_class = {
+const plii_feature_class plii_anchor_class = {
     .name = "anchors",
-    .state_size = sizeof(anchor_state),
+    .state_size = sizeof(plii_anchors),
     .stages =
         {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
+    .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
     .disable = anchor_disable,
     .list_constraints = anchor_list_constraints,
@@ -244,6 +222,7 @@ static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const 
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "influence is %g, at least 0 is allowed",
                          (double)def->influence);
     }
+    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
     if (def->local_pivot != NULL) {
         PLII_TRY(plii_check_vec3_within(context, *def->local_pivot, PLI_MAX_COORDINATE, "local_pivot", function));
     }
@@ -260,10 +239,10 @@ static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
 pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &anchor_class) != NULL;
+    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
-    anchor_state* anchors = state;
+    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    plii_anchors* anchors = state;
 
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
@@ -279,7 +258,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
         if (status != PLI_OK) { goto fail; }
     }
 
-    anchor_item* anchor = &anchors->items[anchors->item_count];
+    plii_anchor* anchor = &anchors->items[anchors->item_count];
     memset(anchor, 0, sizeof *anchor);
     anchor->node = def->node;
     anchor->slot = plii_id_pool_alloc(&anchors->ids, anchors->item_count);
@@ -287,6 +266,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     anchor->pivot = def->local_pivot != NULL ? *def->local_pivot
                                              : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
     anchor->influence = def->influence;
+    anchor->compliance = def->compliance;
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
     if (id != NULL) {
@@ -297,13 +277,13 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
 
 fail:
     if (anchors->item_count == 0) { anchor_release_marks(body); }
-    if (!was_enabled) { plii_feature_disable(body, &anchor_class); }
+    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
     return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
 }
 
 pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
     const int item = anchors != NULL ? plii_id_pool_find(&anchors->ids, id.index1, id.generation) : PLI_NULL_INDEX;
     if (item == PLI_NULL_INDEX) {
         return PLII_FAIL(body->context, PLI_ERROR_STALE_ID, "the body has no anchor {%d, %u}", (int)id.index1,
@@ -316,13 +296,8 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
 
 int pli_body_anchor_count(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const anchor_state* anchors = plii_feature_state(body, &anchor_class);
+    const plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
     return anchors != NULL ? anchors->item_count : 0;
-}
-
-plii_anchor_data plii_anchor_get_data(const pli_body* body, int index) {
-    const anchor_item* anchor = &((const anchor_state*)plii_feature_state(body, &anchor_class))->items[index];
-    return (plii_anchor_data){anchor->node, anchor->rigid, anchor->pivot};
 }
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
@@ -334,7 +309,7 @@ pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "hardness is %g, 0 to 1 is allowed", (double)hardness);
     }
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &anchor_class, &state));
-    ((anchor_state*)state)->hardness = hardness;
+    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    ((plii_anchors*)state)->hardness = hardness;
     return PLI_OK;
 }

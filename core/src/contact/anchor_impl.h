@@ -1,15 +1,44 @@
 #ifndef PLII_ANCHOR_IMPL_H
 #define PLII_ANCHOR_IMPL_H
 
+/* Anchors: state shared by the feature (anchor.c) and its part in substeps (anchor_substep.c). */
+
+#include "base/id_pool.h"
+#include "body/substep_rigid.h"
 #include "pliant/anchor.h"
 
-typedef struct plii_anchor_data {
-    int node;
+typedef struct plii_anchor {
+    int node, slot;
     pli_rigid* rigid;
     pli_vec3 pivot; /* in the frame of the rigid body */
-} plii_anchor_data;
+    float influence;
+    float compliance; /* m/N */
+    bool is_idle;     /* in this step: the rigid body is not present */
+    union {           /* for one step */
+        struct {
+            pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: of the node per impulse */
+            pli_vec4 goal;        /* of the node */
+            pli_vec4 goal_motion; /* of a rigid body that takes no impulses */
+            pli_vec4 matrix[3];   /* columns of the impulse matrix */
+        } step;
+        struct {
+            plii_substep_rigid_point point;
+            pli_vec3 goal;       /* of the node, at the start of the step */
+            pli_mat3 inverse;    /* of the sum of both inverse masses and the compliance */
+            pli_vec3 multiplier; /* kg m */
+        } substeps;
+    };
+} plii_anchor;
 
-/* Of the anchor at `index` in the order of creation, below pli_body_anchor_count. */
-plii_anchor_data plii_anchor_get_data(const pli_body* body, int index);
+/* Stays when the last anchor goes, so that old ids stay stale and the hardness is kept. */
+typedef struct plii_anchors {
+    float hardness;
+    plii_anchor* items; /* in the order of creation */
+    int item_count, item_capacity;
+    plii_id_pool ids;
+} plii_anchors;
+
+extern const plii_feature_class plii_anchor_class;
+extern const plii_substep_class plii_anchor_substepped;
 
 #endif

@@ -1,26 +1,36 @@
-#ifndef PLII_XPBD_CONTACT_H
-#define PLII_XPBD_CONTACT_H
+#ifndef PLII_CONTACT_SUBSTEP_H
+#define PLII_CONTACT_SUBSTEP_H
 
-/* What contacts with rigid and with soft bodies have in common. */
+/* What contacts with rigid and with soft bodies have in common in substeps. */
 
-#include "solver/xpbd/xpbd_impl.h"
+#include "body/substep.h"
+#include "math/range.h"
 
-/* PLI_OK, or the error of a wrong definition. */
-pli_status plii_xpbd_check_contacts_def(const pli_body* body, const pli_xpbd_contacts_def* def, const char* function);
+/* m/s, where the definition names none. Position-based steps of Bullet's kind know no such speed. */
+static inline float plii_contact_recovery_speed(float of_definition) {
+    return of_definition > 0.0f ? of_definition : 1.0f;
+}
 
 /* Before the sweeps of a substep: a penetration that is there already goes at `recovery_speed`, by a shift of the
    node's `share`, lest it turns into speed, which would keep cloth on a body in motion for good. Returns the lowest gap
    that the sweeps allow. */
-static inline float plii_xpbd_contact_recover(const plii_substep* substep, int node, pli_vec3 normal, float gap,
-                                              float share, float recovery_speed) {
+static inline float plii_contact_recover(const plii_substep* substep, int node, pli_vec3 normal, float gap, float share,
+                                         float recovery_speed) {
     if (!(gap < 0.0f) || !(substep->displacements[node].w > 0.0f)) { return plii_min(gap, 0.0f); }
     const float shift = share * plii_min(-gap, recovery_speed * substep->dt);
     plii_substep_shift(substep, node, pli_vec3_scale(normal, shift));
     return gap + shift;
 }
 
+/* Change of the multiplier of a contact that is `gap` above what it allows. `alpha`: compliance / dt^2. 0 where it has
+   nothing to act on. */
+static inline float plii_contact_multiplier(float gap, float weight, float alpha, float multiplier) {
+    const float change = (-gap - alpha * multiplier) / (weight + alpha);
+    return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
+}
+
 /* The new sum of friction of a contact: what would stop the sliding, but not above Coulomb's limit. */
-static inline pli_vec3 plii_xpbd_contact_friction(pli_vec3 friction, pli_vec3 sliding, float weight, float limit) {
+static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding, float weight, float limit) {
     const pli_vec3 wanted = pli_vec3_sub(friction, pli_vec3_scale(sliding, 1.0f / weight));
     const float length = pli_vec3_length(wanted);
     return length > limit ? pli_vec3_scale(wanted, limit / length) : wanted;

@@ -6,13 +6,13 @@
 #include "body/rigid_lanes.h"
 #include "math/bounds.h"
 
-#include "body/body_impl.h"
 #include "body/node_constraint.h"
 #include "body/world_state.h"
 #include "contact/contact_order.h"
+#include "contact/contact_substep.h"
+#include "contact/node_rigid_impl.h"
 #include "math/range.h"
 #include "pliant/bullet_reference.h"
-#include "pliant/contact.h"
 #include "shape/shape_impl.h"
 
 /* Nodes whose distances are asked in one call. */
@@ -20,28 +20,6 @@
 
 /* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
 #define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
-
-typedef struct rigid_contact {
-    pli_rigid* rigid;
-    int node, shape;
-    pli_vec4 normal;    /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
-    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
-    pli_vec4 arm;  /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
-    bool is_still; /* the rigid body neither moves nor takes impulses */
-} rigid_contact;
-
-/* In w of the columns. */
-enum {
-    RIGID_CONTACT_SLIP,     /* share of the tangential displacement that stays. Bullet: c3 */
-    RIGID_CONTACT_HARDNESS, /* Bullet: c4 */
-    RIGID_CONTACT_DISTANCE
-};
-
-typedef struct rigid_contacts_state {
-    pli_rigid_contacts_def def;
-    rigid_contact* contacts;
-    int count, capacity;
-} rigid_contacts_state;
 
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     pli_rigid_contacts_def def = {0};
@@ -57,10 +35,10 @@ pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
 /* A body that meets a shape of a rigid body, and what all contacts of the two have in common. */
 typedef struct rigid_contacts_candidate {
     pli_body* body;
-    rigid_contacts_state* state;
+    plii_rigid_contacts* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still;           /* see rigid_contact */
+    bool is_still;           /* see plii_rigid_contact */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
 
@@ -76,7 +54,7 @@ static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inv
 static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
                                      float distance) {
     const pli_body* body = candidate->body;
-    rigid_contacts_state* state = candidate->state;
+    plii_rigid_contacts* state = candidate->state;
     pli_rigid* rigid = candidate->rigid;
     const float dt = body->step.dt, node_inverse_mass = body->positions[node].w;
     const float rigid_inverse_mass = rigid->state.inverse_mass;
@@ -85,7 +63,7 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    rigid_contact* contact = &state->contacts[state->count++];
+    plii_rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
     contact->node = node;
     contact->shape = candidate->shape;
@@ -115,10 +93,10 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     const float along_normal = plii_lanes_dot(motion, normal), friction = state->def.friction * rigid->friction;
     const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
     const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
-    contact->matrix[RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
-    contact->matrix[RIGID_CONTACT_HARDNESS].w =
+    contact->matrix[PLII_RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
+    contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w =
         rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
-    contact->matrix[RIGID_CONTACT_DISTANCE].w = distance;
+    contact->matrix[PLII_RIGID_CONTACT_DISTANCE].w = distance;
     return PLI_OK;
 }
 
@@ -197,7 +175,7 @@ static pli_status rigid_contacts_collide_shape(const rigid_contacts_candidate* c
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
-    rigid_contacts_state* state = data;
+    plii_rigid_contacts* state = data;
     const int before = state->count;
     const pli_rigid_state* motion = &rigid->state;
     rigid_contacts_candidate candidate = {.body = body, .state = state, .rigid = rigid};
@@ -223,15 +201,15 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 
 /* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. For a rigid body
    that is still it leaves out products by zero. */
-PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float margin, plii_float4 x,
+PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, float margin, plii_float4 x,
                                              plii_float4 motion, plii_float4* impulse) {
     const plii_float4 normal = plii_float4_from(&contact->normal);
     const float along_normal = plii_lanes_dot(motion, normal);
     if (!(along_normal <= PLII_EPSILON)) { return false; }
     const float gap = plii_min(plii_lanes_dot(x, normal) + contact->normal.w, margin);
     const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
-    const plii_float4 slip = plii_float4_all(contact->matrix[RIGID_CONTACT_SLIP].w);
-    const plii_float4 pull = plii_float4_all(gap * contact->matrix[RIGID_CONTACT_HARDNESS].w);
+    const plii_float4 slip = plii_float4_all(contact->matrix[PLII_RIGID_CONTACT_SLIP].w);
+    const plii_float4 pull = plii_float4_all(gap * contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w);
     const plii_float4 error =
         plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, slip)), plii_float4_mul(normal, pull));
     if (contact->is_still) {
@@ -245,13 +223,13 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const rigid_contact* contact, float
 }
 
 /* Four contacts with still rigid bodies, of four nodes, as the search lists them. */
-static bool rigid_contacts_are_equal(const rigid_contact* c) {
+static bool rigid_contacts_are_equal(const plii_rigid_contact* c) {
     return c[0].is_still && c[1].is_still && c[2].is_still && c[3].is_still && c[0].node < c[1].node &&
            c[1].node < c[2].node && c[2].node < c[3].node;
 }
 
 /* What rigid_contacts_solve does with each of them. */
-static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* positions, const pli_vec4* previous,
+static void rigid_contacts_solve_four(const plii_rigid_contact* c, pli_vec4* positions, const pli_vec4* previous,
                                       float margin) {
     const plii_float4 records[PLII_LANES] = {
         plii_float4_from(&positions[c[0].node]), plii_float4_from(&positions[c[1].node]),
@@ -272,11 +250,12 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
     if (plii_lanes_bits(acts) == 0) { return; }
     const plii_float4 height = plii_float4_add(plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal), planes[3]);
     const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
-    const plii_float4 slip = plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_SLIP].w, c[1].matrix[RIGID_CONTACT_SLIP].w,
-                                             c[2].matrix[RIGID_CONTACT_SLIP].w, c[3].matrix[RIGID_CONTACT_SLIP].w);
+    const plii_float4 slip =
+        plii_lanes_xyzw(c[0].matrix[PLII_RIGID_CONTACT_SLIP].w, c[1].matrix[PLII_RIGID_CONTACT_SLIP].w,
+                        c[2].matrix[PLII_RIGID_CONTACT_SLIP].w, c[3].matrix[PLII_RIGID_CONTACT_SLIP].w);
     const plii_float4 hardness =
-        plii_lanes_xyzw(c[0].matrix[RIGID_CONTACT_HARDNESS].w, c[1].matrix[RIGID_CONTACT_HARDNESS].w,
-                        c[2].matrix[RIGID_CONTACT_HARDNESS].w, c[3].matrix[RIGID_CONTACT_HARDNESS].w);
+        plii_lanes_xyzw(c[0].matrix[PLII_RIGID_CONTACT_HARDNESS].w, c[1].matrix[PLII_RIGID_CONTACT_HARDNESS].w,
+                        c[2].matrix[PLII_RIGID_CONTACT_HARDNESS].w, c[3].matrix[PLII_RIGID_CONTACT_HARDNESS].w);
     const plii_float4 own = plii_lanes_xyzw(c[0].matrix[0].x, c[1].matrix[0].x, c[2].matrix[0].x, c[3].matrix[0].x);
     const plii_float4 per_impulse = plii_lanes_xyzw(c[0].arm.w, c[1].arm.w, c[2].arm.w, c[3].arm.w);
     const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
@@ -294,10 +273,10 @@ static void rigid_contacts_solve_four(const rigid_contact* c, pli_vec4* position
 }
 
 static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
-    const rigid_contacts_state* state = data;
+    const plii_rigid_contacts* state = data;
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < state->count; ++i) {
-        const rigid_contact* contact = &state->contacts[i];
+        const plii_rigid_contact* contact = &state->contacts[i];
         if (state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
             rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
             i += PLII_LANES - 1;
@@ -318,20 +297,21 @@ static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* st
 }
 
 static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_step* step) {
-    if (!((const rigid_contacts_state*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
+    if (!((const plii_rigid_contacts*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
 }
 
 static int rigid_contacts_list_constraints(const pli_body* body, const void* data, int capacity,
                                            plii_node_constraint* constraints) {
-    const rigid_contacts_state* state = data;
+    const plii_rigid_contacts* state = data;
     (void)body;
     for (int i = 0; i < state->count && i < capacity; ++i) {
-        const rigid_contact* contact = &state->contacts[i];
+        const plii_rigid_contact* contact = &state->contacts[i];
         constraints[i] =
             (plii_node_constraint){.node = contact->node, .rigid = contact->rigid, .normal = plii_xyz(contact->normal)};
         constraints[i].offset = contact->normal.w;
         constraints[i].friction = state->def.friction * contact->rigid->friction;
-        constraints[i].hardness = contact->matrix[RIGID_CONTACT_HARDNESS].w;
+        constraints[i].hardness = contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w;
+        constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
         constraints[i].influence = 1.0f;
     }
     return state->count;
@@ -342,11 +322,11 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
 static void rigid_contacts_clear(pli_body* body, void* data, const plii_step* step) {
     (void)body;
     (void)step;
-    ((rigid_contacts_state*)data)->count = 0;
+    ((plii_rigid_contacts*)data)->count = 0;
 }
 
 static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    rigid_contacts_state* state = data;
+    plii_rigid_contacts* state = data;
     (void)body;
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
@@ -356,20 +336,23 @@ static void rigid_contacts_on_rigid_removed(pli_body* body, void* data, const pl
 }
 
 static void rigid_contacts_preallocate(pli_body* body, void* data) {
-    rigid_contacts_state* state = data;
+    plii_rigid_contacts* state = data;
     if (body->world->rigid_count == 0) { return; }
-    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, plii_body_contact_bound(body));
+    const int room = plii_body_contact_bound(body);
+    (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
+    if (body->solver_class->has_substeps) { (void)plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
-    rigid_contacts_state* state = data;
+    plii_rigid_contacts* state = data;
     plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_rigid_substeps_release(body, state);
 }
 
 static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
-    const rigid_contacts_state* state = data;
+    const plii_rigid_contacts* state = data;
     (void)body;
-    return (size_t)state->capacity * sizeof *state->contacts;
+    return (size_t)state->capacity * sizeof *state->contacts + plii_rigid_substeps_bytes(&state->substeps);
 }
 
 static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
@@ -377,17 +360,18 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
     (void)body;
     (void)change;
     (void)blocks;
-    ((rigid_contacts_state*)data)->count = 0;
+    ((plii_rigid_contacts*)data)->count = 0;
 }
 
 /* After anchors and before the links, or, which Bullet has not, after the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
 
-static const plii_feature_class rigid_contacts_class = {
+const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
-    .state_size = sizeof(rigid_contacts_state),
+    .state_size = sizeof(plii_rigid_contacts),
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
+    .substepped = &plii_rigid_contacts_substepped,
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_constraints = rigid_contacts_list_constraints,
@@ -399,10 +383,10 @@ static const plii_feature_class rigid_contacts_class = {
 
 static void rigid_contacts_solve_last(pli_body* body, void* data, const plii_step* step) {
     (void)data;
-    rigid_contacts_solve(body, plii_feature_state(body, &rigid_contacts_class), step);
+    rigid_contacts_solve(body, plii_feature_state(body, &plii_rigid_contacts_class), step);
 }
 
-static const plii_feature_class* const rigid_contacts_last_needs[] = {&rigid_contacts_class, NULL};
+static const plii_feature_class* const rigid_contacts_last_needs[] = {&plii_rigid_contacts_class, NULL};
 
 /* Their solve at another place of the iteration. */
 static const plii_feature_class rigid_contacts_last_class = {
@@ -433,6 +417,8 @@ static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "static_hardness is %g, not in [0, 1]",
                          (double)def->static_hardness);
     }
+    PLII_TRY(plii_check_between(context, def->recovery_speed, 0.0f, PLI_MAX_SPEED, "recovery_speed", function));
+    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
     return plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function);
 }
 
@@ -440,45 +426,45 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
     PLII_TRY(rigid_contacts_check_def(body->context, &used, __func__));
-    const bool was_enabled = plii_feature_is_enabled(body, &rigid_contacts_class);
+    const bool was_enabled = plii_feature_is_enabled(body, &plii_rigid_contacts_class);
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &rigid_contacts_class, &state));
+    PLII_TRY(plii_feature_enable(body, &plii_rigid_contacts_class, &state));
     if (used.after_links) {
         const pli_status status = plii_feature_enable(body, &rigid_contacts_last_class, NULL);
-        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &rigid_contacts_class); }
+        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &plii_rigid_contacts_class); }
         PLII_TRY(status);
     } else {
         plii_feature_disable(body, &rigid_contacts_last_class);
     }
-    ((rigid_contacts_state*)state)->def = used;
+    ((plii_rigid_contacts*)state)->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_rigid_contacts(pli_body* body) {
     PLII_TRY(plii_check_body_change(body, __func__));
     plii_feature_disable(body, &rigid_contacts_last_class);
-    plii_feature_disable(body, &rigid_contacts_class);
+    plii_feature_disable(body, &plii_rigid_contacts_class);
     return PLI_OK;
 }
 
 int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_contact* contacts) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    const plii_rigid_contacts* state = plii_feature_state(body, &plii_rigid_contacts_class);
     if (state == NULL) { return 0; }
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {
-        const rigid_contact* contact = &state->contacts[i];
+        const plii_rigid_contact* contact = &state->contacts[i];
         contacts[i].node = contact->node;
         contacts[i].rigid = contact->rigid;
         contacts[i].shape = contact->shape;
         contacts[i].normal = plii_xyz(contact->normal);
-        contacts[i].distance = contact->matrix[RIGID_CONTACT_DISTANCE].w;
+        contacts[i].distance = contact->matrix[PLII_RIGID_CONTACT_DISTANCE].w;
     }
     return state->count;
 }
 
 pli_status pli_body_reorder_rigid_contacts(pli_body* body, const int* order, int count) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    rigid_contacts_state* state = plii_feature_state(body, &rigid_contacts_class);
+    plii_rigid_contacts* state = plii_feature_state(body, &plii_rigid_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "rigid contacts are not enabled"); }
     return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }

@@ -1,17 +1,15 @@
-/* XPBD: contacts of nodes with rigid bodies. C = n . (node - motion of the surface) + offset >= 0, with Coulomb
-   friction on the motion of the substep. Contacts are those that pli_body_enable_rigid_contacts found at the predicted
-   positions; their planes move with the rigid body. */
+/* Contacts of nodes with rigid bodies in substeps. C = n . (node - motion of the surface) + offset >= 0, with Coulomb
+   friction on the motion of the substep. They were found at the predicted positions; their planes move with the rigid
+   body. */
 
 #include "math/simd_float4.h"
 
 #include "body/substep_rigid.h"
-#include "body/world_state.h"
 #include "contact/contact_substep.h"
-#include "pliant/contact.h"
-#include "solver/xpbd/xpbd_impl.h"
+#include "contact/node_rigid_impl.h"
 
 /* Records of four floats, so that four contacts with fixed bodies are solved at a time. */
-typedef struct xpbd_rigid_contact {
+struct plii_rigid_substep_contact {
     pli_vec4 normal; /* w: offset of the plane that is kept free, at the start of the step */
     /* For one substep; the first two of a fixed body, whose motion nothing changes. */
     pli_vec4 surface;  /* how far it is moved at the end; w: lowest gap */
@@ -21,33 +19,23 @@ typedef struct xpbd_rigid_contact {
     float weight;
     int node;
     bool is_fixed, leads_four; /* this contact and the next three have fixed bodies and ascending nodes */
-} xpbd_rigid_contact;
+};
 
-typedef struct xpbd_rigid_contacts_state {
-    pli_xpbd_contacts_def def;
-    pli_rigid_contact* found;
-    int found_capacity;
-    xpbd_rigid_contact* contacts;
-    int count, capacity;
-} xpbd_rigid_contacts_state;
-
-static bool xpbd_rigid_contacts_reserve(pli_body* body, xpbd_rigid_contacts_state* state, int count) {
-    return PLII_RESERVE(body->context, &state->found, &state->found_capacity, count) &&
-           PLII_RESERVE(body->context, &state->contacts, &state->capacity, count);
+bool plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
+    return PLII_RESERVE(body->context, &substeps->contacts, &substeps->capacity, count);
 }
 
-/* Comes after the search, which was enabled before. */
-static pli_status xpbd_rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {
-    const int count = pli_body_get_rigid_contacts(body, 0, NULL);
-    (void)rigid;
-    return xpbd_rigid_contacts_reserve(body, data, count) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps) {
+    return (size_t)substeps->capacity * sizeof *substeps->contacts;
 }
 
-static void xpbd_rigid_contacts_preallocate(pli_body* body, void* data) {
-    if (body->world->rigid_count > 0) { (void)xpbd_rigid_contacts_reserve(body, data, plii_body_contact_bound(body)); }
+void plii_rigid_substeps_release(pli_body* body, void* data) {
+    plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
+    plii_release(body->context, substeps->contacts, plii_rigid_substeps_bytes(substeps));
+    *substeps = (plii_rigid_substeps){0};
 }
 
-static bool xpbd_rigid_contacts_is_fixed(const pli_rigid* rigid) {
+static bool rigid_substep_is_fixed(const pli_rigid* rigid) {
     const pli_mat3 inverse_inertia = rigid->state.inverse_inertia_world;
     float sum = rigid->state.inverse_mass;
     for (int k = 0; k < 3; ++k) {
@@ -56,52 +44,50 @@ static bool xpbd_rigid_contacts_is_fixed(const pli_rigid* rigid) {
     return sum == 0.0f;
 }
 
-static void xpbd_rigid_contacts_begin(pli_body* body, void* data) {
-    xpbd_rigid_contacts_state* state = data;
-    /* Fails only where the search was enabled after this; the contacts without room are left out then. */
-    (void)xpbd_rigid_contacts_reserve(body, state, pli_body_get_rigid_contacts(body, 0, NULL));
-    const int capacity = state->capacity < state->found_capacity ? state->capacity : state->found_capacity;
-    const int found = pli_body_get_rigid_contacts(body, capacity, state->found);
-    state->count = found < capacity ? found : capacity;
+static void rigid_substep_begin(pli_body* body, void* data) {
+    const plii_rigid_contacts* found = data;
+    plii_rigid_substeps* state = &((plii_rigid_contacts*)data)->substeps;
+    const bool has_room = plii_rigid_substeps_reserve(body, state, found->count);
+    state->count = has_room ? found->count : state->capacity;
     for (int i = 0; i < state->count; ++i) {
-        const pli_rigid_contact* from = &state->found[i];
+        const plii_rigid_contact* from = &found->contacts[i];
         const pli_vec3 x = plii_xyz(body->positions[from->node]);
-        xpbd_rigid_contact* contact = &state->contacts[i];
-        *contact = (xpbd_rigid_contact){.node = from->node};
-        plii_set_xyz(&contact->normal, from->normal);
-        contact->normal.w = from->distance - pli_vec3_dot(from->normal, x);
-        contact->motion.w = state->def.friction * from->rigid->friction;
-        contact->is_fixed = xpbd_rigid_contacts_is_fixed(from->rigid);
+        plii_rigid_substep_contact* contact = &state->contacts[i];
+        *contact = (plii_rigid_substep_contact){.node = from->node};
+        plii_set_xyz(&contact->normal, plii_xyz(from->normal));
+        contact->normal.w = from->matrix[PLII_RIGID_CONTACT_DISTANCE].w - pli_vec3_dot(plii_xyz(from->normal), x);
+        contact->motion.w = found->def.friction * from->rigid->friction;
+        contact->is_fixed = rigid_substep_is_fixed(from->rigid);
         contact->point.rigid = from->rigid;
         contact->point.offset = pli_vec3_sub(x, from->rigid->state.pose.origin);
     }
     for (int i = 0; i + PLII_LANES <= state->count; ++i) {
-        xpbd_rigid_contact* c = &state->contacts[i];
+        plii_rigid_substep_contact* c = &state->contacts[i];
         c->leads_four = c[0].is_fixed && c[1].is_fixed && c[2].is_fixed && c[3].is_fixed && c[0].node < c[1].node &&
                         c[1].node < c[2].node && c[2].node < c[3].node;
     }
 }
 
 /* Along a unit vector. */
-static float xpbd_rigid_contacts_weight(const plii_substep* substep, const xpbd_rigid_contact* contact,
-                                        pli_vec3 direction) {
+static float rigid_substep_weight(const plii_substep* substep, const plii_rigid_substep_contact* contact,
+                                  pli_vec3 direction) {
     const float weight = substep->displacements[contact->node].w;
     return contact->is_fixed ? weight : weight + plii_substep_rigid_point_weight(&contact->point, direction);
 }
 
-static pli_vec3 xpbd_rigid_contacts_motion(const plii_substep* substep, const xpbd_rigid_contact* contact) {
+static pli_vec3 rigid_substep_motion(const plii_substep* substep, const plii_rigid_substep_contact* contact) {
     return contact->is_fixed ? plii_xyz(contact->motion) : plii_substep_rigid_point_motion(&contact->point, substep);
 }
 
-static void xpbd_rigid_contacts_restart_one(pli_body* body, const plii_substep* substep, xpbd_rigid_contact* contact,
-                                            float recovery_speed) {
+static void rigid_substep_restart_one(pli_body* body, const plii_substep* substep, plii_rigid_substep_contact* contact,
+                                      float recovery_speed) {
     plii_substep_rigid_point_restart(&contact->point, substep);
     const pli_vec3 before =
         pli_vec3_add(plii_xyz(body->positions[contact->node]), plii_xyz(substep->start_displacements[contact->node]));
     const pli_vec3 normal = plii_xyz(contact->normal), moved = contact->point.moved;
     const float gap = pli_vec3_dot(normal, pli_vec3_sub(before, moved)) + contact->normal.w;
-    contact->surface.w = plii_xpbd_contact_recover(substep, contact->node, normal, gap, 1.0f, recovery_speed);
-    contact->weight = xpbd_rigid_contacts_weight(substep, contact, normal);
+    contact->surface.w = plii_contact_recover(substep, contact->node, normal, gap, 1.0f, recovery_speed);
+    contact->weight = rigid_substep_weight(substep, contact, normal);
     contact->friction = (pli_vec4){0};
     if (!contact->is_fixed) { return; }
     const pli_vec3 motion = plii_substep_rigid_point_motion(&contact->point, substep);
@@ -110,19 +96,19 @@ static void xpbd_rigid_contacts_restart_one(pli_body* body, const plii_substep* 
 }
 
 /* Of four contacts, or of their nodes. */
-typedef struct xpbd_rigid_four {
+typedef struct rigid_substep_four {
     plii_vec3x4 xyz;
     plii_float4 w;
-} xpbd_rigid_four;
+} rigid_substep_four;
 
-PLII_SIMD_INLINE xpbd_rigid_four xpbd_rigid_contacts_load_four(const pli_vec4* a, const pli_vec4* b, const pli_vec4* c,
-                                                               const pli_vec4* d) {
+PLII_SIMD_INLINE rigid_substep_four rigid_substep_load_four(const pli_vec4* a, const pli_vec4* b, const pli_vec4* c,
+                                                            const pli_vec4* d) {
     plii_float4 r[PLII_LANES] = {plii_float4_from(a), plii_float4_from(b), plii_float4_from(c), plii_float4_from(d)};
     plii_float4_transpose(r);
-    return (xpbd_rigid_four){{r[0], r[1], r[2]}, r[3]};
+    return (rigid_substep_four){{r[0], r[1], r[2]}, r[3]};
 }
-PLII_SIMD_INLINE void xpbd_rigid_contacts_store_four(const xpbd_rigid_four* four, pli_vec4* a, pli_vec4* b, pli_vec4* c,
-                                                     pli_vec4* d) {
+PLII_SIMD_INLINE void rigid_substep_store_four(const rigid_substep_four* four, pli_vec4* a, pli_vec4* b, pli_vec4* c,
+                                               pli_vec4* d) {
     plii_float4 r[PLII_LANES] = {four->xyz.x, four->xyz.y, four->xyz.z, four->w};
     plii_float4_transpose(r);
     plii_float4_to(a, r[0]);
@@ -130,25 +116,25 @@ PLII_SIMD_INLINE void xpbd_rigid_contacts_store_four(const xpbd_rigid_four* four
     plii_float4_to(c, r[2]);
     plii_float4_to(d, r[3]);
 }
-#define XPBD_LOAD_FOUR(c, field)                                                                                       \
-    xpbd_rigid_contacts_load_four(&(c)[0].field, &(c)[1].field, &(c)[2].field, &(c)[3].field)
-#define XPBD_STORE_FOUR(four, c, field)                                                                                \
-    xpbd_rigid_contacts_store_four(four, &(c)[0].field, &(c)[1].field, &(c)[2].field, &(c)[3].field)
-#define XPBD_LOAD_NODES(records, c)                                                                                    \
-    xpbd_rigid_contacts_load_four(&(records)[(c)[0].node], &(records)[(c)[1].node], &(records)[(c)[2].node],           \
-                                  &(records)[(c)[3].node])
-#define XPBD_STORE_NODES(four, records, c)                                                                             \
-    xpbd_rigid_contacts_store_four(four, &(records)[(c)[0].node], &(records)[(c)[1].node], &(records)[(c)[2].node],    \
-                                   &(records)[(c)[3].node])
+#define RIGID_SUBSTEP_LOAD_FOUR(c, field)                                                                              \
+    rigid_substep_load_four(&(c)[0].field, &(c)[1].field, &(c)[2].field, &(c)[3].field)
+#define RIGID_SUBSTEP_STORE_FOUR(four, c, field)                                                                       \
+    rigid_substep_store_four(four, &(c)[0].field, &(c)[1].field, &(c)[2].field, &(c)[3].field)
+#define RIGID_SUBSTEP_LOAD_NODES(records, c)                                                                           \
+    rigid_substep_load_four(&(records)[(c)[0].node], &(records)[(c)[1].node], &(records)[(c)[2].node],                 \
+                            &(records)[(c)[3].node])
+#define RIGID_SUBSTEP_STORE_NODES(four, records, c)                                                                    \
+    rigid_substep_store_four(four, &(records)[(c)[0].node], &(records)[(c)[1].node], &(records)[(c)[2].node],          \
+                             &(records)[(c)[3].node])
 
-/* xpbd_rigid_contacts_restart_one after the first substep: the surface begins where it ended. */
-static void xpbd_rigid_contacts_restart_four(const pli_body* body, const plii_substep* substep, xpbd_rigid_contact* c,
-                                             float recovery_speed) {
+/* rigid_substep_restart_one after the first substep: the surface begins where it ended. */
+static void rigid_substep_restart_four(const pli_body* body, const plii_substep* substep, plii_rigid_substep_contact* c,
+                                       float recovery_speed) {
     const plii_float4 zero = plii_float4_all(0.0f);
-    const xpbd_rigid_four normal = XPBD_LOAD_FOUR(c, normal), motion = XPBD_LOAD_FOUR(c, motion);
-    const xpbd_rigid_four x = XPBD_LOAD_NODES(body->positions, c);
-    xpbd_rigid_four start_displacements = XPBD_LOAD_NODES(substep->start_displacements, c);
-    xpbd_rigid_four surface = XPBD_LOAD_FOUR(c, surface);
+    const rigid_substep_four normal = RIGID_SUBSTEP_LOAD_FOUR(c, normal), motion = RIGID_SUBSTEP_LOAD_FOUR(c, motion);
+    const rigid_substep_four x = RIGID_SUBSTEP_LOAD_NODES(body->positions, c);
+    rigid_substep_four start_displacements = RIGID_SUBSTEP_LOAD_NODES(substep->start_displacements, c);
+    rigid_substep_four surface = RIGID_SUBSTEP_LOAD_FOUR(c, surface);
     const plii_vec3x4 before = plii_vec3x4_add(x.xyz, start_displacements.xyz);
     const plii_float4 gap =
         plii_float4_add(plii_vec3x4_dot(normal.xyz, plii_vec3x4_sub(before, surface.xyz)), normal.w);
@@ -156,7 +142,7 @@ static void xpbd_rigid_contacts_restart_four(const pli_body* body, const plii_su
         plii_lanes_both(plii_lanes_less(gap, zero), plii_lanes_less(zero, start_displacements.w));
     surface.w = plii_lanes_min(gap, zero);
     if (plii_lanes_bits(recovers) != 0) {
-        xpbd_rigid_four displacement = XPBD_LOAD_NODES(substep->displacements, c);
+        rigid_substep_four displacement = RIGID_SUBSTEP_LOAD_NODES(substep->displacements, c);
         const plii_float4 shift =
             plii_lanes_min(plii_float4_negate(gap), plii_float4_all(recovery_speed * substep->dt));
         const plii_vec3x4 shifts = plii_vec3x4_scale(normal.xyz, shift);
@@ -164,81 +150,82 @@ static void xpbd_rigid_contacts_restart_four(const pli_body* body, const plii_su
         start_displacements.xyz =
             plii_vec3x4_select(recovers, plii_vec3x4_add(start_displacements.xyz, shifts), start_displacements.xyz);
         surface.w = plii_lanes_select(recovers, plii_float4_add(gap, shift), surface.w);
-        XPBD_STORE_NODES(&displacement, substep->displacements, c);
-        XPBD_STORE_NODES(&start_displacements, substep->start_displacements, c);
+        RIGID_SUBSTEP_STORE_NODES(&displacement, substep->displacements, c);
+        RIGID_SUBSTEP_STORE_NODES(&start_displacements, substep->start_displacements, c);
     }
     surface.xyz = plii_vec3x4_add(surface.xyz, motion.xyz);
-    XPBD_STORE_FOUR(&surface, c, surface);
+    RIGID_SUBSTEP_STORE_FOUR(&surface, c, surface);
     for (int k = 0; k < PLII_LANES; ++k) {
         c[k].friction = (pli_vec4){0};
     }
 }
 
-static void xpbd_rigid_contacts_restart(pli_body* body, void* data, const plii_substep* substep) {
-    xpbd_rigid_contacts_state* state = data;
+static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_rigid_contacts* found = data;
+    const plii_rigid_substeps* state = &found->substeps;
+    const float recovery_speed = plii_contact_recovery_speed(found->def.recovery_speed);
     for (int i = 0; i < state->count; ++i) {
-        xpbd_rigid_contact* contact = &state->contacts[i];
+        plii_rigid_substep_contact* contact = &state->contacts[i];
         if (contact->leads_four && substep->index > 0) {
-            xpbd_rigid_contacts_restart_four(body, substep, contact, state->def.recovery_speed);
+            rigid_substep_restart_four(body, substep, contact, recovery_speed);
             i += PLII_LANES - 1;
         } else {
-            xpbd_rigid_contacts_restart_one(body, substep, contact, state->def.recovery_speed);
+            rigid_substep_restart_one(body, substep, contact, recovery_speed);
         }
     }
 }
 
-static void xpbd_rigid_contacts_push(const plii_substep* substep, const xpbd_rigid_contact* contact, pli_vec3 push) {
+static void rigid_substep_push(const plii_substep* substep, const plii_rigid_substep_contact* contact, pli_vec3 push) {
     plii_substep_move(substep, contact->node, push, 1.0f);
     if (!contact->is_fixed) { plii_substep_rigid_point_push(&contact->point, pli_vec3_neg(push), substep); }
 }
 
-static void xpbd_rigid_contacts_press(pli_body* body, const plii_substep* substep,
-                                      const xpbd_rigid_contacts_state* state, xpbd_rigid_contact* contact) {
+static void rigid_substep_press(pli_body* body, const plii_substep* substep, float alpha,
+                                plii_rigid_substep_contact* contact) {
     const pli_vec3 surface = contact->is_fixed
                                  ? plii_xyz(contact->surface)
-                                 : pli_vec3_add(contact->point.moved, xpbd_rigid_contacts_motion(substep, contact));
+                                 : pli_vec3_add(contact->point.moved, rigid_substep_motion(substep, contact));
     const pli_vec3 to_node = pli_vec3_sub(plii_substep_position(body, substep, contact->node), surface);
     const pli_vec3 normal = plii_xyz(contact->normal);
     const float gap = pli_vec3_dot(normal, to_node) + contact->normal.w, floor = contact->surface.w;
     const float before = contact->friction.w;
     if (before == 0.0f && !(gap < floor)) { return; }
-    const float change =
-        plii_xpbd_multiplier(gap - floor, contact->weight, state->def.compliance, 0.0f, before, 0.0f, substep);
+    const float change = plii_contact_multiplier(gap - floor, contact->weight, alpha, before);
     const float multiplier = plii_max(0.0f, before + change);
     if (multiplier == before) { return; }
-    xpbd_rigid_contacts_push(substep, contact, pli_vec3_scale(normal, multiplier - before));
+    rigid_substep_push(substep, contact, pli_vec3_scale(normal, multiplier - before));
     contact->friction.w = multiplier;
 }
 
-static void xpbd_rigid_contacts_rub(const plii_substep* substep, xpbd_rigid_contact* contact) {
+static void rigid_substep_rub(const plii_substep* substep, plii_rigid_substep_contact* contact) {
     const pli_vec3 n = plii_xyz(contact->normal), before = plii_xyz(contact->friction);
     const pli_vec3 motion =
-        pli_vec3_sub(plii_substep_motion(substep, contact->node), xpbd_rigid_contacts_motion(substep, contact));
+        pli_vec3_sub(plii_substep_motion(substep, contact->node), rigid_substep_motion(substep, contact));
     const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
     const float length = pli_vec3_length(sliding);
     if (!(length > 0.0f) || !(contact->weight > 0.0f)) { return; }
-    const float weight = xpbd_rigid_contacts_weight(substep, contact, pli_vec3_scale(sliding, 1.0f / length));
-    const pli_vec3 friction =
-        plii_xpbd_contact_friction(before, sliding, weight, contact->motion.w * contact->friction.w);
+    const float weight = rigid_substep_weight(substep, contact, pli_vec3_scale(sliding, 1.0f / length));
+    const pli_vec3 friction = plii_contact_friction(before, sliding, weight, contact->motion.w * contact->friction.w);
     if (!plii_vec3_is_finite(friction)) { return; }
-    xpbd_rigid_contacts_push(substep, contact, pli_vec3_sub(friction, before));
+    rigid_substep_push(substep, contact, pli_vec3_sub(friction, before));
     plii_set_xyz(&contact->friction, friction);
 }
 
-static void xpbd_rigid_contacts_solve_one(pli_body* body, const plii_substep* substep,
-                                          const xpbd_rigid_contacts_state* state, xpbd_rigid_contact* contact) {
-    xpbd_rigid_contacts_press(body, substep, state, contact);
+static void rigid_substep_solve_one(pli_body* body, const plii_substep* substep, float alpha,
+                                    plii_rigid_substep_contact* contact) {
+    rigid_substep_press(body, substep, alpha, contact);
     const bool rubs = contact->friction.w > 0.0f || pli_vec3_length_squared(plii_xyz(contact->friction)) > 0.0f;
-    if (rubs) { xpbd_rigid_contacts_rub(substep, contact); }
+    if (rubs) { rigid_substep_rub(substep, contact); }
 }
 
-/* The same for four. `alpha`: see plii_xpbd_multiplier. */
-static void xpbd_rigid_contacts_solve_four(const pli_body* body, const plii_substep* substep, float alpha,
-                                           xpbd_rigid_contact* c) {
+/* The same for four. `alpha`: see plii_contact_multiplier. */
+static void rigid_substep_solve_four(const pli_body* body, const plii_substep* substep, float alpha,
+                                     plii_rigid_substep_contact* c) {
     const plii_float4 zero = plii_float4_all(0.0f), alphas = plii_float4_all(alpha);
-    const xpbd_rigid_four x = XPBD_LOAD_NODES(body->positions, c);
-    xpbd_rigid_four moved = XPBD_LOAD_NODES(substep->displacements, c), friction = XPBD_LOAD_FOUR(c, friction);
-    const xpbd_rigid_four normal = XPBD_LOAD_FOUR(c, normal), surface = XPBD_LOAD_FOUR(c, surface);
+    const rigid_substep_four x = RIGID_SUBSTEP_LOAD_NODES(body->positions, c);
+    rigid_substep_four moved = RIGID_SUBSTEP_LOAD_NODES(substep->displacements, c),
+                       friction = RIGID_SUBSTEP_LOAD_FOUR(c, friction);
+    const rigid_substep_four normal = RIGID_SUBSTEP_LOAD_FOUR(c, normal), surface = RIGID_SUBSTEP_LOAD_FOUR(c, surface);
     const plii_float4 weight = moved.w, before = friction.w;
     const plii_vec3x4 to_node = plii_vec3x4_sub(plii_vec3x4_add(x.xyz, moved.xyz), surface.xyz);
     const plii_float4 gap = plii_float4_add(plii_vec3x4_dot(normal.xyz, to_node), normal.w);
@@ -259,8 +246,8 @@ static void xpbd_rigid_contacts_solve_four(const pli_body* body, const plii_subs
     moved.xyz = plii_vec3x4_select(presses, plii_vec3x4_add(moved.xyz, plii_vec3x4_scale(push, weight)), moved.xyz);
     friction.w = plii_lanes_select(presses, pressed, before);
 
-    const xpbd_rigid_four start_displacements = XPBD_LOAD_NODES(substep->start_displacements, c),
-                          motion = XPBD_LOAD_FOUR(c, motion);
+    const rigid_substep_four start_displacements = RIGID_SUBSTEP_LOAD_NODES(substep->start_displacements, c),
+                             motion = RIGID_SUBSTEP_LOAD_FOUR(c, motion);
     const plii_vec3x4 relative = plii_vec3x4_sub(plii_vec3x4_sub(moved.xyz, start_displacements.xyz), motion.xyz);
     const plii_vec3x4 sliding =
         plii_vec3x4_sub(relative, plii_vec3x4_scale(normal.xyz, plii_vec3x4_dot(relative, normal.xyz)));
@@ -278,80 +265,38 @@ static void xpbd_rigid_contacts_solve_four(const pli_body* body, const plii_subs
     const plii_vec3x4 pull = plii_vec3x4_scale(plii_vec3x4_sub(rubbed, friction.xyz), weight);
     moved.xyz = plii_vec3x4_select(rubs, plii_vec3x4_add(moved.xyz, pull), moved.xyz);
     friction.xyz = plii_vec3x4_select(rubs, rubbed, friction.xyz);
-    XPBD_STORE_NODES(&moved, substep->displacements, c);
-    XPBD_STORE_FOUR(&friction, c, friction);
+    RIGID_SUBSTEP_STORE_NODES(&moved, substep->displacements, c);
+    RIGID_SUBSTEP_STORE_FOUR(&friction, c, friction);
 }
 
-static void xpbd_rigid_contacts_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const xpbd_rigid_contacts_state* state = data;
-    const float alpha = state->def.compliance * substep->inverse_dt * substep->inverse_dt;
+static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    const plii_rigid_contacts* found = data;
+    const plii_rigid_substeps* state = &found->substeps;
+    const float alpha = found->def.compliance * substep->inverse_dt * substep->inverse_dt;
     for (int i = 0; i < state->count; ++i) {
-        xpbd_rigid_contact* contact = &state->contacts[i];
+        plii_rigid_substep_contact* contact = &state->contacts[i];
         if (contact->leads_four) {
-            xpbd_rigid_contacts_solve_four(body, substep, alpha, contact);
+            rigid_substep_solve_four(body, substep, alpha, contact);
             i += PLII_LANES - 1;
         } else {
-            xpbd_rigid_contacts_solve_one(body, substep, state, contact);
+            rigid_substep_solve_one(body, substep, alpha, contact);
         }
     }
 }
 
-static void xpbd_rigid_contacts_disable(pli_body* body, void* data) {
-    const xpbd_rigid_contacts_state* state = data;
-    plii_release(body->context, state->found, (size_t)state->found_capacity * sizeof *state->found);
-    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-}
-
-static size_t xpbd_rigid_contacts_bytes(const pli_body* body, const void* data) {
-    const xpbd_rigid_contacts_state* state = data;
+static bool rigid_substep_is_idle(const pli_body* body, const void* data) {
     (void)body;
-    return (size_t)state->found_capacity * sizeof *state->found + (size_t)state->capacity * sizeof *state->contacts;
+    return ((const plii_rigid_contacts*)data)->substeps.count == 0;
 }
 
-static void xpbd_rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                                void** blocks) {
-    (void)body;
-    (void)change;
-    (void)blocks;
-    ((xpbd_rigid_contacts_state*)data)->count = 0; /* made anew in each step */
-}
+enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
 
-static const plii_feature_class xpbd_rigid_contacts_class = {
-    .name = "XPBD rigid contacts",
-    .state_size = sizeof(xpbd_rigid_contacts_state),
-    .disable = xpbd_rigid_contacts_disable,
-    .reserve = xpbd_rigid_contacts_preallocate,
-    .collide_rigid = xpbd_rigid_contacts_collide,
-    .bytes = xpbd_rigid_contacts_bytes,
-    .topology_commit = xpbd_rigid_contacts_topology_commit,
+const plii_substep_class plii_rigid_contacts_substepped = {
+    .order = RIGID_SUBSTEP_ORDER,
+    .klass = &plii_rigid_contacts_class,
+    .begin = rigid_substep_begin,
+    .restart = rigid_substep_restart,
+    .sweep = rigid_substep_sweep,
+    .is_idle = rigid_substep_is_idle,
+    .leave = plii_rigid_substeps_release,
 };
-
-static bool xpbd_rigid_contacts_is_idle(const pli_body* body, const void* data) {
-    (void)body;
-    return ((const xpbd_rigid_contacts_state*)data)->count == 0;
-}
-
-enum { XPBD_RIGID_CONTACTS_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
-
-static const plii_substep_class xpbd_rigid_contacts_kind = {
-    .order = XPBD_RIGID_CONTACTS_ORDER,
-    .klass = &xpbd_rigid_contacts_class,
-    .begin = xpbd_rigid_contacts_begin,
-    .restart = xpbd_rigid_contacts_restart,
-    .sweep = xpbd_rigid_contacts_sweep,
-    .is_idle = xpbd_rigid_contacts_is_idle,
-};
-
-pli_status pli_body_enable_xpbd_rigid_contacts(pli_body* body, const pli_xpbd_contacts_def* def) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    const pli_xpbd_contacts_def used = def != NULL ? *def : pli_xpbd_contacts_def_default();
-    PLII_TRY(plii_xpbd_check_contacts_def(body, &used, __func__));
-    void* state = NULL;
-    PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_rigid_contacts_kind, __func__, &state));
-    ((xpbd_rigid_contacts_state*)state)->def = used;
-    return PLI_OK;
-}
-
-pli_status pli_body_disable_xpbd_rigid_contacts(pli_body* body) {
-    return plii_xpbd_disable_kind(body, &xpbd_rigid_contacts_kind, __func__);
-}

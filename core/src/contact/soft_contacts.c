@@ -81,6 +81,7 @@ static void soft_contacts_disable(pli_body* body, void* data) {
     pli_context* context = body->context;
     soft_contacts_release_boxes(body, state);
     plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    plii_soft_substeps_release(body, state);
     plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
     plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
     plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
@@ -93,6 +94,7 @@ static void soft_contacts_disable(pli_body* body, void* data) {
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
     size_t bytes = plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
+    bytes += plii_soft_substeps_bytes(&state->substeps);
     bytes += (size_t)state->node_capacity * sizeof *state->nodes;
     bytes += (size_t)state->order_capacity * sizeof *state->face_order;
     bytes += (size_t)state->capacity * sizeof *state->contacts;
@@ -137,6 +139,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
+    .substepped = &plii_soft_contacts_substepped,
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
     .on_body_removed = soft_contacts_on_body_removed,
@@ -177,6 +180,7 @@ static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_c
                          (double)def->hardness);
     }
     PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
     return plii_check_within(context, def->recovery_speed, PLI_MAX_SPEED, "recovery_speed", function);
 }
 

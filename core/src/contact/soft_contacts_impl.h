@@ -2,9 +2,9 @@
 #define PLII_SOFT_CONTACTS_IMPL_H
 
 /* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c) and the solve (soft_contacts_solve.c). */
+   (soft_contacts_find.c), the solve (soft_contacts_solve.c) and the part in substeps (soft_contacts_substep.c). */
 
-#include "body/body_impl.h"
+#include "body/substep.h"
 #include "geometry/bvh.h"
 #include "geometry/bvh4.h"
 #include "pliant/contact.h"
@@ -23,10 +23,18 @@ typedef struct plii_soft_contacts_node {
     float reach; /* how far it looks for faces; m */
 } plii_soft_contacts_node;
 
+/* The contacts of a step as substeps solve them; empty while another solver steps the body. */
+typedef struct plii_soft_substep_contact plii_soft_substep_contact;
+typedef struct plii_soft_substeps {
+    plii_soft_substep_contact* contacts;
+    int count, capacity;
+} plii_soft_substeps;
+
 typedef struct plii_soft_contacts_state {
     pli_soft_contacts_def def;
     plii_soft_contact* contacts;
     int count, capacity;
+    plii_soft_substeps substeps;
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
     pli_bounds* face_boxes; /* [face_count] */
@@ -47,6 +55,7 @@ typedef struct plii_soft_contacts_state {
 } plii_soft_contacts_state;
 
 extern const plii_feature_class plii_soft_contacts_class;
+extern const plii_substep_class plii_soft_contacts_substepped;
 
 static inline pli_vec3 plii_soft_contacts_position(const pli_body* body, int node) {
     return plii_xyz(body->positions[node]);
@@ -69,5 +78,11 @@ void plii_soft_contacts_reserve(pli_body* body, void* data);
 /* Once per step: parts what overlaps already, where that must not give speed. */
 void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step);
 void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step);
+
+/* Room for the contacts of a step. */
+bool plii_soft_substeps_reserve(pli_body* body, plii_soft_substeps* substeps, int count);
+size_t plii_soft_substeps_bytes(const plii_soft_substeps* substeps);
+/* `data`: plii_soft_contacts_state */
+void plii_soft_substeps_release(pli_body* body, void* data);
 
 #endif

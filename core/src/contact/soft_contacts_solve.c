@@ -3,8 +3,8 @@
    Bodies are solved one after the other, so, as in Bullet, a contact moves the nodes of a body that was solved before
    without changing their velocities. */
 
+#include "contact/contact_substep.h"
 #include "contact/soft_contacts_impl.h"
-#include "math/range.h"
 
 static pli_vec3 soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
@@ -16,13 +16,10 @@ static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
 }
 
-/* m/s, where springs hold nodes and the definition names no other. */
-#define SOFT_CONTACTS_RECOVERY_SPEED 1.0f
-
 /* 0: overlaps go at once, as in Bullet. */
 static float soft_contacts_recovery_speed(const pli_body* body, const plii_soft_contacts_state* state) {
-    if (state->def.recovery_speed > 0.0f) { return state->def.recovery_speed; }
-    return body->solver_class->solves_constraints ? SOFT_CONTACTS_RECOVERY_SPEED : 0.0f;
+    const float speed = state->def.recovery_speed;
+    return body->solver_class->solves_constraints ? plii_contact_recovery_speed(speed) : speed;
 }
 
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */

@@ -6,8 +6,6 @@
 
 #include "body/rigid_impl.h"
 
-/* m/s: a penetration goes at this speed at most, so that it does not throw nodes off. */
-#define IMPLICIT_RECOVERY_SPEED 1.0
 /* Pinned nodes count as so many times heavier than the rigid body that holds on to them. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
@@ -234,7 +232,7 @@ static void implicit_constraints_make_item(const pli_body* body, const plii_impl
         item->friction = (double)from->friction;
         const double gap = plii_dvec3_dot(item->normal, start) + (double)from->offset;
         const double speed =
-            gap > 0.0 ? -gap * inverse_dt : fmin(-gap * hardness * inverse_dt, IMPLICIT_RECOVERY_SPEED);
+            gap > 0.0 ? -gap * inverse_dt : fmin(-gap * hardness * inverse_dt, (double)from->recovery_speed);
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }

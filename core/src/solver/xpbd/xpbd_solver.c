@@ -394,6 +394,14 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     return PLI_OK;
 }
 
+static void xpbd_leave(pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_substep_class* kind = pipeline->features[i].klass->substepped;
+        if (kind != NULL && kind->leave != NULL) { kind->leave(body, pipeline->features[i].state); }
+    }
+}
+
 pli_status pli_body_disable_xpbd(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     xpbd_state* state = plii_feature_state(body, &xpbd_class);
@@ -403,6 +411,7 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
     while (state->kinds.count > 0) {
         xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
     }
+    xpbd_leave(body);
     plii_feature_disable(body, &xpbd_class);
     return PLI_OK;
 }
