@@ -734,7 +734,6 @@ static void enable_solver(pli_body* body, solver_kind solver) {
     if (solver != XPBD) { return; }
     assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
     assert_int_equal(pli_body_enable_xpbd_links(body, NULL), PLI_OK);
-    assert_int_equal(pli_body_enable_xpbd_rigid_contacts(body, NULL), PLI_OK);
 }
 
 /* A square of two triangles. */
