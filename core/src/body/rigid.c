@@ -107,15 +107,17 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
     return rigid_check_limits(context, kind, state, function);
 }
 
-/* Bit for bit, in line: static bodies are asked twice in a step. */
+/* Bit for bit. Word by word from where they are: copies of both in one go go through memory. */
 static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transform* b) {
     enum { WORDS = sizeof *a / sizeof(uint64_t) };
     _Static_assert(sizeof *a == WORDS * sizeof(uint64_t), "a pose is a number of words");
-    uint64_t words_a[WORDS], words_b[WORDS], difference = 0;
-    memcpy(words_a, a, sizeof words_a);
-    memcpy(words_b, b, sizeof words_b);
-    for (int i = 0; i < WORDS; ++i) {
-        difference |= words_a[i] ^ words_b[i];
+    uint64_t difference = 0;
+#pragma GCC unroll 6
+    for (size_t i = 0; i < WORDS; ++i) {
+        uint64_t word_a, word_b;
+        memcpy(&word_a, (const char*)a + i * sizeof word_a, sizeof word_a);
+        memcpy(&word_b, (const char*)b + i * sizeof word_b, sizeof word_b);
+        difference |= word_a ^ word_b;
     }
     return difference == 0;
 }
@@ -135,7 +137,10 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
         rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
         rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
     }
-    if (rigid->was_touched) { plii_rigid_keep_velocities(rigid); }
+    if (rigid->was_touched) {
+        rigid->start_linear_velocity = rigid->given_linear_velocity;
+        rigid->start_angular_velocity = rigid->given_angular_velocity;
+    }
 }
 
 static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape* const* shapes,
