@@ -14,7 +14,7 @@ namespace pliant {
 
 namespace {
 
-bool same_bits(pli_vec3 a, pli_vec3 b) {
+template <class T> bool same_bits(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
@@ -120,16 +120,10 @@ void RigidProxy::capture(unsigned step) {
     captured_pose_ = object_->getWorldTransform();
 }
 
-// Number by number: reading what was just stored in parts as a whole has to wait.
-bool RigidProxy::Response::operator==(const Response& o) const {
-    const auto same = [](pli_vec3 a, pli_vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; };
-    return same(linear_factor, o.linear_factor) && same(angular_factor, o.angular_factor) && friction == o.friction;
-}
-
-RigidProxy::Response RigidProxy::response() const {
-    const pli_vec3 one = pli_vec3_make(1, 1, 1);
-    return {body_ != nullptr ? to_pli(body_->getLinearFactor()) : one,
-            body_ != nullptr ? to_pli(body_->getAngularFactor()) : one, to_float(object_->getFriction())};
+inline RigidProxy::Response RigidProxy::response() const {
+    const btVector3 one(1, 1, 1);
+    return {body_ != nullptr ? body_->getLinearFactor() : one, body_ != nullptr ? body_->getAngularFactor() : one,
+            object_->getFriction()};
 }
 
 pli_status RigidProxy::create_rigid(pli_world* world) {
@@ -137,9 +131,9 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
     pli_rigid_def def = pli_rigid_def_default();
     def.kind = kind();
     read_state(def.state);
-    def.friction = present.friction;
-    def.linear_factor = present.linear_factor;
-    def.angular_factor = present.angular_factor;
+    def.friction = to_float(present.friction);
+    def.linear_factor = to_pli(present.linear_factor);
+    def.angular_factor = to_pli(present.angular_factor);
     const pli_status status = pli_rigid_create(world, &def, &rigid_);
     if (status != PLI_OK) { return status; }
     kind_ = def.kind;
@@ -159,9 +153,13 @@ pli_status RigidProxy::update_rigid() {
         kind_ = present_kind;
     }
     const Response present = response();
-    if (present == response_) { return PLI_OK; }
-    pli_status status = pli_rigid_set_factors(rigid_, present.linear_factor, present.angular_factor);
-    if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, present.friction); }
+    const bool is_same = same_bits(present.linear_factor, response_.linear_factor) &&
+                         same_bits(present.angular_factor, response_.angular_factor) &&
+                         same_bits(present.friction, response_.friction);
+    if (is_same) { return PLI_OK; }
+    pli_status status =
+        pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
+    if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, to_float(present.friction)); }
     if (status == PLI_OK) { response_ = present; }
     return status;
 }

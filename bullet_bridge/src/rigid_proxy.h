@@ -87,11 +87,10 @@ public:
     unsigned present_step = 0; ///< the last step that it took part in
 
 private:
-    /// How it answers to impulses and contacts.
+    /// How it answers to impulses and contacts, as Bullet has it.
     struct Response {
-        pli_vec3 linear_factor, angular_factor;
-        float friction;
-        bool operator==(const Response& o) const;
+        btVector3 linear_factor, angular_factor;
+        btScalar friction;
     };
     pli_rigid_kind kind() const;
     Response response() const;

@@ -6,6 +6,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
+#include <cstring>
 #include <typeinfo>
 
 namespace pliant {
@@ -22,7 +23,7 @@ bool is_motion_clamping(const btTriangleCallback& callback) {
 } // namespace
 
 SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body, const btCollisionObject& object)
-    : bridge_(bridge), body_(body), object_(object), unit_scaling_(1, 1, 1) {
+    : bridge_(bridge), body_(body), object_(object), unit_scaling_(1, 1, 1), identity_(btTransform::getIdentity()) {
     m_shapeType = soft_shape_type;
 }
 
@@ -34,7 +35,7 @@ void SoftShape::getAabb(const btTransform& transform, btVector3& aabb_min, btVec
     // Bullet asks for bounds at the start of its collision detection: the moment to move the bodies ahead.
     if (is_in_world()) { bridge_.predict_inside_step(); }
     const pli_bounds bounds = pli_body_get_bounds(body_);
-    if (transform == btTransform::getIdentity()) {
+    if (std::memcmp(&transform, &identity_, sizeof transform) == 0) {
         aabb_min = to_bullet(bounds.min);
         aabb_max = to_bullet(bounds.max);
         return;
@@ -90,10 +91,10 @@ SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
 }
 
 bool SoftObject::checkCollideWithOverride(const btCollisionObject* other) const {
-    if (!btCollisionObject::checkCollideWithOverride(other)) { return false; }
     const bool is_soft = other->getInternalType() == CO_USER_TYPE && typeid(*other) == typeid(SoftObject);
-    return !is_soft || (pli_body_collides_with_bodies(body_) &&
-                        pli_body_collides_with_bodies(static_cast<const SoftObject*>(other)->body_));
+    const bool may_meet = !is_soft || (pli_body_collides_with_bodies(body_) &&
+                                       pli_body_collides_with_bodies(static_cast<const SoftObject*>(other)->body_));
+    return may_meet && btCollisionObject::checkCollideWithOverride(other);
 }
 
 } // namespace pliant

@@ -42,6 +42,7 @@ private:
     pli_body* body_;
     const btCollisionObject& object_;
     btVector3 unit_scaling_;
+    btTransform identity_;
 };
 
 ATTRIBUTE_ALIGNED16(class) SoftObject : public btCollisionObject {

@@ -40,9 +40,16 @@ struct pli_context {
     int release_depth; /* the walk_depth at which shapes may be retained and released */
 };
 
+/* Errors are rare: calls of what makes them are put out of the way. */
+#if defined(__GNUC__)
+#define PLII_COLD __attribute__((cold))
+#else
+#define PLII_COLD
+#endif
+
 /* Keeps "function: message", logs it, returns `status`. Call through PLII_FAIL. Without a context nothing is kept, in a
    checked build for pli_last_error(NULL). */
-pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
+PLII_COLD pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...)
     PLI_PRINTF_LIKE(4, 5);
 /* Of calls that no context could keep the message of; empty but in a checked build. */
 const char* plii_lost_error(void);
@@ -84,7 +91,7 @@ static inline void plii_shape_query_end(void) {
 static inline bool plii_is_in_shape_query(void) {
     return plii_shape_queries > 0;
 }
-pli_status plii_refuse_change(pli_context* context, const char* function);
+PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
     const bool is_free = context->walk_depth == 0 && !plii_is_in_shape_query();

@@ -43,8 +43,8 @@ static inline bool plii_handle_is_alive(const void* handle, plii_handle_kind kin
 /* The error of what is not a handle of this kind: PLI_ERROR_NULL_ARGUMENT, else PLI_ERROR_STALE_ID. `what` names it in
    the message, as "shape 2"; NULL: by its kind. The message goes to `context`, or, when that is NULL, to the context
    that the handle was made in; when that is gone or not known, to where pli_last_error(NULL) reads. */
-pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_context* context, const char* what,
-                              const char* function);
+PLII_COLD pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_context* context,
+                                        const char* what, const char* function);
 
 static inline pli_status plii_check_handle(const void* handle, plii_handle_kind kind, pli_context* context,
                                            const char* what, const char* function) {

@@ -10,15 +10,6 @@
 
 // --------------------------------------------------------------------------------------------------- checks
 
-pli_status plii_check_body(const pli_body* body, const char* function) {
-    return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
-}
-
-pli_status plii_check_body_change(const pli_body* body, const char* function) {
-    PLII_TRY(plii_check_body(body, function));
-    return plii_check_change(body->context, function);
-}
-
 pli_status plii_check_body_idle(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
@@ -263,8 +254,13 @@ pli_body_view pli_body_get_view(const pli_body* body) {
     };
 }
 
+/* Vector by vector, as they are stored: the whole has to wait for its parts right after a prediction. */
 pli_bounds pli_body_get_bounds(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK ? body->bounds : (pli_bounds){{0, 0, 0}, {0, 0, 0}};
+    pli_bounds bounds = {{0, 0, 0}, {0, 0, 0}};
+    if (plii_check_body(body, __func__) != PLI_OK) { return bounds; }
+    bounds.min = body->bounds.min;
+    bounds.max = body->bounds.max;
+    return bounds;
 }
 
 static pli_status body_check_link(const pli_body* body, int link, const char* function) {

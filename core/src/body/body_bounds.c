@@ -3,7 +3,6 @@
 #include "math/simd_float4.h"
 
 #include "body/body_impl.h"
-#include "math/bounds.h"
 #include "math/range.h"
 
 #include <string.h>
@@ -12,7 +11,7 @@ enum { NODE_PASSES_BLOCK = 4096, NODE_PASSES_MAX_BLOCKS = 32 };
 
 typedef struct node_extent {
     plii_float4 low, high;
-    plii_mask4 finite;
+    plii_float4 sum; /* keeps a NaN, which the two above may lose */
 } node_extent;
 
 typedef struct node_extents_task {
@@ -23,23 +22,21 @@ typedef struct node_extents_task {
 
 /* Two chains, since each comparison waits for the one before. */
 PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* records, int begin, int end) {
-    plii_float4 low[2], high[2];
-    plii_mask4 finite[2];
-    low[0] = low[1] = high[0] = high[1] = plii_float4_from(&records[begin]);
-    finite[0] = finite[1] = plii_lanes_finite(low[0]);
+    plii_float4 low[2], high[2], sum[2];
+    low[0] = low[1] = high[0] = high[1] = sum[0] = sum[1] = plii_float4_from(&records[begin]);
     for (int i = begin + 1; i + 1 < end; i += 2) {
         const plii_float4 a = plii_float4_from(&records[i]), b = plii_float4_from(&records[i + 1]);
-        low[0] = plii_lanes_min(a, low[0]);
-        high[0] = plii_lanes_max(a, high[0]);
-        low[1] = plii_lanes_min(b, low[1]);
-        high[1] = plii_lanes_max(b, high[1]);
-        finite[0] = plii_lanes_both(finite[0], plii_lanes_finite(a));
-        finite[1] = plii_lanes_both(finite[1], plii_lanes_finite(b));
+        low[0] = plii_lanes_min(low[0], a);
+        high[0] = plii_lanes_max(high[0], a);
+        sum[0] = plii_float4_add(sum[0], a);
+        low[1] = plii_lanes_min(low[1], b);
+        high[1] = plii_lanes_max(high[1], b);
+        sum[1] = plii_float4_add(sum[1], b);
     }
     const plii_float4 last = plii_float4_from(&records[end - 1]);
-    return (node_extent){plii_lanes_min(last, plii_lanes_min(low[1], low[0])),
-                         plii_lanes_max(last, plii_lanes_max(high[1], high[0])),
-                         plii_lanes_both(plii_lanes_finite(last), plii_lanes_both(finite[0], finite[1]))};
+    return (node_extent){plii_lanes_min(plii_lanes_min(low[0], low[1]), last),
+                         plii_lanes_max(plii_lanes_max(high[0], high[1]), last),
+                         plii_float4_add(plii_float4_add(sum[0], sum[1]), last)};
 }
 
 static void node_extents_range(int begin, int end, void* data) {
@@ -60,18 +57,19 @@ static node_extent node_extent_in_blocks(const pli_body* body, const pli_vec4* r
     plii_parallel_for(body->context, node_extents_range, &task, block_count, 1);
     node_extent all = extents[0];
     for (int b = 1; b < block_count; ++b) {
-        all.low = plii_lanes_min(extents[b].low, all.low);
-        all.high = plii_lanes_max(extents[b].high, all.high);
-        all.finite = plii_lanes_both(extents[b].finite, all.finite);
+        all.low = plii_lanes_min(all.low, extents[b].low);
+        all.high = plii_lanes_max(all.high, extents[b].high);
+        all.sum = plii_float4_add(all.sum, extents[b].sum);
     }
     return all;
 }
 
-/* Of all nodes; x, y and z of every record are numbers no larger than the limit. */
+/* Of all nodes; x, y and z of every record are numbers no larger than the limit. Then their sum is one too. */
 static bool node_extent_is_within(const node_extent* extent, float limit) {
     const plii_mask4 is_within = plii_lanes_both(plii_lanes_less_equal(plii_float4_all(-limit), extent->low),
                                                  plii_lanes_less_equal(extent->high, plii_float4_all(limit)));
-    return (plii_lanes_bits(plii_lanes_both(extent->finite, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+    const plii_mask4 is_number = plii_lanes_less_equal(extent->sum, extent->sum);
+    return (plii_lanes_bits(plii_lanes_both(is_number, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
 /* Inline: bodies of a few nodes would notice that it goes through memory. */
@@ -82,10 +80,9 @@ PLII_SIMD_INLINE node_extent node_extent_all(const pli_body* body, const pli_vec
 
 bool plii_body_update_bounds(pli_body* body) {
     const node_extent extent = node_extent_all(body, body->positions);
-    pli_bounds bounds;
-    plii_lanes_to_vec3(&bounds.min, extent.low);
-    plii_lanes_to_vec3(&bounds.max, extent.high);
-    body->bounds = plii_bounds_grow(bounds, body->collision_margin);
+    const plii_float4 margin = plii_float4_all(body->collision_margin);
+    plii_lanes_to_vec3(&body->bounds.min, plii_float4_sub(extent.low, margin));
+    plii_lanes_to_vec3(&body->bounds.max, plii_float4_add(extent.high, margin));
     return node_extent_is_within(&extent, PLI_MAX_COORDINATE);
 }
 

@@ -2,6 +2,7 @@
 #define PLII_BODY_IMPL_H
 
 #include "base/context.h"
+#include "base/handle.h"
 #include "body/feature.h"
 #include "math/vec.h"
 #include "mesh/topology.h"
@@ -134,9 +135,14 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
-pli_status plii_check_body(const pli_body* body, const char* function);
+static inline pli_status plii_check_body(const pli_body* body, const char* function) {
+    return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
+}
 /* The same for a call that changes something, which must not come from a callback ... */
-pli_status plii_check_body_change(const pli_body* body, const char* function);
+static inline pli_status plii_check_body_change(const pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body(body, function));
+    return plii_check_change(body->context, function);
+}
 /* ... nor between predict and solve. */
 pli_status plii_check_body_idle(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);

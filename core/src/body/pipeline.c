@@ -246,9 +246,9 @@ void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage 
         return;
     }
     plii_pass* pass = &body->context->pass;
-    for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
-        const plii_pipeline_entry entry = pipeline->entries[i];
-        pass->feature = entry.klass;
-        entry.run(body, entry.state, step);
+    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
+    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
+        pass->feature = entry->klass;
+        entry->run(body, entry->state, step);
     }
 }

@@ -47,10 +47,11 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
     enum { COUNT = sizeof *state / sizeof(float) };
     _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
     const float* values = (const float*)state;
+    const plii_mask4 not_sign = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
     plii_mask4 is_within = plii_lanes_less_equal(plii_float4_all(0.0f), plii_float4_all(0.0f));
 #pragma GCC unroll 7 /* each body that takes part comes here twice in a step */
     for (int i = 0; i < COUNT; i += PLII_LANES) {
-        const plii_float4 four = plii_float4_load(&values[i]), size = plii_lanes_max(four, plii_float4_negate(four));
+        const plii_float4 size = plii_lanes_where(not_sign, plii_float4_load(&values[i]));
         is_within = plii_lanes_both(is_within, plii_lanes_less_equal(size, plii_float4_load(&limits[i])));
     }
     return plii_lanes_bits(is_within) == 15;
@@ -84,11 +85,9 @@ static pli_status rigid_check_limits(pli_context* context, pli_rigid_kind kind, 
     return PLI_OK;
 }
 
-static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+/* The error of a state, if there is one. */
+static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
                                     const char* function) {
-    if (rigid_state_is_within(state) && (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass))) {
-        return PLI_OK;
-    }
     if (!plii_transform_is_finite(state->pose)) {
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
     }
@@ -105,6 +104,13 @@ static pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, c
         return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the inverse inertia is not finite");
     }
     return rigid_check_limits(context, kind, state, function);
+}
+
+static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
+                                           const char* function) {
+    const bool is_good =
+        rigid_state_is_within(state) && (kind != PLI_RIGID_DYNAMIC || plii_is_inverse_mass(state->inverse_mass));
+    return is_good ? PLI_OK : rigid_judge_state(context, kind, state, function);
 }
 
 /* Bit for bit. Word by word from where they are: copies of both in one go go through memory. */
