@@ -35,12 +35,14 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
     const pli_mat3 start = plii_mat3_diagonal(PLII_EPSILON, PLII_EPSILON * 2.0f, PLII_EPSILON * 3.0f);
     plii_float4 x_row = plii_lanes_from_vec3(&start.rows[0]), y_row = plii_lanes_from_vec3(&start.rows[1]);
     plii_float4 z_row = plii_lanes_from_vec3(&start.rows[2]);
+    const plii_float4 centre = plii_lanes_from_vec3(&pose->centre);
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 now = pli_vec3_scale(pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre), pose->weights[i]);
+        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[i]), centre);
+        const plii_float4 now = plii_float4_mul(arm, plii_float4_all(pose->weights[i]));
         const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
-        x_row = plii_float4_add(x_row, plii_float4_mul(rest, plii_float4_all(now.x)));
-        y_row = plii_float4_add(y_row, plii_float4_mul(rest, plii_float4_all(now.y)));
-        z_row = plii_float4_add(z_row, plii_float4_mul(rest, plii_float4_all(now.z)));
+        x_row = plii_float4_add(x_row, plii_float4_mul(rest, plii_lanes_all_x(now)));
+        y_row = plii_float4_add(y_row, plii_float4_mul(rest, plii_lanes_all_y(now)));
+        z_row = plii_float4_add(z_row, plii_float4_mul(rest, plii_lanes_all_z(now)));
     }
     pli_mat3 covariance;
     plii_lanes_to_vec3(&covariance.rows[0], x_row);
@@ -57,10 +59,10 @@ static void pose_match(pli_body* body, const pose_state* pose) {
     const plii_float4 matching = plii_float4_all(pose->matching);
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const pli_vec3 rest = pose->rest[i];
-        const plii_float4 turned_x = plii_float4_mul(x_axis, plii_float4_all(rest.x));
-        const plii_float4 turned_y = plii_float4_mul(y_axis, plii_float4_all(rest.y));
-        const plii_float4 turned_z = plii_float4_mul(z_axis, plii_float4_all(rest.z));
+        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
+        const plii_float4 turned_x = plii_float4_mul(x_axis, plii_lanes_all_x(rest));
+        const plii_float4 turned_y = plii_float4_mul(y_axis, plii_lanes_all_y(rest));
+        const plii_float4 turned_z = plii_float4_mul(z_axis, plii_lanes_all_z(rest));
         const plii_float4 goal =
             plii_float4_add(plii_float4_add(plii_float4_add(turned_x, turned_y), turned_z), centre);
         const plii_float4 x = plii_float4_from(&body->positions[i]);
