@@ -115,7 +115,7 @@ static void test_xpbd(void** state) {
     (void)state;
     const cost c = measure(true, use_xpbd);
     const double base = base_bytes(c, true) + 48.0 * NODES;
-    check_bytes(c, base + (4.0 + least_slot) * c.link_count, base + (4.2 + most_slot) * c.link_count);
+    check_bytes(c, base + (16.0 + least_slot) * c.link_count, base + (16.8 + most_slot) * c.link_count);
 }
 
 static void test_forces_of_air(void** state) {

@@ -226,7 +226,7 @@ static void check_colors(const pli_body* body) {
     const plii_link_colors* colors = plii_feature_state(body, &plii_link_colors_class);
     int* slots = NULL;
     const int count = list_slots(body, colors, &slots);
-    assert_true((size_t)count * sizeof(float) <= plii_link_slots_max_size(body, body->link_count));
+    assert_true((size_t)count * sizeof(float) <= plii_link_slots_max_size(body, body->link_count, 1));
     int* seen = calloc((size_t)body->link_count + 1, sizeof *seen);
     node_use* uses = calloc((size_t)body->node_count, sizeof *uses);
     assert_true(seen != NULL && uses != NULL);

@@ -5,11 +5,13 @@
 
 #include "body/body_impl.h"
 
-/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of the substep;
-   what their rounding left out is carried on in `carried`, so that nothing is lost however short a substep is. */
+/* During the substeps nodes are at body->positions + displacements. Positions are those of the start of this substep or
+   of one not long before; what their rounding left out is in the displacements, so that nothing is lost however short a
+   substep is. */
 typedef struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
     int index;                          /* of the substep in the step */
+    bool has_new_positions;             /* since the substep before, or the first one */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
     pli_vec4* start_displacements; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */

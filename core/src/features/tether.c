@@ -177,7 +177,9 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
         plii_substep_rigid_point_restart(&load->point, substep);
-        const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), plii_xyz(body->positions[tether->pinned_node]));
+        const int pinned = tether->pinned_node;
+        const pli_vec3 start = pli_vec3_add(plii_xyz(body->positions[pinned]), plii_xyz(substep->carried[pinned]));
+        const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
     }
 }

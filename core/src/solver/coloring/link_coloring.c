@@ -403,8 +403,8 @@ void plii_link_colors_gather(const plii_link_colors* colors, const float* values
     }
 }
 
-bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, plii_link_slots* slots) {
-    slots->size = (size_t)plii_link_colors_slot_count(colors) * sizeof *slots->values;
+bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, int width, plii_link_slots* slots) {
+    slots->size = (size_t)width * (size_t)plii_link_colors_slot_count(colors) * sizeof *slots->values;
     slots->values = plii_allocate(body->context, slots->size);
     return slots->values != NULL || slots->size == 0;
 }
@@ -414,16 +414,16 @@ void plii_link_slots_release(const pli_body* body, plii_link_slots* slots) {
     *slots = (plii_link_slots){0};
 }
 
-size_t plii_link_slots_max_size(const pli_body* body, int link_count) {
+size_t plii_link_slots_max_size(const pli_body* body, int link_count, int width) {
     const size_t slots = PLII_LINK_LANES * PLII_LINK_PAIRS * link_colors_max_groups(body, link_count);
-    return (slots + (size_t)link_count) * sizeof(float);
+    return (size_t)width * (slots + (size_t)link_count) * sizeof(float);
 }
 
-void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, void* block,
-                             plii_link_slots* slots) {
+void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, int width,
+                             void* block, plii_link_slots* slots) {
     plii_link_slots_release(body, slots);
-    const size_t max_size = plii_link_slots_max_size(body, link_count);
-    if (plii_link_slots_make(body, colors, slots)) {
+    const size_t max_size = plii_link_slots_max_size(body, link_count, width);
+    if (plii_link_slots_make(body, colors, width, slots)) {
         plii_release(body->context, block, max_size);
     } else {
         *slots = (plii_link_slots){block, max_size};

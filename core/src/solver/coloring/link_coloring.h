@@ -49,18 +49,18 @@ static inline int plii_link_colors_slot_count(const plii_link_colors* colors) {
 void plii_link_colors_gather(const plii_link_colors* colors, const float* values, int stride, float filler,
                              float* slots);
 
-/* A number for each slot. */
+/* `width` numbers for each slot. */
 typedef struct plii_link_slots {
     float* values;
     size_t size; /* bytes */
 } plii_link_slots;
 
-bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, plii_link_slots* slots);
+bool plii_link_slots_make(const pli_body* body, const plii_link_colors* colors, int width, plii_link_slots* slots);
 void plii_link_slots_release(const pli_body* body, plii_link_slots* slots);
 /* What to ask for when the topology changes, and afterwards, when the colours are new: takes over the block, or one
    that just holds the slots where there is memory for it. The values are lost. */
-size_t plii_link_slots_max_size(const pli_body* body, int link_count);
-void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, void* block,
-                             plii_link_slots* slots);
+size_t plii_link_slots_max_size(const pli_body* body, int link_count, int width);
+void plii_link_slots_replace(const pli_body* body, const plii_link_colors* colors, int link_count, int width,
+                             void* block, plii_link_slots* slots);
 
 #endif

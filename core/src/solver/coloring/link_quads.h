@@ -12,8 +12,9 @@ enum { PLII_LINK_LANES = 8, PLII_LINK_PAIRS = 6 };
 static const uint8_t plii_link_pair_nodes[PLII_LINK_PAIRS][2] = {{0, 1}, {2, 3}, {0, 2}, {1, 3}, {0, 3}, {1, 2}};
 
 /* Pairs that have links, bit by bit: of a single link, the other two nodes of whose lane are the first one again; of
-   two triangles, as most quads of a triangle mesh; of the cell of a grid with both diagonals. */
-enum { PLII_LINK_SINGLE = 1, PLII_LINK_TWO_TRIANGLES = 31, PLII_LINK_ALL_PAIRS = 63 };
+   three links one after the other, as few others find; of two triangles, as most quads of a triangle mesh; of the cell
+   of a grid with both diagonals. */
+enum { PLII_LINK_SINGLE = 1, PLII_LINK_PATH = 7, PLII_LINK_TWO_TRIANGLES = 31, PLII_LINK_ALL_PAIRS = 63 };
 
 typedef struct plii_link_quad {
     int nodes[4];   /* one that no link has is the first one again */

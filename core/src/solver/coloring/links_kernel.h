@@ -20,17 +20,27 @@ typedef struct plii_links_task {
     const plii_link_colors* colors;
     const plii_link_softness* softness; /* [2 * material_count] of a material, then of its bending links */
     const float* rest;                  /* by slot; squared on positions, m^2, else m */
-    pli_vec4* moved;                    /* positions, or under XPBD the displacements from `start`; w = inverse mass */
+    pli_vec4* moved;                    /* positions, or displacements under XPBD; w = inverse mass */
     /* XPBD only. */
-    const pli_vec4* start;               /* NULL: links on positions */
+    const float* apart;                  /* see plii_links_start; NULL: links on positions */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */
     float* multipliers;                  /* by slot */
     bool reads_multipliers, writes_multipliers;
 } plii_links_task;
 
+/* From node to node of each link at the start of a step, from where the displacements of XPBD count: x of a row, y, z;
+   of the serial list vectors. */
+typedef struct plii_links_start {
+    const pli_body* body;
+    const plii_link_colors* colors;
+    const pli_vec4* positions;
+    float* apart; /* [3 * slot count] */
+} plii_links_start;
+
 typedef struct plii_links_kernel {
-    void (*groups)(const plii_links_task* task, int begin, int end); /* all of one colour */
-    void (*serial)(const plii_links_task* task);                     /* the serial list */
+    void (*groups)(const plii_links_task* task, int begin, int end);       /* all of one colour */
+    void (*serial)(const plii_links_task* task);                           /* the serial list */
+    void (*take_apart)(const plii_links_start* start, int begin, int end); /* groups */
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
@@ -38,5 +48,6 @@ extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
 const plii_links_kernel* plii_links_kernel_of(pli_simd simd);
 /* All colours, with the threads of the context, then the serial list. */
 void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task);
+void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start);
 
 #endif

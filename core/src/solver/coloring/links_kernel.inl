@@ -36,38 +36,40 @@ PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
     return plii_float8_where_greater(plii_float8_sub(a, a), plii_float8_all(-1.0f), a);
 }
 
-/* The numbers of a row of links. */
-typedef struct links_row {
+/* Of the links of a batch, all of one tag. */
+typedef struct links_law {
     const plii_links_task* task;
-    const plii_link_softness* softness;
-    ptrdiff_t slot;
-} links_row;
+    plii_link_softness softness;
+    int kind;
+} links_law;
 
 /* plii_xpbd_multiplier over the length. `motion`: along the difference in this substep, where it is damped. What is not
    finite does not move: rigid links without length or mass to move, and lanes without a link, whose value is infinite.
    Multipliers are kept between the sweeps of a substep. */
 PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, plii_float8 motion, plii_float8 mass,
-                                                 plii_float8 rest_length, const links_row* row, int kind) {
+                                                 plii_float8 rest_length, const links_law* law, ptrdiff_t slot) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_float8 length = plii_float8_sqrt(length_squared);
     plii_float8 force = plii_float8_sub(rest_length, length);
-    if (kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
-    const plii_link_softness* softness = row->softness;
+    if (law->kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
+    const plii_links_task* task = law->task;
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
-    const plii_float8 alpha = plii_float8_all(softness->alpha), gamma = plii_float8_all(softness->gamma);
-    float* multipliers = row->task->multipliers + row->slot;
+    const plii_float8 alpha = plii_float8_all(law->softness.alpha);
+    const plii_float8 gamma = plii_float8_all(law->softness.gamma);
+    float* multipliers = task->multipliers + slot;
     plii_float8 multiplier = zero;
-    if (row->task->reads_multipliers) {
+    if (task->reads_multipliers) {
         multiplier = plii_float8_load(multipliers);
         force = plii_float8_sub(force, plii_float8_mul(alpha, multiplier));
     }
-    if (kind == LINKS_DAMPED) {
+    if (law->kind == LINKS_DAMPED) {
         force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
     }
-    const plii_float8 divisor = plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + softness->gamma), mass), alpha);
+    const plii_float8 divisor =
+        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + law->softness.gamma), mass), alpha);
     const plii_float8 change =
         links_where_finite(plii_float8_where_greater(mass, zero, plii_float8_div(force, divisor)));
-    if (row->task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
+    if (task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
     return plii_float8_mul(change, inverse);
 }
 
@@ -75,25 +77,21 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
 
 /* The nodes of eight quads. */
 typedef struct links_quads {
-    plii_vec3x8 moved[4], start[4], start_displacements[4];
+    plii_vec3x8 moved[4], start_displacements[4];
     plii_float8 masses[4]; /* inverse */
 } links_quads;
 
 typedef const uint32_t (*links_indices)[PLII_LINK_LANES];
 
-PLII_SIMD_INLINE plii_vec3x8 links_gather_xyz(const pli_vec4* records, const uint32_t* scaled_indices) {
-    const plii_nodes8 a = plii_nodes8_gather(records, scaled_indices);
-    return (plii_vec3x8){a.x, a.y, a.z};
-}
 PLII_SIMD_LARGE void links_gather(links_quads* quads, int node, const plii_links_task* task,
                                   const uint32_t* scaled_indices, int kind) {
     const plii_nodes8 a = plii_nodes8_gather(task->moved, scaled_indices);
     quads->moved[node] = (plii_vec3x8){a.x, a.y, a.z};
     quads->masses[node] = a.w;
-    if (kind != LINKS_POSITIONS) { quads->start[node] = links_gather_xyz(task->start, scaled_indices); }
-    if (kind == LINKS_DAMPED) {
-        quads->start_displacements[node] = links_gather_xyz(task->start_displacements, scaled_indices);
-    }
+    if (kind != LINKS_DAMPED) { return; }
+    const plii_nodes8 start_displacements = plii_nodes8_gather(task->start_displacements, scaled_indices);
+    quads->start_displacements[node] =
+        (plii_vec3x8){start_displacements.x, start_displacements.y, start_displacements.z};
 }
 PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const plii_links_task* task,
                                     const uint32_t* scaled_indices) {
@@ -102,30 +100,37 @@ PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const pl
     plii_nodes8_scatter(task->moved, scaled_indices, a);
 }
 
+/* From the first nodes of eight links to their second ones, as they are at the start of the step. */
+PLII_SIMD_INLINE plii_vec3x8 links_apart(const plii_links_task* task, ptrdiff_t slot) {
+    const float* apart = task->apart + 3 * slot;
+    return (plii_vec3x8){plii_float8_load(apart), plii_float8_load(apart + PLII_LINK_LANES),
+                         plii_float8_load(apart + 2 * PLII_LINK_LANES)};
+}
+
 /* From node a to node b of eight links. */
 typedef struct links_measure {
     plii_vec3x8 delta;
     plii_float8 factor;
 } links_measure;
 
-PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const links_row* row, int kind) {
+PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, int b, const links_law* law,
+                                              ptrdiff_t slot) {
+    const plii_links_task* task = law->task;
     links_measure own;
     own.delta = plii_vec3x8_sub(quads->moved[b], quads->moved[a]);
-    if (kind != LINKS_POSITIONS) {
-        own.delta = plii_vec3x8_add(plii_vec3x8_sub(quads->start[b], quads->start[a]), own.delta);
-    }
+    if (law->kind != LINKS_POSITIONS) { own.delta = plii_vec3x8_add(links_apart(task, slot), own.delta); }
     const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
     const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
-    const plii_float8 rest = plii_float8_load(row->task->rest + row->slot);
+    const plii_float8 rest = plii_float8_load(task->rest + slot);
     plii_float8 motion = length_squared;
-    if (kind == LINKS_DAMPED) {
+    if (law->kind == LINKS_DAMPED) {
         motion = plii_vec3x8_dot(own.delta,
                                  plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->start_displacements[b]),
                                                  plii_vec3x8_sub(quads->moved[a], quads->start_displacements[a])));
     }
-    own.factor = kind == LINKS_POSITIONS
-                     ? links_factor_on_positions(length_squared, mass, rest, row->softness->inverse_stiffness)
-                     : links_factor_of_xpbd(length_squared, motion, mass, rest, row, kind);
+    own.factor = law->kind == LINKS_POSITIONS
+                     ? links_factor_on_positions(length_squared, mass, rest, law->softness.inverse_stiffness)
+                     : links_factor_of_xpbd(length_squared, motion, mass, rest, law, slot);
     return own;
 }
 PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_measure* measure) {
@@ -135,30 +140,32 @@ PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_m
     quads->moved[b] = plii_vec3x8_add(quads->moved[b], plii_vec3x8_scale(measure->delta, move_b));
 }
 
-/* Two pairs of nodes, of which both, one or none have links; goes on to the rows behind them. */
-PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, links_row* row, int kind) {
+/* Links before pair `pair` of the nodes. */
+PLII_SIMD_INLINE int links_before(int pairs, int pair) {
+    int count = 0;
+    for (int k = 0; k < pair; ++k) {
+        count += pairs >> k & 1;
+    }
+    return count;
+}
+
+/* Two pairs of nodes, of which both, one or none have links. `slot`: of the first row of the group. */
+PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, const links_law* law, ptrdiff_t slot) {
     const uint8_t *first = plii_link_pair_nodes[2 * round], *second = plii_link_pair_nodes[2 * round + 1];
     const int own = pairs >> 2 * round & 3;
+    slot += PLII_LINK_LANES * links_before(pairs, 2 * round);
     if (own == 3) {
-        const links_row next = {row->task, row->softness, row->slot + PLII_LINK_LANES};
-        const links_measure ab = links_measured(quads, first[0], first[1], row, kind);
-        const links_measure cd = links_measured(quads, second[0], second[1], &next, kind);
+        const links_measure ab = links_measured(quads, first[0], first[1], law, slot);
+        const links_measure cd = links_measured(quads, second[0], second[1], law, slot + PLII_LINK_LANES);
         links_move(quads, first[0], first[1], &ab);
         links_move(quads, second[0], second[1], &cd);
     } else if (own == 1) {
-        const links_measure ab = links_measured(quads, first[0], first[1], row, kind);
+        const links_measure ab = links_measured(quads, first[0], first[1], law, slot);
         links_move(quads, first[0], first[1], &ab);
     } else if (own == 2) {
-        const links_measure cd = links_measured(quads, second[0], second[1], row, kind);
+        const links_measure cd = links_measured(quads, second[0], second[1], law, slot);
         links_move(quads, second[0], second[1], &cd);
     }
-    row->slot += PLII_LINK_LANES * ((own & 1) + (own >> 1));
-}
-
-PLII_SIMD_INLINE links_row links_first_row(const plii_links_task* task, const plii_link_group* group) {
-    const int tag = group->tag;
-    const int index = 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
-    return (links_row){task, &task->softness[index], (ptrdiff_t)PLII_LINK_LANES * group->first_row};
 }
 
 /* Of single links only two nodes count. Nodes that no link has are like the first one, which is stored last. */
@@ -180,55 +187,62 @@ PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_lin
     links_scatter(quads, 0, task, scaled_indices[0]);
 }
 
-/* Groups with links between the same nodes, of one constraint. */
-PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
-                                  int kind) {
+/* Groups with links between the same nodes, of one tag; their rows and places follow each other. */
+PLII_SIMD_INLINE void links_batch(const links_law* law, const plii_link_group* groups, int count, int pairs) {
+    const plii_links_task* task = law->task;
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[groups->first_scaled_index];
     const bool are_single = pairs == PLII_LINK_SINGLE;
     const int node_count = are_single ? 2 : 4;
-    links_row rows[LINKS_BATCH];
+    const ptrdiff_t slot = (ptrdiff_t)PLII_LINK_LANES * groups->first_row;
+    const ptrdiff_t stride = PLII_LINK_LANES * links_before(pairs, PLII_LINK_PAIRS);
     links_quads quads[LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
-        rows[i] = links_first_row(task, &groups[i]);
-        links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, kind);
-        links_round(&quads[i], 0, pairs, &rows[i], kind);
+        links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, law->kind);
+        links_round(&quads[i], 0, pairs, law, slot + i * stride);
     }
     for (int i = 0; i < count && !are_single; ++i) {
-        links_round(&quads[i], 1, pairs, &rows[i], kind);
+        links_round(&quads[i], 1, pairs, law, slot + i * stride);
     }
     for (int i = 0; i < count; ++i) {
-        if (!are_single) { links_round(&quads[i], 2, pairs, &rows[i], kind); }
+        if (!are_single) { links_round(&quads[i], 2, pairs, law, slot + i * stride); }
         links_scatter_all(&quads[i], task, scaled_indices + node_count * i, pairs);
     }
 }
 
-PLII_SIMD_INLINE int links_kind(const plii_links_task* task, const plii_link_group* group) {
-    const plii_link_softness* softness = links_first_row(task, group).softness;
-    if (task->start == NULL) { return LINKS_POSITIONS; }
-    if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
-    return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
+PLII_SIMD_INLINE links_law links_law_of(const plii_links_task* task, plii_link_tag tag, int kind) {
+    const int index = 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
+    return (links_law){task, task->softness[index], kind};
+}
+PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) {
+    if (task->apart == NULL) { return LINKS_POSITIONS; }
+    const links_law law = links_law_of(task, tag, LINKS_RIGID);
+    if (!(law.softness.alpha > 0.0f)) { return LINKS_RIGID; }
+    return law.softness.gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
 }
 
 /* What most quads are gets code of its own. */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;
+    const links_law law = links_law_of(task, groups->tag, kind);
     if (pairs == PLII_LINK_SINGLE) {
-        links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
+        links_batch(&law, groups, count, PLII_LINK_SINGLE);
     } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_TWO_TRIANGLES) {
-        links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
+        links_batch(&law, groups, count, PLII_LINK_TWO_TRIANGLES);
     } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_ALL_PAIRS) {
-        links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
+        links_batch(&law, groups, count, PLII_LINK_ALL_PAIRS);
+    } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_PATH) {
+        links_batch(&law, groups, count, PLII_LINK_PATH);
     } else {
-        links_batch(task, groups, count, pairs, kind);
+        links_batch(&law, groups, count, pairs);
     }
 }
 /* The first groups, as far as they may be solved together; returns how many they are. */
 static int links_first_batch(const plii_links_task* task, const plii_link_group* groups, int most) {
-    const int kind = links_kind(task, groups);
+    const int kind = links_kind(task, groups->tag);
     int count = 1;
     while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs &&
-           links_kind(task, &groups[count]) == kind) {
+           groups[count].tag == groups->tag) {
         ++count;
     }
     if (kind == LINKS_POSITIONS) {
@@ -254,12 +268,13 @@ static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     enum { LAST = PLII_LINK_LANES - 1 };
     uint32_t scaled_indices[2][PLII_LINK_LANES];
-    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f};
+    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f}, apart[3 * PLII_LINK_LANES] = {0.0f};
     const plii_link_colors one = {.scaled_indices = scaled_indices};
     plii_links_task own = *task;
     own.colors = &one;
     own.rest = rest;
     own.multipliers = multipliers;
+    own.apart = task->apart != NULL ? apart : NULL;
     for (int lane = 0; lane < LAST; ++lane) {
         rest[lane] = PLII_LINKS_NO_LINK;
     }
@@ -272,7 +287,42 @@ static void links_serial(const plii_links_task* task) {
         }
         rest[LAST] = task->rest[slot];
         if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }
+        for (int k = 0; k < 3 && task->apart != NULL; ++k) {
+            apart[k * PLII_LINK_LANES + LAST] = task->apart[3 * slot + k];
+        }
         links_first_batch(&own, &group, 1);
         if (task->multipliers != NULL) { task->multipliers[slot] = multipliers[LAST]; }
+    }
+}
+
+// -------------------------------------------------------------------------------------------------- start of a step
+
+/* Of pair `pair` of the nodes, where they have links; returns where those of the next pair go. */
+PLII_SIMD_INLINE float* links_take_row(float* apart, const plii_nodes8 nodes[4], int pairs, int pair) {
+    if ((pairs >> pair & 1) == 0) { return apart; }
+    const plii_nodes8 *a = &nodes[plii_link_pair_nodes[pair][0]], *b = &nodes[plii_link_pair_nodes[pair][1]];
+    plii_float8_store(apart, plii_float8_sub(b->x, a->x));
+    plii_float8_store(apart + PLII_LINK_LANES, plii_float8_sub(b->y, a->y));
+    plii_float8_store(apart + 2 * PLII_LINK_LANES, plii_float8_sub(b->z, a->z));
+    return apart + 3 * PLII_LINK_LANES;
+}
+
+static void links_take_apart(const plii_links_start* start, int begin, int end) {
+    const plii_link_colors* colors = start->colors;
+    for (const plii_link_group* group = &colors->groups[begin]; group < &colors->groups[end]; ++group) {
+        const links_indices scaled_indices = (links_indices)&colors->scaled_indices[group->first_scaled_index];
+        float* apart = start->apart + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
+        plii_nodes8 nodes[4];
+        nodes[0] = plii_nodes8_gather(start->positions, scaled_indices[0]);
+        nodes[1] = plii_nodes8_gather(start->positions, scaled_indices[1]);
+        apart = links_take_row(apart, nodes, group->pairs, 0);
+        if (group->pairs == PLII_LINK_SINGLE) { continue; }
+        nodes[2] = plii_nodes8_gather(start->positions, scaled_indices[2]);
+        nodes[3] = plii_nodes8_gather(start->positions, scaled_indices[3]);
+        apart = links_take_row(apart, nodes, group->pairs, 1);
+        apart = links_take_row(apart, nodes, group->pairs, 2);
+        apart = links_take_row(apart, nodes, group->pairs, 3);
+        apart = links_take_row(apart, nodes, group->pairs, 4);
+        links_take_row(apart, nodes, group->pairs, 5);
     }
 }

@@ -75,7 +75,7 @@ static pli_status colored_links_enable(pli_body* body, void* data) {
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = plii_links_kernel_of(body->context->simd);
     state->softness = plii_allocate(body->context, colored_links_softness_size(body));
-    if (!plii_link_slots_make(body, state->colors, &state->rest_squared) || state->softness == NULL) {
+    if (!plii_link_slots_make(body, state->colors, 1, &state->rest_squared) || state->softness == NULL) {
         colored_links_release(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -97,14 +97,14 @@ static size_t colored_links_bytes(const pli_body* body, const void* data) {
 static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                          size_t* sizes) {
     (void)data;
-    sizes[0] = plii_link_slots_max_size(body, change->link_count);
+    sizes[0] = plii_link_slots_max_size(body, change->link_count, 1);
     return 1;
 }
 
 static void colored_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                           void** blocks) {
     colored_links_state* state = data;
-    plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_squared);
+    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[0], &state->rest_squared);
     colored_links_choose_sweep(body, state);
 }
 

@@ -10,6 +10,7 @@ typedef struct xpbd_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
     plii_link_slots rest_lengths, multipliers;
+    plii_link_slots apart;        /* see plii_links_start */
     plii_link_softness* softness; /* [2 * material_count] */
     uint32_t link_revision;
     bool is_stale; /* the rest lengths are to be taken anew */
@@ -42,6 +43,10 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* s
         const float gamma = compliance * (state->def.damping * stiffness) * substep->inverse_dt;
         state->softness[i] = (plii_link_softness){.alpha = alpha, .gamma = gamma};
     }
+    if (substep->has_new_positions) {
+        const plii_links_start start = {body, state->colors, body->positions, state->apart.values};
+        plii_links_start_colors(body->context, state->kernel, &start);
+    }
 }
 
 static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* substep) {
@@ -51,7 +56,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .softness = state->softness,
                                   .rest = state->rest_lengths.values,
                                   .moved = substep->displacements,
-                                  .start = body->positions,
+                                  .apart = state->apart.values,
                                   .start_displacements = substep->start_displacements,
                                   .multipliers = state->multipliers.values,
                                   .reads_multipliers = !substep->is_first_sweep,
@@ -69,6 +74,7 @@ static void xpbd_links_disable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     plii_link_slots_release(body, &state->rest_lengths);
     plii_link_slots_release(body, &state->multipliers);
+    plii_link_slots_release(body, &state->apart);
     plii_release(body->context, state->softness, xpbd_links_softness_size(body));
 }
 
@@ -78,8 +84,9 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     state->kernel = plii_links_kernel_of(body->context->simd);
     state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
-    if (state->softness == NULL || !plii_link_slots_make(body, state->colors, &state->rest_lengths) ||
-        !plii_link_slots_make(body, state->colors, &state->multipliers)) {
+    if (state->softness == NULL || !plii_link_slots_make(body, state->colors, 1, &state->rest_lengths) ||
+        !plii_link_slots_make(body, state->colors, 1, &state->multipliers) ||
+        !plii_link_slots_make(body, state->colors, 3, &state->apart)) {
         xpbd_links_disable(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -88,20 +95,22 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
 
 static size_t xpbd_links_bytes(const pli_body* body, const void* data) {
     const xpbd_links_state* state = data;
-    return state->rest_lengths.size + state->multipliers.size + xpbd_links_softness_size(body);
+    return state->rest_lengths.size + state->multipliers.size + state->apart.size + xpbd_links_softness_size(body);
 }
 
 static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                       size_t* sizes) {
     (void)data;
-    sizes[0] = sizes[1] = plii_link_slots_max_size(body, change->link_count);
-    return 2;
+    sizes[0] = sizes[1] = plii_link_slots_max_size(body, change->link_count, 1);
+    sizes[2] = plii_link_slots_max_size(body, change->link_count, 3);
+    return 3;
 }
 
 static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     xpbd_links_state* state = data;
-    plii_link_slots_replace(body, state->colors, change->link_count, blocks[0], &state->rest_lengths);
-    plii_link_slots_replace(body, state->colors, change->link_count, blocks[1], &state->multipliers);
+    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[0], &state->rest_lengths);
+    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[1], &state->multipliers);
+    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[2], &state->apart);
     state->is_stale = true;
 }
 
