@@ -443,7 +443,7 @@ static void test_bad_input(void** unused) {
     assert_int_equal(pli_body_get_cluster_settings(body, 0, &settings), PLI_OK);
     const pli_cluster_settings good = settings;
     settings.matching = NAN;
-    check_error(pli_body_set_cluster_settings(body, 0, &settings), PLI_ERROR_INVALID_VALUE, "matching nan");
+    check_error(pli_body_set_cluster_settings(body, 0, &settings), PLI_ERROR_NOT_FINITE, "matching is nan");
     settings = good;
     settings.node_damping = 1.5f;
     check_error(pli_body_set_cluster_settings(body, 0, &settings), PLI_ERROR_INVALID_VALUE, "1.5");

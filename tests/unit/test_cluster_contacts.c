@@ -583,7 +583,7 @@ static void test_bad_input(void** unused) {
     def.friction = -1;
     check_error(pli_body_enable_cluster_contacts(body, &def), PLI_ERROR_INVALID_VALUE, "friction is -1");
     def.friction = INFINITY;
-    check_error(pli_body_enable_cluster_contacts(body, &def), PLI_ERROR_INVALID_VALUE, "friction is inf");
+    check_error(pli_body_enable_cluster_contacts(body, &def), PLI_ERROR_NOT_FINITE, "friction is inf");
     float* const shares[] = {&def.dynamic_hardness, &def.static_hardness, &def.soft_hardness,
                              &def.dynamic_split,    &def.static_split,    &def.soft_split};
     const char* const names[] = {"dynamic_hardness is 1.5", "static_hardness is 1.5", "soft_hardness is 1.5",

@@ -139,7 +139,7 @@ static void test_ellipsoid(void** state) {
     check_refused(pli_mesh_create_ellipsoid(context, center, pli_vec3_make(1, 0, 1), 9, &mesh), PLI_ERROR_INVALID_VALUE,
                   "(1, 0, 1)");
     check_refused(pli_mesh_create_ellipsoid(context, center, pli_vec3_make(1, NAN, 1), 9, &mesh), PLI_ERROR_NOT_FINITE,
-                  "finite");
+                  "radii is (1, nan, 1)");
     check_refused(pli_mesh_create_ellipsoid(context, center, radii, 9, NULL), PLI_ERROR_NULL_ARGUMENT, "null");
     assert_int_equal(pli_mesh_create_ellipsoid(NULL, center, radii, 9, &mesh), PLI_ERROR_NULL_ARGUMENT);
 }

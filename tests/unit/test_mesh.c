@@ -147,15 +147,17 @@ static void test_bad_appends_change_nothing(void** state) {
     const float stiffnesses[] = {0, -1, 1.0001f};
     for (int i = 0; i < 3; ++i) {
         const pli_material material = {stiffnesses[i]};
-        check_refused(mesh, pli_mesh_append_material(mesh, &material, &index), PLI_ERROR_INVALID_VALUE, "(0, 1]");
-        check_refused(mesh, pli_mesh_set_material(mesh, 0, &material), PLI_ERROR_INVALID_VALUE, "(0, 1]");
+        check_refused(mesh, pli_mesh_append_material(mesh, &material, &index), PLI_ERROR_INVALID_VALUE,
+                      "the limits are 1e-09 and 1");
+        check_refused(mesh, pli_mesh_set_material(mesh, 0, &material), PLI_ERROR_INVALID_VALUE,
+                      "the limits are 1e-09 and 1");
     }
     const pli_material none = {NAN}, good = {1};
     check_refused(mesh, pli_mesh_append_material(mesh, &none, &index), PLI_ERROR_NOT_FINITE, "nan");
     check_refused(mesh, pli_mesh_append_material(mesh, NULL, &index), PLI_ERROR_NULL_ARGUMENT, "null");
     check_refused(mesh, pli_mesh_set_material(mesh, 1, &good), PLI_ERROR_INDEX_OUT_OF_RANGE, "material 1");
     check_refused(mesh, pli_mesh_set_node_position(mesh, 5, origin), PLI_ERROR_INDEX_OUT_OF_RANGE, "node 5");
-    check_refused(mesh, pli_mesh_set_node_position(mesh, 0, pli_vec3_make(0, NAN, 0)), PLI_ERROR_NOT_FINITE, "node 0");
+    check_refused(mesh, pli_mesh_set_node_position(mesh, 0, pli_vec3_make(0, NAN, 0)), PLI_ERROR_NOT_FINITE, "nan");
     check_refused(mesh, pli_mesh_set_node_mass(mesh, 5, 1), PLI_ERROR_INDEX_OUT_OF_RANGE, "node 5");
     check_refused(mesh, pli_mesh_set_node_mass(mesh, 0, -0.5f), PLI_ERROR_INVALID_VALUE, "-0.5");
     check_refused(mesh, pli_mesh_set_node_mass(mesh, 0, INFINITY), PLI_ERROR_NOT_FINITE, "inf");
@@ -427,15 +429,15 @@ static void test_masses_that_cannot_be_given(void** state) {
     pli_mesh* mesh = make_tetra();
     const float bad[] = {0, -1};
     for (int i = 0; i < 2; ++i) {
-        check_refused(mesh, pli_mesh_set_total_mass(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "positive");
-        check_refused(mesh, pli_mesh_set_total_mass_from_faces(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "positive");
-        check_refused(mesh, pli_mesh_set_total_mass_from_tetras(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "positive");
+        check_refused(mesh, pli_mesh_set_total_mass(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "the mass is");
+        check_refused(mesh, pli_mesh_set_total_mass_from_faces(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "the mass is");
+        check_refused(mesh, pli_mesh_set_total_mass_from_tetras(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "the mass is");
         check_refused(mesh, pli_mesh_set_density_from_faces(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "density");
         check_refused(mesh, pli_mesh_set_density_from_tetras(mesh, bad[i]), PLI_ERROR_INVALID_VALUE, "density");
     }
     check_refused(mesh, pli_mesh_set_total_mass(mesh, NAN), PLI_ERROR_NOT_FINITE, "nan");
-    check_refused(mesh, pli_mesh_set_total_mass(mesh, 1e-44f), PLI_ERROR_INVALID_VALUE, "inverse mass");
-    check_refused(mesh, pli_mesh_set_total_mass_from_faces(mesh, 1e-44f), PLI_ERROR_INVALID_VALUE, "inverse mass");
+    check_refused(mesh, pli_mesh_set_total_mass(mesh, 1e-37f), PLI_ERROR_INVALID_VALUE, "inverse mass");
+    check_refused(mesh, pli_mesh_set_total_mass_from_faces(mesh, 1e-37f), PLI_ERROR_INVALID_VALUE, "inverse mass");
     pli_mesh_scale(mesh, pli_vec3_make(1, 0, 1)); /* flat: no volume, but areas */
     check_refused(mesh, pli_mesh_set_density_from_faces(mesh, 1), PLI_ERROR_INVALID_MESH, "enclose 0 m^3");
     check_refused(mesh, pli_mesh_set_density_from_tetras(mesh, 1), PLI_ERROR_INVALID_MESH, "hold 0 m^3");

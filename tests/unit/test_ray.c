@@ -192,9 +192,9 @@ static void test_degenerate_rays_are_refused(void** state) {
     check_refused(f, body, &def, PLI_ERROR_NOT_FINITE, "not finite");
     def.from = pli_vec3_make(0, 0, 0);
     def.radius = -1.0f;
-    check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "radius -1");
+    check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "radius is -1");
     def.radius = NAN;
-    check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "radius");
+    check_refused(f, body, &def, PLI_ERROR_NOT_FINITE, "radius is nan");
     def.radius = 0.0f;
     def.targets = 0;
     check_refused(f, body, &def, PLI_ERROR_INVALID_VALUE, "targets");

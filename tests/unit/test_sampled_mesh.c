@@ -457,7 +457,7 @@ static void test_sampled_mesh_refuses_bad_input(void** state) {
     def.padding = 1e6f;
     check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "samples, more than 16777216");
     def.padding = 1e30f;
-    check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "padding is 1e+30, the limit is 1e+06");
+    check_refused(&s, &def, PLI_ERROR_INVALID_VALUE, "padding is 1e+30, the limits are 0 and 1e+06");
     def.padding = INFINITY;
     check_refused(&s, &def, PLI_ERROR_NOT_FINITE, "padding");
 

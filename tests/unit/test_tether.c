@@ -269,7 +269,7 @@ static void test_tethers_refuse_bad_input(void** state) {
     assert_int_equal(pli_body_enable_tethers(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
     def.slack = -1;
     assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_INVALID_VALUE);
-    assert_non_null(strstr(pli_last_error(context), "slack -1"));
+    assert_non_null(strstr(pli_last_error(context), "slack is -1"));
     def.slack = NAN;
     assert_int_equal(pli_body_enable_tethers(rope, &def), PLI_ERROR_NOT_FINITE);
     def = pli_tethers_def_default();

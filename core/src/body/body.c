@@ -3,7 +3,7 @@
 #include "base/handle.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "mesh/mesh_impl.h"
 
 #include <string.h>
@@ -24,43 +24,14 @@ pli_status plii_check_node(const pli_body* body, int node, const char* function)
     return PLI_OK;
 }
 
-static pli_status body_check_vec3(const pli_body* body, pli_vec3 value, float limit, const char* what,
-                                  const char* function) {
-    if (!plii_vec3_is_finite(value)) {
-        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s (%g, %g, %g) is not finite", what,
-                         (double)value.x, (double)value.y, (double)value.z);
-    }
-    return plii_check_vec3_within(body->context, value, limit, what, function);
-}
-
-static pli_status body_check_settings(pli_context* context, const pli_solver_settings* s, const char* function) {
-    if (s->velocity_iterations < 0 || s->position_iterations < 0 || s->drift_iterations < 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "iterations must not be negative: velocity %d, position %d, drift %d", s->velocity_iterations,
-                         s->position_iterations, s->drift_iterations);
-    }
-    if (!plii_is_finite(s->drift_correction)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "drift_correction is not finite");
-    }
-    PLII_TRY(plii_check_within(context, s->drift_correction, PLI_MAX_FACTOR, "drift_correction", function));
-    if (!(s->velocity_damping >= 0.0f && s->velocity_damping <= 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "velocity_damping %g is not in [0, 1]",
-                         (double)s->velocity_damping);
-    }
-    if (!(s->time_scale > 0.0f) || !plii_is_finite(s->time_scale)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "time_scale %g is not positive and finite",
-                         (double)s->time_scale);
-    }
-    return plii_check_between(context, s->time_scale, PLI_MIN_TIME_SCALE, PLI_MAX_TIME_SCALE, "time_scale", function);
-}
-
-static pli_status body_check_margin(pli_context* context, float margin, const char* function) {
-    if (!(margin >= 0.0f) || !plii_is_finite(margin)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "collision margin %g is negative or not finite",
-                         (double)margin);
-    }
-    return plii_check_within(context, margin, PLI_MAX_COORDINATE, "the collision margin", function);
-}
+static const plii_field solver_fields[] = {
+    PLII_FIELD(pli_solver_settings, velocity_iterations, 0, INT_MAX),
+    PLII_FIELD(pli_solver_settings, position_iterations, 0, INT_MAX),
+    PLII_FIELD(pli_solver_settings, drift_iterations, 0, INT_MAX),
+    PLII_FIELD(pli_solver_settings, drift_correction, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_solver_settings, velocity_damping, 0, 1),
+    PLII_FIELD(pli_solver_settings, time_scale, PLI_MIN_TIME_SCALE, PLI_MAX_TIME_SCALE),
+};
 
 // ----------------------------------------------------------------------------------------------------- life
 
@@ -141,11 +112,10 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the body is null"); }
     PLII_TRY(plii_check_handle(mesh, PLII_HANDLE_MESH, context, NULL, __func__));
     const pli_body_def used = def != NULL ? *def : pli_body_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_body_def_default()");
-    }
-    PLII_TRY(body_check_settings(context, &used.solver, __func__));
-    PLII_TRY(body_check_margin(context, used.collision_margin, __func__));
+    PLII_TRY(PLII_CHECK_MADE(context, pli_body_def, &used, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(context, &used.solver, solver_fields, __func__));
+    PLII_TRY(
+        plii_check_between(context, used.collision_margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", __func__));
     if (mesh->node_count == 0) { return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has no nodes"); }
     if (mesh->material_count > PLII_MAX_MATERIALS) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "the mesh has %d materials, at most %d are possible",
@@ -206,7 +176,7 @@ pli_solver_settings pli_body_get_solver_settings(const pli_body* body) {
 pli_status pli_body_set_solver_settings(pli_body* body, const pli_solver_settings* settings) {
     PLII_TRY(plii_check_body_change(body, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    PLII_TRY(body_check_settings(body->context, settings, __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, solver_fields, __func__));
     body->solver = *settings;
     return PLI_OK;
 }
@@ -217,7 +187,7 @@ float pli_body_get_collision_margin(const pli_body* body) {
 
 pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(body_check_margin(body->context, margin, __func__));
+    PLII_TRY(plii_check_between(body->context, margin, 0.0f, PLI_MAX_COORDINATE, "the collision margin", __func__));
     body->collision_margin = margin;
     plii_body_update_bounds(body);
     return PLI_OK;
@@ -277,11 +247,7 @@ float pli_body_get_rest_length(const pli_body* body, int link) {
 pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_link(body, link, __func__));
-    if (!(rest_length >= 0.0f) || !plii_is_finite(rest_length)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "rest length %g of link %d is negative or not finite",
-                         (double)rest_length, link);
-    }
-    PLII_TRY(plii_check_within(body->context, rest_length, PLI_MAX_COORDINATE, "the rest length", __func__));
+    PLII_TRY(plii_check_between(body->context, rest_length, 0.0f, PLI_MAX_COORDINATE, "the rest length", __func__));
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     return PLI_OK;
@@ -315,7 +281,7 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, position, PLI_MAX_COORDINATE, "position", __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, position, PLI_MAX_COORDINATE, "position", __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_body_update_bounds(body);
     return PLI_OK;
@@ -324,7 +290,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return PLI_OK;
 }
@@ -332,10 +298,6 @@ pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocit
 pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    if (!(mass >= 0.0f) || !plii_is_finite(mass)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "mass %g of node %d is negative or not finite",
-                         (double)mass, node);
-    }
     PLII_TRY(plii_check_mass(body->context, mass, __func__));
     body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;
@@ -386,7 +348,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, force, PLI_MAX_FORCE, "force", __func__));
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
@@ -395,7 +357,7 @@ pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
 
 pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(body_check_vec3(body, force, PLI_MAX_FORCE, "force", __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, force, PLI_MAX_FORCE, "force", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         PLII_TRY(body_check_force(body, i, force, __func__));
     }
@@ -408,7 +370,7 @@ pli_status pli_body_add_force(pli_body* body, pli_vec3 force) {
 
 pli_status pli_body_add_velocity(pli_body* body, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    PLII_TRY(body_check_vec3(body, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 sum = pli_vec3_add(plii_xyz(body->velocities[i]), velocity);
         if (body->positions[i].w > 0.0f && !plii_vec3_is_within(sum, PLI_MAX_SPEED)) {

@@ -5,7 +5,7 @@
 #include "base/handle.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <stdio.h>
@@ -170,26 +170,17 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
 
 static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli_vec3 angular, const char* function) {
     if (plii_vec3_is_within(linear, PLI_MAX_FACTOR) && plii_vec3_is_within(angular, PLI_MAX_FACTOR)) { return PLI_OK; }
-    if (!plii_vec3_is_finite(linear) || !plii_vec3_is_finite(angular)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "linear_factor or angular_factor is not finite");
-    }
     PLII_TRY(plii_check_vec3_within(context, linear, PLI_MAX_FACTOR, "linear_factor", function));
     return plii_check_vec3_within(context, angular, PLI_MAX_FACTOR, "angular_factor", function);
 }
 
 static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_def_default()");
-    }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_rigid_def, def, function));
     if (def->kind < PLI_RIGID_STATIC || def->kind > PLI_RIGID_DYNAMIC) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "unknown kind %d", (int)def->kind);
     }
     PLII_TRY(rigid_check_state(context, def->kind, &def->state, function));
-    if (!(def->friction >= 0.0f) || !plii_is_finite(def->friction)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative or not finite",
-                         (double)def->friction);
-    }
-    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
+    PLII_TRY(plii_check_between(context, def->friction, 0.0f, PLI_MAX_FACTOR, "friction", function));
     PLII_TRY(rigid_check_factors(context, def->linear_factor, def->angular_factor, function));
     return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
 }
@@ -275,11 +266,7 @@ pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
 
 pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
     PLII_TRY(rigid_check_change(rigid, __func__));
-    if (!(friction >= 0.0f) || !plii_is_finite(friction)) {
-        return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "friction %g is negative or not finite",
-                         (double)friction);
-    }
-    PLII_TRY(plii_check_within(rigid->context, friction, PLI_MAX_FACTOR, "friction", __func__));
+    PLII_TRY(plii_check_between(rigid->context, friction, 0.0f, PLI_MAX_FACTOR, "friction", __func__));
     rigid->friction = friction;
     return PLI_OK;
 }

@@ -6,7 +6,7 @@
 #include "cluster/cluster_contact_batches.h"
 #include "cluster/cluster_contacts_impl.h"
 #include "contact/contact_order.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
@@ -264,35 +264,20 @@ pli_cluster_contacts_def pli_cluster_contacts_def_default(void) {
     };
 }
 
-static pli_status cluster_contacts_check_def(pli_context* context, const pli_cluster_contacts_def* def,
-                                             const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_cluster_contacts_def_default()");
-    }
-    if (!(def->friction >= 0.0f) || !plii_is_finite(def->friction)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, negative or not finite",
-                         (double)def->friction);
-    }
-    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
-    const struct {
-        const char* name;
-        float value;
-    } shares[] = {{"dynamic_hardness", def->dynamic_hardness}, {"static_hardness", def->static_hardness},
-                  {"soft_hardness", def->soft_hardness},       {"dynamic_split", def->dynamic_split},
-                  {"static_split", def->static_split},         {"soft_split", def->soft_split}};
-    for (size_t i = 0; i < sizeof shares / sizeof shares[0]; ++i) {
-        if (!(shares[i].value >= 0.0f && shares[i].value <= 1.0f)) {
-            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in [0, 1]", shares[i].name,
-                             (double)shares[i].value);
-        }
-    }
-    return PLI_OK;
-}
+static const plii_field cluster_contacts_fields[] = {
+    PLII_FIELD(pli_cluster_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_cluster_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, soft_hardness, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, dynamic_split, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, static_split, 0, 1),
+    PLII_FIELD(pli_cluster_contacts_def, soft_split, 0, 1),
+};
 
 pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_contacts_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_cluster_contacts_def used = def != NULL ? *def : pli_cluster_contacts_def_default();
-    PLII_TRY(cluster_contacts_check_def(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_cluster_contacts_def, &used, cluster_contacts_fields, __func__);
     const bool had_clusters = plii_body_clusters(body) != NULL;
     if (!had_clusters) { PLII_TRY(pli_body_enable_clusters(body, NULL)); }
     void* data = NULL;

@@ -3,7 +3,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 plii_clusters* plii_body_clusters(const pli_body* body) {
     return plii_feature_state(body, &plii_clusters_class);
@@ -17,16 +17,12 @@ static pli_cluster_settings cluster_default_settings(void) {
     return (pli_cluster_settings){.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f};
 }
 
+static const plii_field clusters_fields[] = {PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)};
+
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_clusters_def_default()");
-    }
-    if (used.iterations < 1) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "iterations is %d, at least 1 is allowed",
-                         used.iterations);
-    }
+    PLII_TRY_DEF(body->context, pli_clusters_def, &used, clusters_fields, __func__);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_clusters_class, &state));
     plii_clusters* clusters = state;
@@ -156,28 +152,20 @@ pli_status pli_body_get_cluster_settings(const pli_body* body, int cluster, pli_
     return PLI_OK;
 }
 
-static bool cluster_is_share(float value) {
-    return value >= 0.0f && value <= 1.0f;
-}
+static const plii_field cluster_settings_fields[] = {
+    PLII_FIELD(pli_cluster_settings, matching, 0, 1),
+    PLII_FIELD(pli_cluster_settings, node_damping, 0, 1),
+    PLII_FIELD(pli_cluster_settings, linear_damping, 0, 1),
+    PLII_FIELD(pli_cluster_settings, angular_damping, 0, 1),
+    PLII_FIELD(pli_cluster_settings, max_self_impulse, 0, PLI_MAX_FORCE),
+    PLII_FIELD(pli_cluster_settings, self_impulse_factor, 0, 1),
+};
 
 pli_status pli_body_set_cluster_settings(pli_body* body, int cluster, const pli_cluster_settings* settings) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_cluster(body, cluster, __func__));
     if (settings == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "settings is null"); }
-    if (!cluster_is_share(settings->matching) || !cluster_is_share(settings->node_damping) ||
-        !cluster_is_share(settings->linear_damping) || !cluster_is_share(settings->angular_damping) ||
-        !cluster_is_share(settings->self_impulse_factor)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                         "matching %g, node, linear and angular damping %g, %g, %g, self_impulse_factor %g: all must "
-                         "be in [0, 1]",
-                         (double)settings->matching, (double)settings->node_damping, (double)settings->linear_damping,
-                         (double)settings->angular_damping, (double)settings->self_impulse_factor);
-    }
-    if (!(settings->max_self_impulse >= 0.0f)) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "max_self_impulse is %g, it must not be negative",
-                         (double)settings->max_self_impulse);
-    }
-    PLII_TRY(plii_check_within(body->context, settings->max_self_impulse, PLI_MAX_FORCE, "max_self_impulse", __func__));
+    PLII_TRY(PLII_CHECK_FIELDS(body->context, settings, cluster_settings_fields, __func__));
     plii_body_clusters(body)->items[cluster].settings = *settings;
     return PLI_OK;
 }

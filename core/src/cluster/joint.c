@@ -6,7 +6,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "cluster/joint_impl.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 typedef struct joints_state {
     plii_joint* items; /* in the order of creation */
@@ -157,9 +157,11 @@ static const plii_feature_class joints_class = {
 
 // ----------------------------------------------------------------------------------------------------------- editing
 
-static bool joint_is_share(float value) {
-    return value >= 0.0f && value <= 1.0f;
-}
+static const plii_field joint_softness_fields[] = {
+    PLII_FIELD(pli_joint_softness, error_reduction, 0, 1),
+    PLII_FIELD(pli_joint_softness, velocity_factor, 0, 1),
+    PLII_FIELD(pli_joint_softness, split, 0, 1),
+};
 
 static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 world_value, const char* function) {
     pli_context* context = body->context;
@@ -182,19 +184,8 @@ static pli_status joint_check(pli_body* body, const plii_joint* joint, pli_vec3 
     if (other->rigid != NULL && other->rigid->world != body->world) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the rigid body is not in the body's world");
     }
-    if (!plii_vec3_is_finite(world_value)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the point or axis is (%g, %g, %g)",
-                         (double)world_value.x, (double)world_value.y, (double)world_value.z);
-    }
     PLII_TRY(plii_check_vec3_within(context, world_value, PLI_MAX_COORDINATE, "the point or axis", function));
-    const pli_joint_softness* softness = &joint->softness;
-    if (!joint_is_share(softness->error_reduction) || !joint_is_share(softness->velocity_factor) ||
-        !joint_is_share(softness->split)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "error_reduction %g, velocity_factor %g, split %g: all must be in [0, 1]",
-                         (double)softness->error_reduction, (double)softness->velocity_factor, (double)softness->split);
-    }
-    return PLI_OK;
+    return PLII_CHECK_FIELDS(context, &joint->softness, joint_softness_fields, function);
 }
 
 /* A point or an axis in a frame. The point as btTransform::inverse() * point: turned, then moved by the turned origin.

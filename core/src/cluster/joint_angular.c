@@ -2,7 +2,7 @@
    order of operations. */
 
 #include "cluster/joint_impl.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 /* Errors are corrected as if they were not larger than this, rad. */
 #define ANGULAR_JOINT_MAX_ERROR (3.1415926535897932384626433832795029f / 16.0f)
@@ -69,10 +69,7 @@ pli_angular_joint_def pli_angular_joint_def_default(void) {
 
 pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_def* def, pli_joint_id* joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_angular_joint_def_default()");
-    }
+    PLII_TRY(PLII_CHECK_MADE(body->context, pli_angular_joint_def, def, __func__));
     pli_vec3 axis = def->axis;
     if (!angular_joint_make_unit(&axis)) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the axis (%g, %g, %g) has no direction",

@@ -1,6 +1,7 @@
 /* The joint that holds two points together. Bullet: LJoint, in its order of operations. */
 
 #include "cluster/joint_impl.h"
+#include "math/definition.h"
 
 /* Errors are corrected as if they were not longer than this, m. */
 #define LINEAR_JOINT_MAX_ERROR 4.0f
@@ -52,10 +53,7 @@ pli_linear_joint_def pli_linear_joint_def_default(void) {
 
 pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    if (def == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_linear_joint_def_default()");
-    }
+    PLII_TRY(PLII_CHECK_MADE(body->context, pli_linear_joint_def, def, __func__));
     plii_joint made = {
         .klass = &linear_joint_class, .cluster = def->cluster, .other = def->other, .softness = def->softness};
     return plii_joint_add(body, &made, def->position, false, joint, __func__);

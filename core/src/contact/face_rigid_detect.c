@@ -9,7 +9,7 @@
 #include "body/world_state.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #define RIGID_FACES_MAX_TARGETS 8
@@ -484,38 +484,16 @@ static const plii_feature_class rigid_faces_class = {
     .topology_commit = rigid_faces_topology_commit,
 };
 
-static pli_status rigid_faces_check_hardness(pli_context* context, float hardness, const char* name,
-                                             const char* function) {
-    if (!plii_is_finite(hardness)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "%s is not finite", name);
-    }
-    if (!(hardness >= 0.0f && hardness <= 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in [0, 1]", name, (double)hardness);
-    }
-    return PLI_OK;
-}
-
-static pli_status rigid_faces_check_def(pli_context* context, const pli_rigid_face_contacts_def* def,
-                                        const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_rigid_face_contacts_def_default()");
-    }
-    if (!plii_is_finite(def->friction)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction is not finite");
-    }
-    if (!(def->friction >= 0.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
-                         (double)def->friction);
-    }
-    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
-    PLII_TRY(rigid_faces_check_hardness(context, def->dynamic_hardness, "dynamic_hardness", function));
-    return rigid_faces_check_hardness(context, def->static_hardness, "static_hardness", function);
-}
+static const plii_field rigid_faces_fields[] = {
+    PLII_FIELD(pli_rigid_face_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_face_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_face_contacts_def, static_hardness, 0, 1),
+};
 
 pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_face_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
-    PLII_TRY(rigid_faces_check_def(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_rigid_face_contacts_def, &used, rigid_faces_fields, __func__);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &rigid_faces_class, &state));
     ((plii_rigid_faces*)state)->def = used;

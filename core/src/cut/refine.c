@@ -9,7 +9,7 @@
 #include "pliant/cut.h"
 
 #include "cut/topology_edit.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 typedef struct refine_work {
     plii_edit edit;
@@ -404,15 +404,9 @@ static pli_status refine_run(refine_work* work) {
 pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     pli_context* context = body->context;
-    if (def == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_refine_def_default()");
-    }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_refine_def, def, __func__));
     if (def->surface == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->surface is null"); }
-    if (!(def->accuracy > 0.0f) || !plii_is_finite(def->accuracy)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "accuracy %g is not positive and finite",
-                         (double)def->accuracy);
-    }
+    PLII_TRY(plii_check_between(context, def->accuracy, PLII_ABOVE_0, FLT_MAX, "accuracy", __func__));
     refine_work work = {.def = *def, .function = __func__};
     PLII_TRY(plii_edit_open(body, __func__, &work.edit));
     work.edit.takes_rest_shape = def->reset_rest_lengths;

@@ -7,7 +7,7 @@
 #include "body/body_impl.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "pliant/forces.h"
 
 #include <string.h>
@@ -248,36 +248,17 @@ pli_aero_def pli_aero_def_default(void) {
     return def;
 }
 
-static pli_status aero_check(pli_context* context, const pli_aero_def* def, const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_aero_def_default");
-    }
-    const int model = (int)def->model;
-    if (model < (int)PLI_AERO_VERTEX_POINT || model > (int)PLI_AERO_FACE_ONE_SIDED) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no model %d, the last one is %d", model,
-                         (int)PLI_AERO_FACE_ONE_SIDED);
-    }
-    if (!plii_is_finite(def->lift) || !plii_is_finite(def->drag)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "lift is %g and drag is %g", (double)def->lift,
-                         (double)def->drag);
-    }
-    if (def->lift < 0.0f || def->drag < 0.0f) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "lift is %g and drag is %g, at least 0 is allowed",
-                         (double)def->lift, (double)def->drag);
-    }
-    if (!plii_vec3_is_finite(def->wind)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "wind is (%g, %g, %g)", (double)def->wind.x,
-                         (double)def->wind.y, (double)def->wind.z);
-    }
-    PLII_TRY(plii_check_within(context, def->lift, PLI_MAX_FACTOR, "lift", function));
-    PLII_TRY(plii_check_within(context, def->drag, PLI_MAX_FACTOR, "drag", function));
-    return plii_check_vec3_within(context, def->wind, PLI_MAX_SPEED, "wind", function);
-}
+static const plii_field aero_fields[] = {
+    PLII_FIELD(pli_aero_def, model, PLI_AERO_VERTEX_POINT, PLI_AERO_FACE_ONE_SIDED),
+    PLII_FIELD(pli_aero_def, lift, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_aero_def, drag, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_aero_def, wind, -PLI_MAX_SPEED, PLI_MAX_SPEED),
+};
 
 pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
-    PLII_TRY(aero_check(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_aero_def, &used, aero_fields, __func__);
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
     }
@@ -295,10 +276,6 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
 
 pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (!plii_vec3_is_finite(wind)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "wind is (%g, %g, %g)", (double)wind.x, (double)wind.y,
-                         (double)wind.z);
-    }
     PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
     aero_state* aero = plii_feature_state(body, &aero_vertex_class);
     if (aero == NULL) { aero = plii_feature_state(body, &aero_face_class); }

@@ -185,12 +185,7 @@ static void pose_set_rest_shape(const pli_body* body, pose_state* pose) {
 
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (!plii_is_finite(matching)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "matching is %g", (double)matching);
-    }
-    if (matching < 0.0f || matching > 1.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "matching is %g, 0 to 1 is allowed", (double)matching);
-    }
+    PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &pose_class, &state));
     pose_state* pose = state;

@@ -34,9 +34,6 @@ static const plii_feature_class pressure_class = {
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (!plii_is_finite(coefficient)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
-    }
     PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "pressure acts on faces, the body has none");

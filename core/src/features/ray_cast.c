@@ -4,7 +4,7 @@
 #include "pliant/query.h"
 
 #include "body/body_impl.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
 
@@ -195,23 +195,14 @@ static void ray_find_nearest_node(ray_cast* ray) {
 
 static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const char* function) {
     pli_context* context = body->context;
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_ray_def_default()");
-    }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_ray_def, def, function));
     const int known = PLI_RAY_NODES | PLI_RAY_LINKS | PLI_RAY_FACES | PLI_RAY_TETRAS;
     if (def->targets == 0 || (def->targets & ~known) != 0) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "targets is 0x%x, bits of 0x%x are wanted",
                          (unsigned)def->targets, (unsigned)known);
     }
-    if (!(def->radius >= 0.0f) || !plii_is_finite(def->radius)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "radius %g is negative or not finite",
-                         (double)def->radius);
-    }
-    if (!plii_vec3_is_finite(def->from) || !plii_vec3_is_finite(def->to)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "an end of the ray is not finite");
-    }
     const pli_vec3 ends[2] = {def->from, def->to};
-    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "radius", function));
+    PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "radius", function));
     PLII_TRY(plii_check_finite_points(context, 2, ends, "end", function));
     const pli_vec3 direction = pli_vec3_sub(def->to, def->from);
     if (!(pli_vec3_length_squared(direction) > 0.0f) || !plii_is_finite(pli_vec3_length_squared(direction))) {
@@ -223,7 +214,7 @@ static pli_status ray_check(const pli_body* body, const pli_ray_def* def, const 
 
 pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_ray_hit* hit) {
     PLII_TRY(plii_check_body(body, __func__));
-    if (def == NULL || hit == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "def or hit is null"); }
+    if (hit == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "hit is null"); }
     PLII_TRY(ray_check(body, def, __func__));
     ray_cast ray = {
         .body = body,

@@ -8,7 +8,7 @@
 #include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 
 /* m/s: what is too far away at the start comes back at this speed, lest it shoots past. */
 #define TETHER_RECOVERY_SPEED 1.0f
@@ -292,17 +292,12 @@ pli_tethers_def pli_tethers_def_default(void) {
     return (pli_tethers_def){.slack = 0.01f, .cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field tether_fields[] = {PLII_FIELD(pli_tethers_def, slack, 0, PLI_MAX_FACTOR)};
+
 pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_tethers_def used = def != NULL ? *def : pli_tethers_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_tethers_def_default()");
-    }
-    if (!plii_is_finite(used.slack)) { return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "slack is not finite"); }
-    if (used.slack < 0.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "slack %g is negative", (double)used.slack);
-    }
-    PLII_TRY(plii_check_within(body->context, used.slack, PLI_MAX_FACTOR, "slack", __func__));
+    PLII_TRY_DEF(body->context, pli_tethers_def, &used, tether_fields, __func__);
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &tether_class, &data));
     tether_state* state = data;

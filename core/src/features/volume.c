@@ -53,14 +53,7 @@ static const plii_feature_class volume_class = {
 
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (!plii_is_finite(coefficient)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "coefficient is %g", (double)coefficient);
-    }
-    if (coefficient < 0.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "coefficient is %g, at least 0 is allowed",
-                         (double)coefficient);
-    }
-    PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
+    PLII_TRY(plii_check_between(body->context, coefficient, 0.0f, PLI_MAX_COEFFICIENT, "coefficient", __func__));
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH,
                          "conservation of volume acts on faces, the body has none");

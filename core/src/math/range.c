@@ -6,24 +6,27 @@ static pli_status range_status(bool is_finite) {
     return is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE;
 }
 
-pli_status plii_check_within(pli_context* context, float value, float limit, const char* name, const char* function) {
-    if (plii_is_within(value, limit)) { return PLI_OK; }
-    return plii_fail(context, range_status(plii_is_finite(value)), function, "%s is %g, the limit is %g", name,
-                     (double)value, (double)limit);
-}
-
-pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
-                                  const char* function) {
-    if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
-    return plii_fail(context, range_status(plii_vec3_is_finite(value)), function, "%s is (%g, %g, %g), the limit is %g",
-                     name, (double)value.x, (double)value.y, (double)value.z, (double)limit);
-}
-
 pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
                               const char* function) {
     if (value >= low && value <= high) { return PLI_OK; }
-    return plii_fail(context, range_status(plii_is_finite(value)), function, "%s is %g, the limits are %g and %g", name,
-                     (double)value, (double)low, (double)high);
+    const pli_status status = range_status(plii_is_finite(value));
+    if (low == -high) {
+        return plii_fail(context, status, function, "%s is %g, the limit is %g", name, (double)value, (double)high);
+    }
+    return plii_fail(context, status, function, "%s is %g, the limits are %g and %g", name, (double)value, (double)low,
+                     (double)high);
+}
+
+pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float low, float high, const char* name,
+                                   const char* function) {
+    if (plii_min(plii_min(value.x, value.y), value.z) >= low && plii_vec3_is_within(value, high)) { return PLI_OK; }
+    const pli_status status = range_status(plii_vec3_is_finite(value));
+    const double x = (double)value.x, y = (double)value.y, z = (double)value.z;
+    if (low == -high) {
+        return plii_fail(context, status, function, "%s is (%g, %g, %g), the limit is %g", name, x, y, z, (double)high);
+    }
+    return plii_fail(context, status, function, "%s is (%g, %g, %g), the limits are %g and %g", name, x, y, z,
+                     (double)low, (double)high);
 }
 
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,

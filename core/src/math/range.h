@@ -7,6 +7,11 @@
 #include "math/vec.h"
 #include "pliant/limits.h"
 
+#include <float.h>
+
+/* The lowest of what has to be above 0; not the smallest float of all, which is 0 where denormals are flushed. */
+#define PLII_ABOVE_0 FLT_MIN
+
 /* False for NaN. */
 static inline bool plii_is_within(float value, float limit) {
     return fabsf(value) <= limit;
@@ -30,13 +35,20 @@ static inline pli_vec3 plii_clamp_point(pli_vec3 v) {
     return plii_vec3_clamp(v, PLI_MAX_COORDINATE);
 }
 
-/* PLI_OK, or the error of a value whose absolute is above the limit, or NaN; `name` is that of the value. */
-pli_status plii_check_within(pli_context* context, float value, float limit, const char* name, const char* function);
-pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
-                                  const char* function);
-/* The same from a limit to another. */
+/* PLI_OK, or the error of a value beyond one of two limits, or NaN; `name` is that of the value. */
 pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
                               const char* function);
+pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float low, float high, const char* name,
+                                   const char* function);
+/* The same of the absolute. */
+static inline pli_status plii_check_within(pli_context* context, float value, float limit, const char* name,
+                                           const char* function) {
+    return plii_check_between(context, value, -limit, limit, name, function);
+}
+static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 value, float limit, const char* name,
+                                                const char* function) {
+    return plii_check_vec3_between(context, value, -limit, limit, name, function);
+}
 /* Positions of an array, `what` and a number name one. */
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
                                     const char* function);

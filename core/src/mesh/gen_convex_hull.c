@@ -53,14 +53,9 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
         return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
                          points == NULL ? "points are" : "place for the mesh is");
     }
-    if (!plii_is_finite(tolerance_ratio)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "the tolerance ratio is %g", (double)tolerance_ratio);
-    }
-    if (!(tolerance_ratio >= 0.0f && tolerance_ratio < 1.0f)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the tolerance ratio is %g, it must be in [0, 1)",
-                         (double)tolerance_ratio);
-    }
-    PLII_TRY(plii_check_points(context, point_count, points, __func__));
+    PLII_TRY(
+        plii_check_between(context, tolerance_ratio, 0.0f, 1.0f - FLT_EPSILON / 2.0f, "the tolerance ratio", __func__));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     float tolerance = 0.0f;
     if (point_count > 0) {
         pli_bounds bounds = {points[0], points[0]};

@@ -1,7 +1,6 @@
 /* A closed surface over Hammersley points on an ellipsoid, the points of btSoftBodyHelpers::CreateEllipsoid. All
    points become nodes, in their order; only what coincides up to rounding is left out. */
 
-#include "math/range.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
@@ -23,15 +22,8 @@ pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_
                                      pli_mesh** mesh) {
     PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
-    if (!plii_vec3_is_finite(center) || !plii_vec3_is_finite(radii)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "the center or the radii are not finite");
-    }
-    if (!(radii.x > 0.0f && radii.y > 0.0f && radii.z > 0.0f)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "the radii are (%g, %g, %g), they must be positive",
-                         (double)radii.x, (double)radii.y, (double)radii.z);
-    }
     PLII_TRY(plii_check_vec3_within(context, center, PLI_MAX_COORDINATE, "the center", __func__));
-    PLII_TRY(plii_check_vec3_within(context, radii, PLI_MAX_COORDINATE, "the radii", __func__));
+    PLII_TRY(plii_check_vec3_between(context, radii, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radii", __func__));
     if (point_count < 4) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "%d points, it must be 4 or more", point_count);
     }

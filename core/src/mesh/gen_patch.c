@@ -1,6 +1,6 @@
 /* A rectangular sheet with alternating diagonals, in the operation order of btSoftBodyHelpers::CreatePatch. */
 
-#include "math/range.h"
+#include "math/definition.h"
 #include "mesh/gen_patch_impl.h"
 
 #include <limits.h>
@@ -19,13 +19,9 @@ pli_patch_def pli_patch_def_default(void) {
 }
 
 static pli_status patch_check(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function) {
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "the definition is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function,
-                         "the definition was not made by pli_patch_def_default");
-    }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_patch_def, def, function));
     const pli_vec3 corners[4] = {def->corner_00, def->corner_10, def->corner_01, def->corner_11};
-    PLII_TRY(plii_check_points(context, 4, corners, function));
+    PLII_TRY(plii_check_finite_points(context, 4, corners, "point", function));
     if (def->columns < 2 || def->rows < 2) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
                          "a patch of %d x %d nodes, it must be 2 x 2 or more", def->columns, def->rows);

@@ -1,6 +1,5 @@
 /* A chain of nodes on a segment, in the operation order of btSoftBodyHelpers::CreateRope. */
 
-#include "math/range.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
@@ -9,7 +8,7 @@ pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to
     PLII_TRY(plii_check_context_change(context, __func__));
     if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
     const pli_vec3 ends[2] = {from, to};
-    PLII_TRY(plii_check_points(context, 2, ends, __func__));
+    PLII_TRY(plii_check_finite_points(context, 2, ends, "point", __func__));
     if (inner_nodes < 0) {
         return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "%d inner nodes, it must be 0 or more", inner_nodes);
     }

@@ -14,7 +14,7 @@ static pli_status tetras_check(pli_context* context, int point_count, const pli_
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d points and %d tetras are no mesh", point_count,
                          tetra_count);
     }
-    PLII_TRY(plii_check_points(context, point_count, points, function));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int i = 0; i < tetra_count; ++i) {
         const int* n = tetras + (ptrdiff_t)4 * i;
         for (int j = 0; j < 4; ++j) {

@@ -15,7 +15,7 @@ static pli_status triangles_check(pli_context* context, int point_count, const p
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d points and %d triangles are no mesh",
                          point_count, triangle_count);
     }
-    PLII_TRY(plii_check_points(context, point_count, points, function));
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
     for (int64_t i = 0; i < (int64_t)3 * triangle_count; ++i) {
         if (triangles[i] < 0 || triangles[i] >= point_count) {
             return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,

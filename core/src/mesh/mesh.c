@@ -1,6 +1,5 @@
 /* The editable recipe of a body: life, append functions and the topology that bodies of one mesh share. */
 
-#include "math/range.h"
 #include "mesh/mesh_impl.h"
 
 #include "base/handle.h"
@@ -31,18 +30,7 @@ pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const ch
                      "material %d is out of range, the mesh has %d materials", material, mesh->material_count);
 }
 
-pli_status plii_check_points(pli_context* context, int point_count, const pli_vec3* points, const char* function) {
-    return plii_check_finite_points(context, point_count, points, "point", function);
-}
-
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass) {
-    if (!plii_is_finite(mass)) {
-        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the mass is %g", (double)mass);
-    }
-    if (mass < 0.0f) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the mass is %g, it must not be negative",
-                         (double)mass);
-    }
     PLII_TRY(plii_check_mass(mesh->context, mass, function));
     *inverse_mass = mass > 0.0f ? 1.0f / mass : 0.0f;
     return PLI_OK;
@@ -69,16 +57,8 @@ static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_mat
     if (material == NULL) {
         return plii_fail(mesh->context, PLI_ERROR_NULL_ARGUMENT, function, "the material is null");
     }
-    const float stiffness = material->linear_stiffness;
-    if (!plii_is_finite(stiffness)) {
-        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the linear stiffness is %g",
-                         (double)stiffness);
-    }
-    if (!(stiffness > 0.0f && stiffness <= 1.0f)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                         "the linear stiffness is %g, it must be in (0, 1]", (double)stiffness);
-    }
-    return plii_check_between(mesh->context, stiffness, PLI_MIN_STIFFNESS, 1.0f, "the linear stiffness", function);
+    return plii_check_between(mesh->context, material->linear_stiffness, PLI_MIN_STIFFNESS, 1.0f,
+                              "the linear stiffness", function);
 }
 
 // -------------------------------------------------------------------------------------------------- topology
@@ -289,10 +269,6 @@ static void mesh_set_index(int* index, int value) {
 
 pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    if (!plii_vec3_is_finite(position)) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position is (%g, %g, %g)", (double)position.x,
-                         (double)position.y, (double)position.z);
-    }
     PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
     float inverse_mass = 0.0f;
     PLII_TRY(plii_mesh_invert_mass(mesh, mass, __func__, &inverse_mass));
@@ -369,10 +345,6 @@ pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* 
 pli_status pli_mesh_set_node_position(pli_mesh* mesh, int node, pli_vec3 position) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     PLII_TRY(plii_check_mesh_node(mesh, node, __func__));
-    if (!plii_vec3_is_finite(position)) {
-        return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the position of node %d is (%g, %g, %g)", node,
-                         (double)position.x, (double)position.y, (double)position.z);
-    }
     PLII_TRY(plii_check_vec3_within(mesh->context, position, PLI_MAX_COORDINATE, "the position", __func__));
     mesh->positions[node] = position;
     return PLI_OK;

@@ -2,7 +2,7 @@
 #define PLII_MESH_IMPL_H
 
 #include "base/context.h"
-#include "math/vec.h"
+#include "math/range.h"
 #include "mesh/topology.h"
 #include "pliant/mesh.h"
 
@@ -38,8 +38,6 @@ pli_status plii_check_mesh_change(const pli_mesh* mesh, const char* function);
 /* PLI_OK, or the error of an index; messages name `function`. */
 pli_status plii_check_mesh_node(const pli_mesh* mesh, int node, const char* function);
 pli_status plii_check_mesh_material(const pli_mesh* mesh, int material, const char* function);
-/* PLI_OK when all points are finite; else the message names the first that is not. */
-pli_status plii_check_points(pli_context* context, int point_count, const pli_vec3* points, const char* function);
 
 /* 1 / mass, or 0 for a mass of 0; fails on a mass that is negative, not finite, or too small to be inverted. */
 pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* function, float* inverse_mass);

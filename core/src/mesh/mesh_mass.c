@@ -1,7 +1,6 @@
 /* Masses of mesh nodes. Sums and quotients are evaluated in the order of btSoftBody's setTotalMass, setVolumeMass and
    their relatives, so that inverse masses have the same bits; departures are named in mesh.h. */
 
-#include "math/range.h"
 #include "mesh/mesh_impl.h"
 
 #include <string.h>
@@ -16,17 +15,6 @@ static float mass_sum(int count, const float* inverse_masses) {
         mass += mass_of(inverse_masses[i]);
     }
     return mass;
-}
-
-static pli_status mass_check_positive(const pli_mesh* mesh, float value, const char* what, const char* function) {
-    if (!plii_is_finite(value)) {
-        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the %s is %g", what, (double)value);
-    }
-    if (!(value > 0.0f)) {
-        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function, "the %s is %g, it must be positive", what,
-                         (double)value);
-    }
-    return PLI_OK;
 }
 
 /* Scales to `mass` in all. Nothing is changed on failure. */
@@ -60,7 +48,7 @@ float pli_mesh_total_mass(const pli_mesh* mesh) {
 
 pli_status pli_mesh_set_total_mass(pli_mesh* mesh, float mass) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
     if (!(mass_sum(mesh->node_count, mesh->inverse_masses) > 0.0f)) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "none of the %d nodes can have a mass, all are pinned",
                          mesh->node_count);
@@ -155,19 +143,19 @@ finish:
 
 pli_status pli_mesh_set_total_mass_from_faces(pli_mesh* mesh, float mass) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
     return mass_distribute(mesh, mass, mass_gather_faces, "face with an area", __func__);
 }
 
 pli_status pli_mesh_set_total_mass_from_tetras(pli_mesh* mesh, float mass) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mass_check_positive(mesh, mass, "mass", __func__));
+    PLII_TRY(plii_check_between(mesh->context, mass, PLII_ABOVE_0, FLT_MAX, "the mass", __func__));
     return mass_distribute(mesh, mass, mass_gather_tetras, "tetrahedron with a volume", __func__);
 }
 
 pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
+    PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
     const float mass = fabsf(pli_mesh_volume(mesh)) * density;
     if (!(mass > 0.0f && plii_is_finite(mass))) {
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_MESH, "the faces enclose %g m^3 of %g kg/m^3",
@@ -178,7 +166,7 @@ pli_status pli_mesh_set_density_from_faces(pli_mesh* mesh, float density) {
 
 pli_status pli_mesh_set_density_from_tetras(pli_mesh* mesh, float density) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
-    PLII_TRY(mass_check_positive(mesh, density, "density", __func__));
+    PLII_TRY(plii_check_between(mesh->context, density, PLII_ABOVE_0, FLT_MAX, "the density", __func__));
     float measure = 0.0f;
     for (int i = 0; i < mesh->tetra_count; ++i) {
         measure += mass_tetra_measure(mesh, &mesh->tetras[i]);

@@ -1,6 +1,5 @@
 /* Motion, volume and bounds of a mesh, in the operation order of btSoftBody's transform, scale and getVolume. */
 
-#include "math/range.h"
 #include "mesh/mesh_impl.h"
 
 /* PLI_OK, or the error of a node that would be too far out. */

@@ -15,18 +15,6 @@ pli_vec3 plii_self_direction(int a, int b) {
     return plii_vec3_divide(v, sqrtf(pli_vec3_length_squared(v)));
 }
 
-pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
-                                 const char* name, const char* function) {
-    if (!plii_is_finite(value)) {
-        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
-    }
-    if (value < low || value > high || (is_open && value <= low)) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not in %c%g, %g]", name,
-                         (double)value, is_open ? '(' : '[', (double)low, (double)high);
-    }
-    return PLI_OK;
-}
-
 void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
                           pli_vec3* rest) {
     for (int i = 0; i < change->old_node_count; ++i) {

@@ -47,9 +47,6 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
 
 /* A unit vector that depends on the indices only, for points that coincide. */
 pli_vec3 plii_self_direction(int a, int b);
-/* PLI_OK, or the error of a value that is not finite or not in [low, high]; `low` itself is refused when open. */
-pli_status plii_self_check_value(const pli_body* body, float value, float low, float high, bool is_open,
-                                 const char* name, const char* function);
 
 /* Positions at rest of old and of new nodes. */
 void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,

@@ -8,7 +8,7 @@
    motions short in the same spirit. */
 
 #include "body/pipeline.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "self_collision/self_faces_impl.h"
 
 /* Of the thickness: how far constraints may move a node in a substep beyond its free motion. */
@@ -205,15 +205,16 @@ pli_self_faces_def pli_self_faces_def_default(void) {
     return (pli_self_faces_def){.thickness = 0.01f, .friction = 0.1f, .cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field self_faces_fields[] = {
+    PLII_FIELD(pli_self_faces_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_faces_def, friction, 0, 1),
+    PLII_FIELD(pli_self_faces_def, max_travel, 0, PLI_MAX_COORDINATE),
+};
+
 pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_faces_def used = def != NULL ? *def : pli_self_faces_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_faces_def_default()");
-    }
-    PLII_TRY(plii_self_check_value(body, used.thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", __func__));
-    PLII_TRY(plii_self_check_value(body, used.friction, 0.0f, 1.0f, false, "friction", __func__));
-    PLII_TRY(plii_self_check_value(body, used.max_travel, 0.0f, PLI_MAX_COORDINATE, false, "max_travel", __func__));
+    PLII_TRY_DEF(body->context, pli_self_faces_def, &used, self_faces_fields, __func__);
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }

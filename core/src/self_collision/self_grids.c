@@ -5,7 +5,7 @@
 #include "body/link_graph.h"
 #include "body/pipeline.h"
 #include "geometry/spatial_hash.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "self_collision/self_collision_impl.h"
 
 typedef struct self_grids_state {
@@ -148,14 +148,15 @@ pli_self_grids_def pli_self_grids_def_default(void) {
     return (pli_self_grids_def){.distance = 0.01f, .separation = 0.5f, .cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field self_grids_fields[] = {
+    PLII_FIELD(pli_self_grids_def, distance, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_grids_def, separation, PLII_ABOVE_0, 1),
+};
+
 pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_self_grids_def_default()");
-    }
-    PLII_TRY(plii_self_check_value(body, used.distance, 0.0f, PLI_MAX_COORDINATE, true, "distance", __func__));
-    PLII_TRY(plii_self_check_value(body, used.separation, 0.0f, 1.0f, true, "separation", __func__));
+    PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_grids_class, &data));
     self_grids_state* state = data;

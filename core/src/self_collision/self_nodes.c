@@ -5,7 +5,7 @@
 #include "math/simd_float4.h"
 
 #include "body/pipeline.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "self_collision/self_node_pairs.h"
 
 typedef struct self_nodes_state {
@@ -369,20 +369,16 @@ pli_self_collision_def pli_self_collision_def_default(void) {
         .thickness = 0.01f, .friction = 0.1f, .speed_limit_ratio = 0.2f, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status self_nodes_check(const pli_body* body, const pli_self_collision_def* def, const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_DEF, function, "start from pli_self_collision_def_default()");
-    }
-    PLII_TRY(plii_self_check_value(body, def->thickness, 0.0f, PLI_MAX_COORDINATE, true, "thickness", function));
-    PLII_TRY(plii_self_check_value(body, def->friction, 0.0f, 1.0f, false, "friction", function));
-    return plii_self_check_value(body, def->speed_limit_ratio, 0.0f, PLI_MAX_FACTOR, false, "speed_limit_ratio",
-                                 function);
-}
+static const plii_field self_nodes_fields[] = {
+    PLII_FIELD(pli_self_collision_def, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_self_collision_def, friction, 0, 1),
+    PLII_FIELD(pli_self_collision_def, speed_limit_ratio, 0, PLI_MAX_FACTOR),
+};
 
 pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collision_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
-    PLII_TRY(self_nodes_check(body, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
     self_nodes_state* state = data;

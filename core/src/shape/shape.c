@@ -1,7 +1,7 @@
 /* Life and queries of collision shapes. What a shape is lies in its callbacks; each built-in shape is a file of its
    own. */
 
-#include "math/range.h"
+#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include "base/handle.h"
@@ -43,19 +43,31 @@ pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* d
     return PLI_OK;
 }
 
+pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
+                                      const int* triangles, const char* function) {
+    if (points == NULL || triangles == NULL) {
+        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
+    }
+    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
+        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
+                         triangle_count);
+    }
+    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
+    for (int i = 0; i < 3 * triangle_count; ++i) {
+        if (triangles[i] < 0 || triangles[i] >= point_count) {
+            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
+        }
+    }
+    return PLI_OK;
+}
+
 pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    if (def == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "def was not made by pli_shape_def_default");
-    }
+    PLII_TRY(PLII_CHECK_MADE(context, pli_shape_def, def, __func__));
     if (def->distances == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->distances is null"); }
     if (def->bounds == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->bounds is null"); }
-    if (!(def->radius >= 0.0f) || !plii_is_finite(def->radius)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "def->radius is %g, negative or not finite",
-                         (double)def->radius);
-    }
-    PLII_TRY(plii_check_within(context, def->radius, PLI_MAX_COORDINATE, "def->radius", __func__));
+    PLII_TRY(plii_check_between(context, def->radius, 0.0f, PLI_MAX_COORDINATE, "def->radius", __func__));
     return shape_allocate(context, def, __func__, shape);
 }
 

@@ -69,14 +69,8 @@ static pli_vec3 box_support(const void* user, pli_vec3 direction) {
 
 pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    if (!plii_vec3_is_finite(half_extents)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "half_extents is not finite");
-    }
-    if (!(half_extents.x > 0.0f && half_extents.y > 0.0f && half_extents.z > 0.0f)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "half_extents is (%g, %g, %g), all must be above 0",
-                         (double)half_extents.x, (double)half_extents.y, (double)half_extents.z);
-    }
-    PLII_TRY(plii_check_vec3_within(context, half_extents, PLI_MAX_COORDINATE, "half_extents", __func__));
+    PLII_TRY(
+        plii_check_vec3_between(context, half_extents, PLII_ABOVE_0, PLI_MAX_COORDINATE, "half_extents", __func__));
     const box_data box = {half_extents};
     pli_shape_def def = pli_shape_def_default();
     def.distances = box_distances;

@@ -46,12 +46,8 @@ static pli_vec3 capsule_support(const void* user, pli_vec3 direction) {
 
 pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment, float radius, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    if (!plii_vec3_is_finite(half_segment) || !plii_is_finite(radius)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "half_segment or radius is not finite");
-    }
-    if (!(radius > 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
     PLII_TRY(plii_check_vec3_within(context, half_segment, PLI_MAX_COORDINATE, "half_segment", __func__));
-    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const float squared = pli_vec3_length_squared(half_segment);
     capsule_data capsule = {half_segment, 0.0f, radius, {1, 0, 0}};
     if (squared >= PLII_SHAPE_TINY_SQUARED) {

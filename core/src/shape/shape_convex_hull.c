@@ -230,14 +230,7 @@ pli_status pli_shape_create_convex_hull(pli_context* context, int point_count, c
                                         pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "points is null"); }
-    if (!plii_is_finite(radius)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "radius is not finite"); }
-    if (!(radius >= 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
-    for (int i = 0; i < point_count; ++i) {
-        if (!plii_vec3_is_finite(points[i])) {
-            return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "point %d is not finite", i);
-        }
-    }
-    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_between(context, radius, 0.0f, PLI_MAX_COORDINATE, "radius", __func__));
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));
     plii_convex_hull source = {0};
     PLII_TRY(plii_convex_hull_create(context, point_count, points, 0.0f, __func__, &source));

@@ -30,6 +30,9 @@ pli_status plii_shape_create_owning(pli_context* context, const pli_shape_def* d
                                     const char* function, pli_shape** shape);
 /* The arguments that all creating functions share. */
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function);
+/* Points and triangles as a surface is made from. */
+pli_status plii_shape_check_triangles(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
+                                      const int* triangles, const char* function);
 
 /* For the library's own references, at any time. */
 void plii_shape_retain(pli_shape* shape);

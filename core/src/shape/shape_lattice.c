@@ -229,11 +229,8 @@ static void lattice_destroy(void* user) {
 pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     PLII_TRY(plii_check_handle(source, PLII_HANDLE_SHAPE, context, NULL, __func__));
-    if (!plii_is_finite(voxel_size)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "voxel_size is not finite"); }
-    if (!(voxel_size > 0.0f && plii_is_finite(1.0f / voxel_size))) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "voxel_size is %g", (double)voxel_size);
-    }
-    PLII_TRY(plii_check_within(context, voxel_size, PLI_MAX_COORDINATE, "voxel_size", __func__));
+    /* The smallest normal number has a finite inverse. */
+    PLII_TRY(plii_check_between(context, voxel_size, PLII_ABOVE_0, PLI_MAX_COORDINATE, "voxel_size", __func__));
     lattice_cache* cache = plii_allocate(context, sizeof *cache);
     if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
     const lattice_data lattice = {context, source, voxel_size, cache};

@@ -3,7 +3,7 @@
 
 #include "geometry/sdf_grid.h"
 #include "math/bounds.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 /* Cells of padding when the user names none, and the least. */
@@ -101,41 +101,10 @@ static pli_bounds sampled_mesh_bounds(const void* user) {
 
 // -------------------------------------------------------------------------------------------------------- making
 
-static pli_status sampled_mesh_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
-                                     const int* triangles, const pli_sampled_mesh_def* def, const char* function) {
-    if (points == NULL || triangles == NULL) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
-    }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_sampled_mesh_def_default");
-    }
-    if (!plii_is_finite(def->cell_size) || !plii_is_finite(def->padding)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "def->cell_size or def->padding is not finite");
-    }
-    if (def->cell_size < 0.0f || def->padding < 0.0f) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->cell_size is %g, def->padding is %g",
-                         (double)def->cell_size, (double)def->padding);
-    }
-    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
-        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
-                         triangle_count);
-    }
-    for (int i = 0; i < point_count; ++i) {
-        if (!plii_vec3_is_finite(points[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
-        }
-    }
-    PLII_TRY(plii_check_within(context, def->cell_size, PLI_MAX_COORDINATE, "def->cell_size", function));
-    PLII_TRY(plii_check_within(context, def->padding, PLI_MAX_COORDINATE, "def->padding", function));
-    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
-    for (int i = 0; i < 3 * triangle_count; ++i) {
-        if (triangles[i] < 0 || triangles[i] >= point_count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
-        }
-    }
-    return PLI_OK;
-}
+static const plii_field sampled_mesh_fields[] = {
+    PLII_FIELD(pli_sampled_mesh_def, cell_size, 0, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_sampled_mesh_def, padding, 0, PLI_MAX_COORDINATE),
+};
 
 /* Of the points that triangles use. */
 static pli_bounds sampled_mesh_used_bounds(const pli_vec3* points, int triangle_count, const int* triangles) {
@@ -220,7 +189,8 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
                                          pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     const pli_sampled_mesh_def used = def != NULL ? *def : pli_sampled_mesh_def_default();
-    PLII_TRY(sampled_mesh_check(context, point_count, points, triangle_count, triangles, &used, __func__));
+    PLII_TRY_DEF(context, pli_sampled_mesh_def, &used, sampled_mesh_fields, __func__);
+    PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));
     sampled_mesh mesh = {.context = context};
     const pli_bounds bounds = sampled_mesh_used_bounds(points, triangle_count, triangles);
     PLII_TRY(sampled_mesh_fit_grid(&mesh, bounds, &used, __func__));

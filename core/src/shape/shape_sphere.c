@@ -37,9 +37,7 @@ static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
 
 pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    if (!plii_is_finite(radius)) { return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "radius is not finite"); }
-    if (!(radius > 0.0f)) { return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "radius is %g", (double)radius); }
-    PLII_TRY(plii_check_within(context, radius, PLI_MAX_COORDINATE, "radius", __func__));
+    PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
     const sphere_data sphere = {radius};
     pli_shape_def def = pli_shape_def_default();
     def.distances = sphere_distances;

@@ -428,39 +428,12 @@ static void surface_destroy(void* user) {
     plii_bvh_free(surface->context, &surface->tree);
 }
 
-static pli_status surface_check(pli_context* context, int point_count, const pli_vec3* points, int triangle_count,
-                                const int* triangles, float thickness, const char* function) {
-    if (points == NULL || triangles == NULL) {
-        return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "points or triangles is null");
-    }
-    if (point_count <= 0 || triangle_count <= 0 || triangle_count > INT32_MAX / 6) {
-        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "there are %d points and %d triangles", point_count,
-                         triangle_count);
-    }
-    if (!(thickness > 0.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "thickness is %g", (double)thickness);
-    }
-    for (int i = 0; i < point_count; ++i) {
-        if (!plii_vec3_is_finite(points[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "point %d is not finite", i);
-        }
-    }
-    PLII_TRY(plii_check_within(context, thickness, PLI_MAX_COORDINATE, "thickness", function));
-    PLII_TRY(plii_check_finite_points(context, point_count, points, "point", function));
-    for (int i = 0; i < 3 * triangle_count; ++i) {
-        if (triangles[i] < 0 || triangles[i] >= point_count) {
-            return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                             "triangle %d names point %d, there are %d points", i / 3, triangles[i], point_count);
-        }
-    }
-    return PLI_OK;
-}
-
 pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count, const pli_vec3* points,
                                           int triangle_count, const int* triangles, float thickness,
                                           pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
-    PLII_TRY(surface_check(context, point_count, points, triangle_count, triangles, thickness, __func__));
+    PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));
+    PLII_TRY(plii_check_between(context, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE, "thickness", __func__));
     surface_shape made = {0};
     surface_data* surface = &made.surface;
     surface->context = context;

@@ -4,7 +4,7 @@
 #include "body/world_state.h"
 #include "math/bounds.h"
 
-#include "math/range.h"
+#include "math/definition.h"
 #include "shape/shape_impl.h"
 
 #include <string.h>
@@ -27,28 +27,17 @@ pli_world_def pli_world_def_default(void) {
     };
 }
 
+static const plii_field world_fields[] = {
+    PLII_FIELD(pli_world_def, gravity, -PLI_MAX_ACCELERATION, PLI_MAX_ACCELERATION),
+    PLII_FIELD(pli_world_def, air_density, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_world_def, max_force_displacement, PLII_ABOVE_0, PLI_MAX_COORDINATE),
+};
+
 pli_status pli_world_create(pli_context* context, const pli_world_def* def, pli_world** world) {
     PLII_TRY(plii_check_context_change(context, __func__));
     if (world == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "world is null"); }
     const pli_world_def used = def != NULL ? *def : pli_world_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_DEF, "start from pli_world_def_default()");
-    }
-    if (!plii_vec3_is_finite(used.gravity)) {
-        return PLII_FAIL(context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
-    }
-    if (!(used.air_density >= 0.0f) || !plii_is_finite(used.air_density)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "air_density %g is negative or not finite",
-                         (double)used.air_density);
-    }
-    if (!(used.max_force_displacement > 0.0f)) {
-        return PLII_FAIL(context, PLI_ERROR_INVALID_VALUE, "max_force_displacement %g is not positive",
-                         (double)used.max_force_displacement);
-    }
-    PLII_TRY(plii_check_vec3_within(context, used.gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
-    PLII_TRY(plii_check_within(context, used.air_density, PLI_MAX_COEFFICIENT, "air_density", __func__));
-    PLII_TRY(plii_check_within(context, used.max_force_displacement, PLI_MAX_COORDINATE, "max_force_displacement",
-                               __func__));
+    PLII_TRY_DEF(context, pli_world_def, &used, world_fields, __func__);
     pli_world* made = plii_handle_create(context, PLII_HANDLE_WORLD, sizeof *made);
     if (made == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the world"); }
     made->context = context;
@@ -83,9 +72,6 @@ void* pli_world_get_user_data(const pli_world* world) {
 
 pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    if (!plii_vec3_is_finite(gravity)) {
-        return PLII_FAIL(world->context, PLI_ERROR_NOT_FINITE, "gravity is not finite");
-    }
     PLII_TRY(plii_check_vec3_within(world->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
     world->def.gravity = gravity;
     return PLI_OK;

@@ -6,7 +6,7 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "solver/implicit/implicit_system.h"
 
 #include <string.h>
@@ -430,45 +430,20 @@ pli_implicit_def pli_implicit_def_default(void) {
     return (pli_implicit_def){.stiffness = 1000.0f, .sweeps = 5, .tolerance = 1e-4f, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status implicit_check(pli_context* context, const pli_implicit_def* def, const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_implicit_def_default()");
-    }
-    if (!plii_is_finite(def->stiffness) || !plii_is_finite(def->damping)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "stiffness is %g and damping is %g",
-                         (double)def->stiffness, (double)def->damping);
-    }
-    if (def->stiffness < 0.0f || def->damping < 0.0f) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "stiffness is %g and damping is %g, at least 0 is allowed", (double)def->stiffness,
-                         (double)def->damping);
-    }
-    PLII_TRY(plii_check_within(context, def->stiffness, PLI_MAX_COEFFICIENT, "stiffness", function));
-    PLII_TRY(plii_check_within(context, def->damping, PLI_MAX_COEFFICIENT, "damping", function));
-    if (def->sweeps < 1) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "%d sweeps are not stable, take 1, 3, 5 or another odd number", def->sweeps);
-    }
-    const int method = (int)def->method, start = (int)def->start;
-    if (method < PLI_IMPLICIT_JACOBI || method > PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no method %d, the last one is %d",
-                         method, PLI_IMPLICIT_CONJUGATE_GRADIENT);
-    }
-    if (start != PLI_IMPLICIT_START_IN_FREE_FLIGHT && start != PLI_IMPLICIT_START_AT_REST) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "there is no start %d, the last one is %d", start,
-                         PLI_IMPLICIT_START_AT_REST);
-    }
-    if (!(def->tolerance > 0.0f && def->tolerance < 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "tolerance %g is not in (0, 1)",
-                         (double)def->tolerance);
-    }
-    return PLI_OK;
-}
+/* A tolerance of 1 is not below the first residual. */
+static const plii_field implicit_fields[] = {
+    PLII_FIELD(pli_implicit_def, stiffness, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_implicit_def, damping, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_implicit_def, sweeps, 1, INT_MAX),
+    PLII_FIELD(pli_implicit_def, method, PLI_IMPLICIT_JACOBI, PLI_IMPLICIT_CONJUGATE_GRADIENT),
+    PLII_FIELD(pli_implicit_def, start, PLI_IMPLICIT_START_IN_FREE_FLIGHT, PLI_IMPLICIT_START_AT_REST),
+    PLII_FIELD(pli_implicit_def, tolerance, PLII_ABOVE_0, 1.0f - FLT_EPSILON / 2.0f),
+};
 
 pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_implicit_def used = def != NULL ? *def : pli_implicit_def_default();
-    PLII_TRY(implicit_check(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_implicit_def, &used, implicit_fields, __func__);
     PLII_TRY(plii_solver_check_change(body, &implicit_solver, __func__));
     const bool is_new = body->solver_class != &implicit_solver;
     void* data = NULL;

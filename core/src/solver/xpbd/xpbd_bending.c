@@ -1,7 +1,7 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
-#include "math/range.h"
+#include "math/definition.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -274,14 +274,15 @@ pli_xpbd_bending_def pli_xpbd_bending_def_default(void) {
     return (pli_xpbd_bending_def){.cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field xpbd_bending_fields[] = {
+    PLII_FIELD(pli_xpbd_bending_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_bending_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_bending_def_default()");
-    }
-    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, used.damping, PLI_MAX_COEFFICIENT, "damping", __func__));
+    PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "bending is between faces, the body has none");
     }

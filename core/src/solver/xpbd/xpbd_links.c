@@ -1,7 +1,7 @@
 /* XPBD: lengths of the links, C = |x_b - x_a| - rest length, colour by colour. */
 
 #include "body/pipeline.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "solver/coloring/links_kernel.h"
 #include "solver/xpbd/xpbd_impl.h"
 
@@ -141,16 +141,17 @@ pli_xpbd_links_def pli_xpbd_links_def_default(void) {
     return (pli_xpbd_links_def){.cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field xpbd_links_fields[] = {
+    PLII_FIELD(pli_xpbd_links_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, bending_compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_links_def, damping, 0, PLI_MAX_COEFFICIENT),
+};
+
 pli_status pli_body_enable_xpbd_links(pli_body* body, const pli_xpbd_links_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_links_def defaults = pli_xpbd_links_def_default();
     if (def == NULL) { def = &defaults; }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_links_def_default()");
-    }
-    PLII_TRY(plii_xpbd_check_value(body, def->compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->bending_compliance, PLI_MAX_COEFFICIENT, "bending_compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, def->damping, PLI_MAX_COEFFICIENT, "damping", __func__));
+    PLII_TRY_DEF(body->context, pli_xpbd_links_def, def, xpbd_links_fields, __func__);
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_links_kind, __func__, &state));
     ((xpbd_links_state*)state)->def = *def;

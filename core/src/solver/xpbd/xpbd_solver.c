@@ -6,7 +6,7 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 enum {
@@ -387,14 +387,7 @@ pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind
 
 pli_status plii_xpbd_check_value(const pli_body* body, float value, float limit, const char* name,
                                  const char* function) {
-    if (!plii_is_finite(value)) {
-        return plii_fail(body->context, PLI_ERROR_NOT_FINITE, function, "%s is %g", name, (double)value);
-    }
-    if (value < 0.0f) {
-        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, at least 0 is allowed", name,
-                         (double)value);
-    }
-    return plii_check_within(body->context, value, limit, name, function);
+    return plii_check_between(body->context, value, 0.0f, limit, name, function);
 }
 
 // --------------------------------------------------------------------------------------------------------- settings
@@ -403,21 +396,15 @@ pli_xpbd_def pli_xpbd_def_default(void) {
     return (pli_xpbd_def){.substeps = 10, .sweeps = 1, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_status xpbd_check(pli_context* context, const pli_xpbd_def* def, const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_xpbd_def_default()");
-    }
-    if (def->substeps < 1 || def->sweeps < 1) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "substeps is %d and sweeps is %d, at least 1 is needed", def->substeps, def->sweeps);
-    }
-    return PLI_OK;
-}
+static const plii_field xpbd_fields[] = {
+    PLII_FIELD(pli_xpbd_def, substeps, 1, INT_MAX),
+    PLII_FIELD(pli_xpbd_def, sweeps, 1, INT_MAX),
+};
 
 pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_def used = def != NULL ? *def : pli_xpbd_def_default();
-    PLII_TRY(xpbd_check(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_xpbd_def, &used, xpbd_fields, __func__);
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
     void* data = NULL;

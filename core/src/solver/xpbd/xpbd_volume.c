@@ -3,7 +3,7 @@
 
 #include "math/simd_float4.h"
 
-#include "math/range.h"
+#include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
 
 #include <string.h>
@@ -152,14 +152,15 @@ pli_xpbd_volume_def pli_xpbd_volume_def_default(void) {
     return (pli_xpbd_volume_def){.pressure_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
 }
 
+static const plii_field xpbd_volume_fields[] = {
+    PLII_FIELD(pli_xpbd_volume_def, compliance, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_xpbd_volume_def, pressure_ratio, 0, PLI_MAX_FACTOR),
+};
+
 pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def* def) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
-    if (used.cookie != PLII_DEF_COOKIE) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_DEF, "start from pli_xpbd_volume_def_default()");
-    }
-    PLII_TRY(plii_xpbd_check_value(body, used.compliance, PLI_MAX_COEFFICIENT, "compliance", __func__));
-    PLII_TRY(plii_xpbd_check_value(body, used.pressure_ratio, PLI_MAX_FACTOR, "pressure_ratio", __func__));
+    PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
