@@ -18,6 +18,8 @@
 #include "pliant/body.h"
 #include "pliant/rigid.h"
 
+#include <stddef.h>
+
 typedef struct plii_step {
     float dt;         /* s, scaled by the body's time scale */
     float inverse_dt; /* 1/s */
@@ -78,6 +80,28 @@ typedef struct plii_topology_change {
 
 #define PLII_MAX_TOPOLOGY_BLOCKS 16
 
+/* What the length of an array follows. */
+typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
+
+/* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
+   again by the new size when a cut changes the body. A list grows by PLII_RESERVE. Both are counted with the feature
+   and freed after it is disabled. */
+typedef struct plii_feature_array {
+    size_t member; /* offset of the pointer */
+    size_t element_size;
+    plii_array_length length;
+    size_t capacity;  /* of a list: offset of its capacity in the state */
+    int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
+    int more;         /* elements */
+    bool is_in_body;  /* the pointer is a member of the body, not of the state */
+    bool is_optional; /* the feature allocates it when it wants to; it follows the body then */
+    bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
+} plii_feature_array;
+
+#define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
+#define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
+    PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
+
 struct plii_substep_class;
 
 typedef struct plii_feature_class {
@@ -85,6 +109,7 @@ typedef struct plii_feature_class {
     size_t state_size; /* bytes, zeroed when enabled, freed with the feature */
     /* Features (services) this one reads, NULL-ended; enabled first and shared by count. NULL: none. */
     const struct plii_feature_class* const* needs;
+    const plii_feature_array* arrays; /* ended by an element size of 0; NULL: none */
     struct {
         plii_run_fn* run; /* NULL: nothing in this stage */
         int order;
@@ -94,7 +119,8 @@ typedef struct plii_feature_class {
     const struct plii_substep_class* substepped;
 
     /* All optional. */
-    pli_status (*enable)(pli_body* body, void* state); /* after the needs; must leave nothing behind on failure */
+    /* After the needs, with its arrays; must leave nothing behind on failure. */
+    pli_status (*enable)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
        and the step tells. Out of memory is the only error here. */
@@ -108,7 +134,7 @@ typedef struct plii_feature_class {
     void (*on_body_removed)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
     void (*on_clusters_removed)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
     void (*on_topology_changed)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
-    size_t (*bytes)(const pli_body* body, const void* state);                        /* memory beyond state_size */
+    size_t (*bytes)(const pli_body* body, const void* state);                        /* beyond state and arrays */
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*reserve)(pli_body* body, void* state);
@@ -117,8 +143,9 @@ typedef struct plii_feature_class {
        enabling, needs first. First each asks for the blocks of memory that it will want: it writes their sizes (0: NULL
        comes later) and returns how many there are; the body is as before. When memory suffices for all, each gets its
        blocks, zeroed, and the body with its new nodes, links and faces, and must not fail. The blocks are its own then;
-       what it held before it releases by the old counts. Needed by everything that keeps data per node, link or face,
-       and by what keeps contacts, which end. */
+       what it held before it releases by the old counts. Before them in `blocks` come the old arrays of its table,
+       which are freed afterwards; the new ones are in place. Needed by everything else that keeps data per node, link
+       or face, and by what keeps lists, as of contacts, which end. */
     int (*topology_blocks)(const pli_body* body, const void* state, const plii_topology_change* change, size_t* sizes);
     void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** blocks);
 } plii_feature_class;

@@ -2,16 +2,6 @@
 
 #include "body/link_graph.h"
 
-static size_t link_graph_begin_size(int node_count) {
-    return ((size_t)node_count + 1) * sizeof(int);
-}
-static size_t link_graph_halves_size(int link_count) {
-    return 2 * (size_t)link_count * sizeof(plii_half_link);
-}
-static size_t link_graph_components_size(int node_count) {
-    return (size_t)node_count * sizeof(int);
-}
-
 static void link_graph_fill_rows(const pli_body* body, plii_link_graph* graph) {
     int* begin = graph->begin;
     for (int i = 0; i < body->link_count; ++i) {
@@ -59,61 +49,28 @@ static void link_graph_fill(const pli_body* body, plii_link_graph* graph) {
     link_graph_fill_components(body, graph->components);
 }
 
-static void link_graph_release(pli_body* body, plii_link_graph* graph, int node_count, int link_count) {
-    plii_release(body->context, graph->begin, link_graph_begin_size(node_count));
-    plii_release(body->context, graph->halves, link_graph_halves_size(link_count));
-    plii_release(body->context, graph->components, link_graph_components_size(node_count));
-    *graph = (plii_link_graph){0};
-}
-
 static pli_status link_graph_enable(pli_body* body, void* state) {
-    plii_link_graph* graph = state;
-    graph->begin = plii_allocate(body->context, link_graph_begin_size(body->node_count));
-    graph->halves = plii_allocate(body->context, link_graph_halves_size(body->link_count));
-    graph->components = plii_allocate(body->context, link_graph_components_size(body->node_count));
-    if (graph->begin == NULL || (graph->halves == NULL && body->link_count > 0) || graph->components == NULL) {
-        link_graph_release(body, graph, body->node_count, body->link_count);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    link_graph_fill(body, graph);
+    link_graph_fill(body, state);
     return PLI_OK;
 }
 
-static void link_graph_disable(pli_body* body, void* state) {
-    link_graph_release(body, state, body->node_count, body->link_count);
-}
-
-static size_t link_graph_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return link_graph_begin_size(body->node_count) + link_graph_halves_size(body->link_count) +
-           link_graph_components_size(body->node_count);
-}
-
-static int link_graph_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                      size_t* sizes) {
-    (void)body;
-    (void)state;
-    sizes[0] = link_graph_begin_size(change->node_count);
-    sizes[1] = link_graph_halves_size(change->link_count);
-    sizes[2] = link_graph_components_size(change->node_count);
-    return 3;
-}
-
 static void link_graph_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    plii_link_graph* graph = state;
-    link_graph_release(body, graph, change->old_node_count, change->old_link_count);
-    graph->begin = blocks[0];
-    graph->halves = blocks[1];
-    graph->components = blocks[2];
-    link_graph_fill(body, graph);
+    (void)change;
+    (void)blocks;
+    link_graph_fill(body, state);
 }
+
+static const plii_feature_array link_graph_arrays[] = {
+    {PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1},
+    {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2},
+    {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE},
+    {0},
+};
 
 const plii_feature_class plii_link_graph_class = {
     .name = "link graph",
     .state_size = sizeof(plii_link_graph),
+    .arrays = link_graph_arrays,
     .enable = link_graph_enable,
-    .disable = link_graph_disable,
-    .bytes = link_graph_bytes,
-    .topology_blocks = link_graph_topology_blocks,
     .topology_commit = link_graph_topology_commit,
 };

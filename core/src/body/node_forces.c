@@ -4,47 +4,12 @@
 
 #include "body/body_impl.h"
 
-#include <string.h>
-
-static pli_status forces_enable(pli_body* body, void* state) {
-    (void)state;
-    body->forces = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->forces);
-    return body->forces != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static size_t forces_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return (size_t)body->node_count * sizeof *body->forces;
-}
-
-static void forces_disable(pli_body* body, void* state) {
-    plii_release(body->context, body->forces, forces_bytes(body, state));
-    body->forces = NULL;
-}
-
-static int forces_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                  size_t* sizes) {
-    (void)state;
-    sizes[0] = (size_t)change->node_count * sizeof *body->forces;
-    return 1;
-}
-
-static void forces_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    (void)state;
-    const size_t old_size = (size_t)change->old_node_count * sizeof *body->forces;
-    memcpy(blocks[0], body->forces, old_size);
-    plii_release(body->context, body->forces, old_size);
-    body->forces = blocks[0];
-}
-
-const plii_feature_class plii_forces_class = {
-    .name = "forces",
-    .enable = forces_enable,
-    .disable = forces_disable,
-    .bytes = forces_bytes,
-    .topology_blocks = forces_topology_blocks,
-    .topology_commit = forces_topology_commit,
+static const plii_feature_array forces_arrays[] = {
+    {PLII_MEMBER(pli_body, forces), PLII_PER_NODE, .is_in_body = true, .is_kept = true},
+    {0},
 };
+
+const plii_feature_class plii_forces_class = {.name = "forces", .arrays = forces_arrays};
 
 void plii_forces_add_along_normals(pli_body* body, float scale) {
     const plii_float4 zero = plii_float4_all(0.0f), all_scale = plii_float4_all(scale);

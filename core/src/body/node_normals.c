@@ -55,61 +55,24 @@ static void normals_refresh(pli_body* body, void* data, const plii_step* step) {
     memcpy(&body->normals[i], last, (size_t)(count - i) * sizeof *last);
 }
 
-static size_t normals_bytes(const pli_body* body, const void* data) {
-    const normals_state* state = data;
-    return (size_t)body->node_count * (sizeof *body->normals + sizeof *state->sums);
-}
-
-static void normals_release(pli_body* body, normals_state* state, size_t count) {
-    plii_release(body->context, body->normals, count * sizeof *body->normals);
-    plii_release(body->context, state->sums, count * sizeof *state->sums);
-    body->normals = NULL;
-    state->sums = NULL;
-}
-
-static void normals_disable(pli_body* body, void* data) {
-    normals_release(body, data, (size_t)body->node_count);
-}
-
 static pli_status normals_enable(pli_body* body, void* data) {
-    normals_state* state = data;
-    const size_t count = (size_t)body->node_count;
-    body->normals = plii_allocate(body->context, count * sizeof *body->normals);
-    state->sums = plii_allocate(body->context, count * sizeof *state->sums);
-    if (body->normals == NULL || state->sums == NULL) {
-        normals_disable(body, data);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
     normals_refresh(body, data, &body->step);
     return PLI_OK;
 }
 
-static int normals_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                   size_t* sizes) {
-    const normals_state* state = data;
-    (void)state;
-    sizes[0] = (size_t)change->node_count * sizeof *body->normals;
-    sizes[1] = (size_t)change->node_count * sizeof *state->sums;
-    return 2;
-}
-
-/* The refresh after the change fills them. */
-static void normals_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    normals_state* state = data;
-    normals_release(body, state, (size_t)change->old_node_count);
-    body->normals = blocks[0];
-    state->sums = blocks[1];
-}
+/* After a cut the refresh fills them. */
+static const plii_feature_array normals_arrays[] = {
+    {PLII_MEMBER(pli_body, normals), PLII_PER_NODE, .is_in_body = true},
+    {PLII_MEMBER(normals_state, sums), PLII_PER_NODE},
+    {0},
+};
 
 const plii_feature_class plii_normals_class = {
     .name = "normals",
     .state_size = sizeof(normals_state),
+    .arrays = normals_arrays,
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
     .enable = normals_enable,
-    .disable = normals_disable,
-    .bytes = normals_bytes,
-    .topology_blocks = normals_topology_blocks,
-    .topology_commit = normals_topology_commit,
 };
 
 // ---------------------------------------------------------------------------------------------- normals of faces
@@ -124,45 +87,21 @@ static void face_normals_refresh(pli_body* body, void* state, const plii_step* s
     }
 }
 
-static size_t face_normals_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return (size_t)body->topology->face_count * sizeof *body->face_normals;
-}
-
-static void face_normals_disable(pli_body* body, void* state) {
-    plii_release(body->context, body->face_normals, face_normals_bytes(body, state));
-    body->face_normals = NULL;
-}
-
 static pli_status face_normals_enable(pli_body* body, void* state) {
-    body->face_normals = plii_allocate(body->context, face_normals_bytes(body, state));
-    if (body->face_normals == NULL && body->topology->face_count > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
     face_normals_refresh(body, state, &body->step);
     return PLI_OK;
 }
 
-static int face_normals_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                        size_t* sizes) {
-    (void)state;
-    sizes[0] = (size_t)change->face_count * sizeof *body->face_normals;
-    return 1;
-}
-
-static void face_normals_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
-                                         void** blocks) {
-    (void)state;
-    plii_release(body->context, body->face_normals, (size_t)change->old_face_count * sizeof *body->face_normals);
-    body->face_normals = blocks[0];
-}
+static const plii_feature_array face_normals_arrays[] = {
+    {PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true},
+    {0},
+};
 
 const plii_feature_class plii_face_normals_class = {
     .name = "face normals",
+    .arrays = face_normals_arrays,
     .stages[PLII_STAGE_REFRESH] = {.run = face_normals_refresh},
     .enable = face_normals_enable,
-    .disable = face_normals_disable,
-    .bytes = face_normals_bytes,
-    .topology_blocks = face_normals_topology_blocks,
-    .topology_commit = face_normals_topology_commit,
 };
 
 static float normals_doubled_area(const pli_body* body, const int face[3]) {
@@ -171,20 +110,6 @@ static float normals_doubled_area(const pli_body* body, const int face[3]) {
 }
 
 // ----------------------------------------------------------------------------------------------------- areas
-
-static size_t areas_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return (size_t)body->node_count * sizeof *body->areas +
-           (size_t)body->topology->face_count * sizeof *body->face_areas;
-}
-
-static void areas_disable(pli_body* body, void* state) {
-    (void)state;
-    plii_release(body->context, body->areas, (size_t)body->node_count * sizeof *body->areas);
-    plii_release(body->context, body->face_areas, (size_t)body->topology->face_count * sizeof *body->face_areas);
-    body->areas = NULL;
-    body->face_areas = NULL;
-}
 
 /* Means over the faces around; `counts` [node_count] is zeroed scratch, and so are the areas. */
 static void areas_of_nodes(pli_body* body, int* counts) {
@@ -201,54 +126,49 @@ static void areas_of_nodes(pli_body* body, int* counts) {
 }
 
 static pli_status areas_enable(pli_body* body, void* state) {
-    const int node_count = body->node_count, face_count = body->topology->face_count;
-    body->areas = plii_allocate(body->context, (size_t)node_count * sizeof *body->areas);
-    body->face_areas = plii_allocate(body->context, (size_t)face_count * sizeof *body->face_areas);
-    int* counts = plii_allocate(body->context, (size_t)node_count * sizeof *counts);
-    if (body->areas == NULL || (body->face_areas == NULL && face_count > 0) || counts == NULL) {
-        plii_release(body->context, counts, (size_t)node_count * sizeof *counts);
-        areas_disable(body, state);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    for (int i = 0; i < face_count; ++i) {
+    (void)state;
+    const size_t counts_size = (size_t)body->node_count * sizeof(int);
+    int* counts = plii_allocate(body->context, counts_size);
+    if (counts == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    for (int i = 0; i < body->topology->face_count; ++i) {
         body->face_areas[i] = normals_doubled_area(body, body->topology->faces[i]);
     }
     areas_of_nodes(body, counts);
-    plii_release(body->context, counts, (size_t)node_count * sizeof *counts);
+    plii_release(body->context, counts, counts_size);
     return PLI_OK;
 }
 
 static int areas_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
                                  size_t* sizes) {
+    (void)body;
     (void)state;
-    sizes[0] = (size_t)change->node_count * sizeof *body->areas;
-    sizes[1] = (size_t)change->face_count * sizeof *body->face_areas;
-    sizes[2] = (size_t)change->node_count * sizeof(int);
-    return 3;
+    sizes[0] = (size_t)change->node_count * sizeof(int);
+    return 1;
 }
 
 /* Parts of a face share its area at rest. */
 static void areas_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
     (void)state;
-    float* face_areas = blocks[1];
+    const float* old_face_areas = blocks[1];
     for (int i = 0; i < change->face_count; ++i) {
         const plii_face_origin origin = change->face_origins[i];
-        face_areas[i] = change->takes_rest_shape ? normals_doubled_area(body, body->topology->faces[i])
-                                                 : body->face_areas[origin.parent] * origin.share;
+        body->face_areas[i] = change->takes_rest_shape ? normals_doubled_area(body, body->topology->faces[i])
+                                                       : old_face_areas[origin.parent] * origin.share;
     }
-    plii_release(body->context, body->areas, (size_t)change->old_node_count * sizeof *body->areas);
-    plii_release(body->context, body->face_areas, (size_t)change->old_face_count * sizeof *body->face_areas);
-    body->areas = blocks[0];
-    body->face_areas = face_areas;
     areas_of_nodes(body, blocks[2]);
     plii_release(body->context, blocks[2], (size_t)change->node_count * sizeof(int));
 }
 
+static const plii_feature_array areas_arrays[] = {
+    {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true},
+    {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true},
+    {0},
+};
+
 const plii_feature_class plii_areas_class = {
     .name = "areas",
+    .arrays = areas_arrays,
     .enable = areas_enable,
-    .disable = areas_disable,
-    .bytes = areas_bytes,
     .topology_blocks = areas_topology_blocks,
     .topology_commit = areas_topology_commit,
 };

@@ -2,6 +2,7 @@
 
 #include "body/pipeline.h"
 
+#include "body/feature_arrays.h"
 #include "body/world_state.h"
 
 static int feature_find(const pli_body* body, const plii_feature_class* klass) {
@@ -71,11 +72,17 @@ static void feature_drop_needs(pli_body* body, const plii_feature_class* klass) 
     }
 }
 
+static void feature_release(pli_body* body, const plii_feature* feature) {
+    const plii_feature_class* klass = feature->klass;
+    if (klass->disable != NULL) { klass->disable(body, feature->state); }
+    plii_feature_arrays_release(body, klass, feature->state);
+    plii_release(body->context, feature->state, klass->state_size);
+}
+
 static void feature_remove(pli_body* body, int index) {
     plii_pipeline* pipeline = &body->pipeline;
     const plii_feature feature = pipeline->features[index];
-    if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
-    plii_release(body->context, feature.state, feature.klass->state_size);
+    feature_release(body, &feature);
     for (int i = index; i + 1 < pipeline->feature_count; ++i) {
         pipeline->features[i] = pipeline->features[i + 1];
     }
@@ -108,12 +115,12 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     }
     void* state = plii_allocate(body->context, klass->state_size);
     if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
-    if (klass->enable != NULL) {
-        const pli_status status = klass->enable(body, state);
-        if (status != PLI_OK) {
-            plii_release(body->context, state, klass->state_size);
-            return status;
-        }
+    pli_status status = plii_feature_arrays_allocate(body, klass, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    if (status == PLI_OK && klass->enable != NULL) { status = klass->enable(body, state); }
+    if (status != PLI_OK) {
+        plii_feature_arrays_release(body, klass, state);
+        plii_release(body->context, state, klass->state_size);
+        return status;
     }
     pipeline->features[pipeline->feature_count++] = (plii_feature){.klass = klass, .state = state};
     feature_rebuild_pipeline(body);
@@ -171,9 +178,7 @@ void plii_feature_disable_all(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     /* A feature is enabled after its needs, so going backwards no need goes before its user. */
     for (int i = pipeline->feature_count - 1; i >= 0; --i) {
-        const plii_feature feature = pipeline->features[i];
-        if (feature.klass->disable != NULL) { feature.klass->disable(body, feature.state); }
-        plii_release(body->context, feature.state, feature.klass->state_size);
+        feature_release(body, &pipeline->features[i]);
     }
     plii_release(body->context, pipeline->features, (size_t)pipeline->feature_capacity * sizeof *pipeline->features);
     plii_release(body->context, pipeline->entries, (size_t)pipeline->entry_capacity * sizeof *pipeline->entries);
@@ -182,7 +187,8 @@ void plii_feature_disable_all(pli_body* body) {
 
 static size_t feature_held_bytes(const pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
-    return klass->state_size + (klass->bytes != NULL ? klass->bytes(body, feature->state) : 0);
+    return klass->state_size + plii_feature_arrays_bytes(body, klass, feature->state) +
+           (klass->bytes != NULL ? klass->bytes(body, feature->state) : 0);
 }
 
 size_t plii_feature_bytes(const pli_body* body) {

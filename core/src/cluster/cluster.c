@@ -389,15 +389,8 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 }
 
 static void clusters_disable(pli_body* body, void* state) {
-    plii_clusters_release(body, state);
+    (void)state;
     body->joint_iterations = 0;
-}
-
-static size_t clusters_bytes(const pli_body* body, const void* state) {
-    const plii_clusters* clusters = state;
-    return (size_t)clusters->capacity * sizeof *clusters->items +
-           (size_t)clusters->member_capacity * sizeof *clusters->members +
-           (clusters->node_sums != NULL ? clusters_node_sums_bytes(body) : 0);
 }
 
 /* The old node that a node of a change of topology goes back to first. */
@@ -430,12 +423,11 @@ static int clusters_topology_blocks(const pli_body* body, const void* state, con
     const plii_clusters* clusters = state;
     if (clusters->node_sums == NULL) { return 0; }
     const size_t new_nodes = (size_t)(change->node_count - change->old_node_count);
-    sizes[0] = (size_t)change->node_count * sizeof *clusters->node_sums;
-    sizes[1] = new_nodes > 0 ? ((size_t)clusters->member_count + clusters_count_joining(clusters, change)) *
+    sizes[0] = new_nodes > 0 ? ((size_t)clusters->member_count + clusters_count_joining(clusters, change)) *
                                    sizeof *clusters->members
                              : 0;
-    sizes[2] = (size_t)change->node_count * sizeof(int);
-    return 3;
+    sizes[1] = (size_t)change->node_count * sizeof(int);
+    return 2;
 }
 
 /* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `places`
@@ -459,23 +451,30 @@ static int cluster_join(const plii_topology_change* change, plii_cluster_member*
     return count;
 }
 
+enum { CLUSTERS_ARRAYS = 3 };
+static const plii_feature_array clusters_arrays[CLUSTERS_ARRAYS + 1] = {
+    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true},
+    {PLII_LIST_OF(plii_clusters, items, capacity)},
+    {PLII_LIST_OF(plii_clusters, members, member_capacity)},
+    {0},
+};
+
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
 static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
     plii_clusters* clusters = state;
     pli_context* context = body->context;
     if (clusters->node_sums == NULL) { return; }
-    plii_release(context, clusters->node_sums, (size_t)change->old_node_count * sizeof *clusters->node_sums);
-    clusters->node_sums = blocks[0];
-    if (blocks[1] != NULL) {
+    void *more_members = blocks[CLUSTERS_ARRAYS], *places = blocks[CLUSTERS_ARRAYS + 1];
+    if (more_members != NULL) {
         const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
-        plii_cluster_member* members = blocks[1];
+        plii_cluster_member* members = more_members;
         int member_count = 0;
         for (int i = 0; i < clusters->count; ++i) {
             plii_cluster* cluster = &clusters->items[i];
             memcpy(&members[member_count], &clusters->members[cluster->first_member],
                    (size_t)cluster->member_count * sizeof *members);
             cluster->first_member = member_count;
-            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, blocks[2]);
+            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, places);
             member_count += cluster->member_count;
         }
         plii_release(context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
@@ -483,7 +482,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
         clusters->member_count = member_count;
         clusters->member_capacity = (int)capacity;
     }
-    plii_release(context, blocks[2], (size_t)change->node_count * sizeof(int));
+    plii_release(context, places, (size_t)change->node_count * sizeof(int));
     for (int i = 0; i < clusters->count; ++i) {
         plii_cluster_update_masses(body, clusters, &clusters->items[i]);
     }
@@ -499,8 +498,8 @@ const plii_feature_class plii_clusters_class = {
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_apply_velocity_impulses, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
+    .arrays = clusters_arrays,
     .disable = clusters_disable,
-    .bytes = clusters_bytes,
     .topology_blocks = clusters_topology_blocks,
     .topology_commit = clusters_topology_commit,
 };

@@ -140,17 +140,21 @@ static void cluster_contacts_topology_commit(pli_body* body, void* data, const p
     plii_cluster_contacts_drop_groups(body, data);
 }
 
+static const plii_feature_array cluster_contacts_arrays[] = {
+    {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity)},
+    {0},
+};
+
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     pli_context* context = body->context;
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
-    plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
     plii_contact_batches_release(context, &state->groups);
-    plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
-    plii_release(context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
-    plii_release(context, state->surface, (size_t)state->surface_capacity * sizeof *state->surface);
-    plii_release(context, state->manifolds, (size_t)state->manifold_capacity * sizeof *state->manifolds);
     plii_pair_cache_release(context, &state->memory);
     plii_bvh4_free(context, &state->other_bvh);
     plii_bvh_free(context, &state->tree);
@@ -159,12 +163,8 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->capacity * sizeof *state->contacts + plii_contact_batches_bytes(&state->groups) +
-                   (size_t)state->box_capacity * sizeof *state->boxes +
-                   (size_t)state->candidate_capacity * sizeof *state->candidates +
-                   (size_t)state->surface_capacity * sizeof *state->surface +
-                   (size_t)state->hull_count * sizeof *state->hulls + plii_pair_cache_bytes(&state->memory) +
-                   (size_t)state->manifold_capacity * sizeof *state->manifolds + plii_bvh4_bytes(&state->other_bvh) +
+    size_t bytes = plii_contact_batches_bytes(&state->groups) + (size_t)state->hull_count * sizeof *state->hulls +
+                   plii_pair_cache_bytes(&state->memory) + plii_bvh4_bytes(&state->other_bvh) +
                    plii_bvh_bytes(&state->tree);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
@@ -237,6 +237,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
+    .arrays = cluster_contacts_arrays,
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,

@@ -119,40 +119,25 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
     joints_remove_if(body, state, joint_has_body, other);
 }
 
-static void joints_disable(pli_body* body, void* state) {
-    joints_state* joints = state;
-    plii_release(body->context, joints->items, (size_t)joints->capacity * sizeof *joints->items);
-    plii_id_pool_release(body->context, &joints->ids);
-}
-
-static size_t joints_bytes(const pli_body* body, const void* state) {
-    (void)body;
-    const joints_state* joints = state;
-    return (size_t)joints->capacity * sizeof *joints->items + plii_id_pool_bytes(&joints->ids);
-}
-
 /* Joints hold to clusters, which follow a cut and keep their index. */
-static void joints_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    (void)body;
-    (void)state;
-    (void)change;
-    (void)blocks;
-}
+static const plii_feature_array joints_arrays[] = {
+    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true},
+    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true},
+    {0},
+};
 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
 
 static const plii_feature_class joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
+    .arrays = joints_arrays,
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
-    .disable = joints_disable,
     .on_rigid_removed = joints_on_rigid_removed,
     .on_body_removed = joints_on_body_removed,
     .on_clusters_removed = joints_on_body_removed,
-    .bytes = joints_bytes,
-    .topology_commit = joints_topology_commit,
 };
 
 // ----------------------------------------------------------------------------------------------------------- editing

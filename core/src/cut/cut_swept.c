@@ -46,16 +46,6 @@ static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, p
     return true;
 }
 
-static void trace_disable(pli_body* body, void* state) {
-    trace_release_ends(body->context, &((trace_state*)state)->ends);
-}
-
-static size_t trace_bytes(const pli_body* body, const void* state) {
-    const plii_swept_ends* ends = &((const trace_state*)state)->ends;
-    (void)body;
-    return (size_t)ends->tip_capacity * sizeof *ends->tips + (size_t)ends->edge_capacity * sizeof *ends->edges;
-}
-
 static void trace_forget(trace_state* trace) {
     trace->has_ray = false;
     trace->ends.tip_count = 0;
@@ -70,11 +60,16 @@ static void trace_topology_commit(pli_body* body, void* state, const plii_topolo
     trace_forget(state);
 }
 
+static const plii_feature_array trace_arrays[] = {
+    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity)},
+    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity)},
+    {0},
+};
+
 static const plii_feature_class trace_class = {
     .name = "cut trace",
     .state_size = sizeof(trace_state),
-    .disable = trace_disable,
-    .bytes = trace_bytes,
+    .arrays = trace_arrays,
     .topology_commit = trace_topology_commit,
 };
 

@@ -4,6 +4,7 @@
 
 #include "cut/topology_edit.h"
 
+#include "body/feature_arrays.h"
 #include "body/world_state.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
@@ -383,10 +384,13 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
 static bool edit_reserve_features(const plii_edit* edit, const plii_topology_change* change, edit_product* product) {
     const plii_pipeline* pipeline = &edit->body->pipeline;
     for (int i = 0; i < pipeline->feature_count; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        if (feature->klass->topology_blocks == NULL) { continue; }
+        const plii_feature_class* klass = pipeline->features[i].klass;
+        const void* state = pipeline->features[i].state;
         struct edit_blocks* wanted = &product->features[i];
-        const int count = feature->klass->topology_blocks(edit->body, feature->state, change, wanted->sizes);
+        int count = plii_feature_arrays_sizes(edit->body, klass, state, change, wanted->sizes);
+        if (klass->topology_blocks != NULL) {
+            count += klass->topology_blocks(edit->body, state, change, &wanted->sizes[count]);
+        }
         for (int k = 0; k < count; ++k) {
             if (!EDIT_ALLOCATE(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }
         }
@@ -398,7 +402,8 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
 static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature_class* klass = body->pipeline.features[i].klass;
-        if (klass->bytes != NULL && klass->topology_commit == NULL) { return klass; }
+        const bool needs_commit = klass->bytes != NULL || plii_feature_arrays_need_commit(klass);
+        if (needs_commit && klass->topology_commit == NULL) { return klass; }
     }
     return NULL;
 }
@@ -470,10 +475,11 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     edit_replace(edit, &product);
     body->world->needs_reserve = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->topology_commit != NULL) {
-            feature->klass->topology_commit(body, feature->state, &change, product.features[i].blocks);
-        }
+        const plii_feature_class* klass = body->pipeline.features[i].klass;
+        void *state = body->pipeline.features[i].state, **blocks = product.features[i].blocks;
+        plii_feature_arrays_exchange(body, klass, state, &change, blocks);
+        if (klass->topology_commit != NULL) { klass->topology_commit(body, state, &change, blocks); }
+        plii_feature_arrays_drop(body, klass, &change, blocks);
     }
     plii_release(context, product.node_origins, product.node_origin_size);
     plii_release(context, product.face_origins, product.face_origin_size);

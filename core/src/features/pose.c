@@ -9,8 +9,6 @@
 #include "math/polar.h"
 #include "pliant/pose.h"
 
-#include <string.h>
-
 typedef struct pose_state {
     float matching;
     pli_vec3* rest; /* [node_count] m, from the centre of mass */
@@ -83,32 +81,6 @@ static void pose_run(pli_body* body, void* state, const plii_step* step) {
     if (pose->matching > 0.0f) { pose_match(body, pose); }
 }
 
-static void pose_disable(pli_body* body, void* state) {
-    pose_state* pose = state;
-    const size_t count = (size_t)body->node_count;
-    plii_release(body->context, pose->rest, count * sizeof *pose->rest);
-    plii_release(body->context, pose->weights, count * sizeof *pose->weights);
-    pose->rest = NULL;
-    pose->weights = NULL;
-}
-
-static pli_status pose_enable(pli_body* body, void* state) {
-    pose_state* pose = state;
-    const size_t count = (size_t)body->node_count;
-    pose->rest = plii_allocate(body->context, count * sizeof *pose->rest);
-    pose->weights = plii_allocate(body->context, count * sizeof *pose->weights);
-    if (pose->rest == NULL || pose->weights == NULL) {
-        pose_disable(body, state);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    return PLI_OK;
-}
-
-static size_t pose_bytes(const pli_body* body, const void* state) {
-    const pose_state* pose = state;
-    return (size_t)body->node_count * (sizeof *pose->rest + sizeof *pose->weights);
-}
-
 /* Shares of the total mass, where a pinned node counts a thousand times all others. */
 static void pose_update_weights(const pli_body* body, pose_state* pose) {
     float free_mass = 0.0f;
@@ -129,28 +101,15 @@ static void pose_update_weights(const pli_body* body, pose_state* pose) {
     }
 }
 
-static int pose_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                size_t* sizes) {
-    const pose_state* pose = state;
-    (void)body;
-    sizes[0] = (size_t)change->node_count * sizeof *pose->rest;
-    sizes[1] = (size_t)change->node_count * sizeof *pose->weights;
-    return 2;
-}
-
 /* New nodes lie between their parents at rest too. Masses have moved to them, so the centre is taken again. */
 static void pose_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
     pose_state* pose = state;
-    pli_vec3* rest = blocks[0];
-    memcpy(rest, pose->rest, (size_t)change->old_node_count * sizeof *rest);
+    pli_vec3* rest = pose->rest;
+    (void)blocks;
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin origin = change->node_origins[i - change->old_node_count];
         rest[i] = pli_vec3_lerp(rest[origin.a], rest[origin.b], origin.share);
     }
-    plii_release(body->context, pose->rest, (size_t)change->old_node_count * sizeof *pose->rest);
-    plii_release(body->context, pose->weights, (size_t)change->old_node_count * sizeof *pose->weights);
-    pose->rest = rest;
-    pose->weights = blocks[1];
     pose_update_weights(body, pose);
     pli_vec3 centre = pli_vec3_make(0, 0, 0);
     for (int i = 0; i < change->node_count; ++i) {
@@ -161,16 +120,19 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
     }
 }
 
+static const plii_feature_array pose_arrays[] = {
+    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true},
+    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE},
+    {0},
+};
+
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
 static const plii_feature_class pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
-    .enable = pose_enable,
-    .disable = pose_disable,
-    .bytes = pose_bytes,
-    .topology_blocks = pose_topology_blocks,
+    .arrays = pose_arrays,
     .topology_commit = pose_topology_commit,
 };
 

@@ -43,40 +43,10 @@ static void step_smoothing_finish(pli_body* body, void* data, const plii_step* s
     state->reference_dt = plii_max(step->dt, STEP_SMOOTHING_DECAY * state->reference_dt);
 }
 
-static size_t step_smoothing_size(int node_count) {
-    return (size_t)node_count * sizeof(pli_vec3);
-}
-
-static pli_status step_smoothing_enable(pli_body* body, void* data) {
-    step_smoothing_state* state = data;
-    state->starts = plii_allocate(body->context, step_smoothing_size(body->node_count));
-    return state->starts != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static void step_smoothing_disable(pli_body* body, void* data) {
-    const step_smoothing_state* state = data;
-    plii_release(body->context, state->starts, step_smoothing_size(body->node_count));
-}
-
-static size_t step_smoothing_bytes(const pli_body* body, const void* data) {
-    (void)data;
-    return step_smoothing_size(body->node_count);
-}
-
-static int step_smoothing_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                          size_t* sizes) {
-    (void)body;
-    (void)data;
-    sizes[0] = step_smoothing_size(change->node_count);
-    return 1;
-}
-
-static void step_smoothing_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                           void** blocks) {
-    step_smoothing_state* state = data;
-    plii_release(body->context, state->starts, step_smoothing_size(change->old_node_count));
-    state->starts = blocks[0];
-}
+static const plii_feature_array step_smoothing_arrays[] = {
+    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE},
+    {0},
+};
 
 /* Not in Bullet. Before all forces, and after all that changes velocities. */
 enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
@@ -86,11 +56,7 @@ static const plii_feature_class step_smoothing_class = {
     .state_size = sizeof(step_smoothing_state),
     .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
                [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},
-    .enable = step_smoothing_enable,
-    .disable = step_smoothing_disable,
-    .bytes = step_smoothing_bytes,
-    .topology_blocks = step_smoothing_topology_blocks,
-    .topology_commit = step_smoothing_topology_commit,
+    .arrays = step_smoothing_arrays,
 };
 
 pli_status pli_body_enable_step_smoothing(pli_body* body) {

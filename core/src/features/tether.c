@@ -222,41 +222,17 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t tether_size(int node_count) {
-    return (size_t)node_count * sizeof(pli_tether);
-}
-
-static pli_status tether_enable(pli_body* body, void* data) {
-    tether_state* state = data;
-    state->tethers = plii_allocate(body->context, tether_size(body->node_count));
-    return state->tethers != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static void tether_disable(pli_body* body, void* data) {
-    const tether_state* state = data;
-    plii_release(body->context, state->tethers, tether_size(body->node_count));
-    plii_release(body->context, state->constraints, (size_t)state->constraint_capacity * sizeof *state->constraints);
-    plii_release(body->context, state->loads, (size_t)state->load_capacity * sizeof *state->loads);
-}
-
-static size_t tether_bytes(const pli_body* body, const void* data) {
-    const tether_state* state = data;
-    return tether_size(body->node_count) + (size_t)state->constraint_capacity * sizeof *state->constraints +
-           (size_t)state->load_capacity * sizeof *state->loads;
-}
-
-static int tether_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                  size_t* sizes) {
-    (void)body;
-    (void)data;
-    sizes[0] = tether_size(change->node_count);
-    return 1;
-}
+static const plii_feature_array tether_arrays[] = {
+    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE},
+    {PLII_LIST_OF(tether_state, constraints, constraint_capacity)},
+    {PLII_LIST_OF(tether_state, loads, load_capacity)},
+    {0},
+};
 
 static void tether_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    (void)change;
+    (void)blocks;
     tether_state* state = data;
-    plii_release(body->context, state->tethers, tether_size(change->old_node_count));
-    state->tethers = blocks[0];
     state->load_count = 0;
     tether_measure(body, state);
 }
@@ -281,10 +257,7 @@ static const plii_feature_class tether_class = {
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_prepare, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &tether_kind,
-    .enable = tether_enable,
-    .disable = tether_disable,
-    .bytes = tether_bytes,
-    .topology_blocks = tether_topology_blocks,
+    .arrays = tether_arrays,
     .topology_commit = tether_topology_commit,
 };
 

@@ -15,11 +15,7 @@ pli_vec3 plii_self_direction(int a, int b) {
     return plii_vec3_divide(v, sqrtf(pli_vec3_length_squared(v)));
 }
 
-void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
-                          pli_vec3* rest) {
-    for (int i = 0; i < change->old_node_count; ++i) {
-        rest[i] = old_rest[i];
-    }
+void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, pli_vec3* rest) {
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
         const pli_vec3 a = rest[origin->a], b = rest[origin->b];

@@ -48,8 +48,7 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
 /* A unit vector that depends on the indices only, for points that coincide. */
 pli_vec3 plii_self_direction(int a, int b);
 
-/* Positions at rest of old and of new nodes. */
-void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, const pli_vec3* old_rest,
-                          pli_vec3* rest);
+/* Positions at rest of new nodes, after those of old ones. */
+void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, pli_vec3* rest);
 
 #endif

@@ -76,53 +76,22 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 
 // -------------------------------------------------------------------------------------------------------------- memory
 
-enum { SELF_FACES_BLOCKS = 6 };
-
-static void self_faces_sizes(int node_count, int face_count, size_t sizes[SELF_FACES_BLOCKS]) {
-    sizes[0] = (size_t)node_count * sizeof(pli_vec3);
-    sizes[1] = (size_t)node_count * sizeof(pli_vec4);
-    sizes[2] = (size_t)node_count * sizeof(pli_vec3);
-    sizes[3] = ((size_t)node_count + 1) * sizeof(int);
-    sizes[4] = 3 * (size_t)face_count * sizeof(int[2]);
-    sizes[5] = (size_t)node_count * sizeof(pli_vec3);
-}
-
-static void self_faces_commit_blocks(plii_self_faces_state* state, void* blocks[SELF_FACES_BLOCKS]) {
-    state->rest = blocks[0];
-    state->starts = blocks[1];
-    state->was = blocks[2];
-    state->rows = blocks[3];
-    state->edges = blocks[4];
-    state->last = blocks[5];
-}
-
-static void self_faces_release_blocks(pli_body* body, const plii_self_faces_state* state, int node_count,
-                                      int face_count) {
-    size_t sizes[SELF_FACES_BLOCKS];
-    void* const blocks[SELF_FACES_BLOCKS] = {state->rest, state->starts, state->was,
-                                             state->rows, state->edges,  state->last};
-    self_faces_sizes(node_count, face_count, sizes);
-    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
-        plii_release(body->context, blocks[i], sizes[i]);
-    }
-}
+static const plii_feature_array self_faces_arrays[] = {
+    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true},
+    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE},
+    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE},
+    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1},
+    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3},
+    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE},
+    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, active, active_capacity)},
+    {0},
+};
 
 static pli_status self_faces_enable(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    const int face_count = body->topology->face_count;
-    size_t sizes[SELF_FACES_BLOCKS];
-    void* blocks[SELF_FACES_BLOCKS];
-    bool is_complete = true;
-    self_faces_sizes(body->node_count, face_count, sizes);
-    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
-        blocks[i] = plii_allocate(body->context, sizes[i]);
-        is_complete = is_complete && blocks[i] != NULL;
-    }
-    self_faces_commit_blocks(state, blocks);
-    if (!is_complete) {
-        self_faces_release_blocks(body, state, body->node_count, face_count);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
     for (int i = 0; i < body->node_count; ++i) {
         state->rest[i] = plii_xyz(body->positions[i]);
     }
@@ -131,42 +100,18 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
 }
 
 static void self_faces_disable(pli_body* body, void* data) {
-    plii_self_faces_state* state = data;
-    self_faces_release_blocks(body, state, body->node_count, body->topology->face_count);
-    plii_release(body->context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
-    plii_release(body->context, state->pairs, (size_t)state->pair_capacity * sizeof *state->pairs);
-    plii_release(body->context, state->due, (size_t)state->due_capacity * sizeof *state->due);
-    plii_release(body->context, state->active, (size_t)state->active_capacity * sizeof *state->active);
-    plii_bvh_free(body->context, &state->tree);
+    plii_bvh_free(body->context, &((plii_self_faces_state*)data)->tree);
 }
 
 static size_t self_faces_bytes(const pli_body* body, const void* data) {
-    const plii_self_faces_state* state = data;
-    size_t sizes[SELF_FACES_BLOCKS];
-    self_faces_sizes(body->node_count, body->topology->face_count, sizes);
-    size_t bytes = (size_t)state->box_capacity * sizeof *state->boxes +
-                   (size_t)state->pair_capacity * sizeof *state->pairs +
-                   (size_t)state->due_capacity * sizeof *state->due +
-                   (size_t)state->active_capacity * sizeof *state->active + plii_bvh_bytes(&state->tree);
-    for (int i = 0; i < SELF_FACES_BLOCKS; ++i) {
-        bytes += sizes[i];
-    }
-    return bytes;
-}
-
-static int self_faces_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                      size_t* sizes) {
     (void)body;
-    (void)data;
-    self_faces_sizes(change->node_count, change->face_count, sizes);
-    return SELF_FACES_BLOCKS;
+    return plii_bvh_bytes(&((const plii_self_faces_state*)data)->tree);
 }
 
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     plii_self_faces_state* state = data;
-    plii_self_carry_rest(body, change, state->rest, blocks[0]);
-    self_faces_release_blocks(body, state, change->old_node_count, change->old_face_count);
-    self_faces_commit_blocks(state, blocks);
+    (void)blocks;
+    plii_self_carry_rest(body, change, state->rest);
     plii_self_faces_find_edges(body, state);
     state->pair_count = state->active_count = 0;
     state->reach = 0.0f;
@@ -192,10 +137,10 @@ static const plii_feature_class self_faces_class = {
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},
     .substepped = &self_faces_kind,
+    .arrays = self_faces_arrays,
     .enable = self_faces_enable,
     .disable = self_faces_disable,
     .bytes = self_faces_bytes,
-    .topology_blocks = self_faces_topology_blocks,
     .topology_commit = self_faces_topology_commit,
 };
 

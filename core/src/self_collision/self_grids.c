@@ -92,39 +92,30 @@ static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static pli_status self_grids_enable(pli_body* body, void* data) {
-    self_grids_state* state = data;
-    state->positions = plii_allocate(body->context, (size_t)body->node_count * sizeof *state->positions);
-    return state->positions != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
 static void self_grids_disable(pli_body* body, void* data) {
     self_grids_state* state = data;
-    plii_release(body->context, state->positions, (size_t)body->node_count * sizeof *state->positions);
     plii_spatial_hash_free(body->context, &state->hash);
     plii_node_pairs_free(body->context, &state->pairs);
 }
 
 static size_t self_grids_bytes(const pli_body* body, const void* data) {
     const self_grids_state* state = data;
-    return (size_t)body->node_count * sizeof *state->positions + plii_spatial_hash_bytes(&state->hash) +
-           plii_node_pairs_bytes(&state->pairs);
+    (void)body;
+    return plii_spatial_hash_bytes(&state->hash) + plii_node_pairs_bytes(&state->pairs);
 }
 
-static int self_grids_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                      size_t* sizes) {
+/* Nothing of a step is needed by the next one. */
+static void self_grids_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     (void)body;
     (void)data;
-    sizes[0] = (size_t)change->node_count * sizeof(pli_vec3);
-    return 1;
+    (void)change;
+    (void)blocks;
 }
 
-static void self_grids_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    self_grids_state* state = data;
-    plii_release(body->context, state->positions, (size_t)change->old_node_count * sizeof *state->positions);
-    state->positions = blocks[0];
-}
-
+static const plii_feature_array self_grids_arrays[] = {
+    {PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE},
+    {0},
+};
 static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_class, NULL};
 
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
@@ -135,10 +126,9 @@ static const plii_feature_class self_grids_class = {
     .state_size = sizeof(self_grids_state),
     .needs = self_grids_needs,
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
-    .enable = self_grids_enable,
+    .arrays = self_grids_arrays,
     .disable = self_grids_disable,
     .bytes = self_grids_bytes,
-    .topology_blocks = self_grids_topology_blocks,
     .topology_commit = self_grids_topology_commit,
 };
 

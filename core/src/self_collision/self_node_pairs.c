@@ -167,7 +167,7 @@ static void self_nodes_find_apart(const pli_body* body, const plii_link_graph* g
 
 /* Nodes that are searched one by one: so few that it does not matter. */
 static int self_nodes_max_apart(int node_count) {
-    const int most = 64 + node_count / 32;
+    const int most = PLII_SELF_NODES_APART + node_count / PLII_SELF_NODES_PER_APART;
     return most < 4096 ? most : 4096;
 }
 
@@ -355,50 +355,8 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
 
 // ------------------------------------------------------------------------------------------------------ memory
 
-void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]) {
-    sizes[0] = sizes[1] = (size_t)node_count * sizeof(pli_vec3);
-    sizes[2] = sizes[3] = sizes[4] = (size_t)node_count * sizeof(pli_vec4);
-    sizes[5] = (size_t)node_count * sizeof(bool);
-    sizes[6] = (size_t)self_nodes_max_apart(node_count) * sizeof(int);
-    sizes[7] = (size_t)node_count * sizeof(int);
-}
-
-void plii_self_node_commit_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]) {
-    state->rest = blocks[0];
-    state->middle = blocks[1];
-    state->at = state->taken = blocks[2];
-    state->searched = blocks[3];
-    state->travel = blocks[4];
-    state->is_apart = blocks[5];
-    state->apart = blocks[6];
-    state->linked_to = blocks[7];
+void plii_self_node_pairs_start(plii_self_node_pairs* state) {
+    state->at = state->taken;
     state->count = state->apart_count = 0;
     state->is_known = false;
-}
-
-void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count) {
-    size_t sizes[PLII_SELF_NODE_BLOCKS];
-    void* const blocks[PLII_SELF_NODE_BLOCKS] = {state->rest,   state->middle,   state->taken, state->searched,
-                                                 state->travel, state->is_apart, state->apart, state->linked_to};
-    plii_self_node_sizes(node_count, sizes);
-    for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {
-        plii_release(context, blocks[i], sizes[i]);
-    }
-}
-
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    plii_spatial_hash_free(context, &state->hash);
-    plii_node_pairs_free(context, &state->near);
-    plii_release(context, state->pairs, (size_t)state->capacity * sizeof *state->pairs);
-}
-
-size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_count) {
-    size_t sizes[PLII_SELF_NODE_BLOCKS];
-    size_t bytes = (size_t)state->capacity * sizeof *state->pairs + plii_spatial_hash_bytes(&state->hash) +
-                   plii_node_pairs_bytes(&state->near);
-    plii_self_node_sizes(node_count, sizes);
-    for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {
-        bytes += sizes[i];
-    }
-    return bytes;
 }

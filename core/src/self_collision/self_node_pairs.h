@@ -41,15 +41,11 @@ typedef struct plii_self_node_pairs {
     int searches;
 } plii_self_node_pairs;
 
-enum { PLII_SELF_NODE_BLOCKS = 8 };
+/* Room of `apart`, for so many nodes one, and some. */
+enum { PLII_SELF_NODES_PER_APART = 32, PLII_SELF_NODES_APART = 64 };
 
-/* Of the arrays of nodes, which the caller allocates. */
-void plii_self_node_sizes(int node_count, size_t sizes[PLII_SELF_NODE_BLOCKS]);
-void plii_self_node_commit_blocks(plii_self_node_pairs* state, void* const blocks[PLII_SELF_NODE_BLOCKS]);
-void plii_self_node_release_blocks(pli_context* context, const plii_self_node_pairs* state, int node_count);
-/* The rest. */
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state);
-size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state, int node_count);
+/* With new arrays of nodes, which the caller declares. */
+void plii_self_node_pairs_start(plii_self_node_pairs* state);
 
 /* All start from `at`. */
 

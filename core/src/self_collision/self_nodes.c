@@ -284,19 +284,7 @@ static void self_nodes_run_position(pli_body* body, void* data, const plii_step*
 
 static pli_status self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    size_t sizes[PLII_SELF_NODE_BLOCKS];
-    void* blocks[PLII_SELF_NODE_BLOCKS];
-    bool is_complete = true;
-    plii_self_node_sizes(body->node_count, sizes);
-    for (int i = 0; i < PLII_SELF_NODE_BLOCKS; ++i) {
-        blocks[i] = plii_allocate(body->context, sizes[i]);
-        is_complete = is_complete && blocks[i] != NULL;
-    }
-    plii_self_node_commit_blocks(&state->pairs, blocks);
-    if (!is_complete) {
-        plii_self_node_release_blocks(body->context, &state->pairs, body->node_count);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    plii_self_node_pairs_start(&state->pairs);
     for (int i = 0; i < body->node_count; ++i) {
         state->pairs.rest[i] = plii_xyz(body->positions[i]);
     }
@@ -305,30 +293,21 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
 
 static void self_nodes_disable(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    plii_self_node_release_blocks(body->context, &state->pairs, body->node_count);
-    plii_release(body->context, state->touching, (size_t)state->touching_capacity * sizeof *state->touching);
-    plii_self_node_pairs_release(body->context, &state->pairs);
+    plii_spatial_hash_free(body->context, &state->pairs.hash);
+    plii_node_pairs_free(body->context, &state->pairs.near);
 }
 
 static size_t self_nodes_bytes(const pli_body* body, const void* data) {
     const self_nodes_state* state = data;
-    return (size_t)state->touching_capacity * sizeof *state->touching +
-           plii_self_node_pairs_bytes(&state->pairs, body->node_count);
-}
-
-static int self_nodes_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                      size_t* sizes) {
     (void)body;
-    (void)data;
-    plii_self_node_sizes(change->node_count, sizes);
-    return PLII_SELF_NODE_BLOCKS;
+    return plii_spatial_hash_bytes(&state->pairs.hash) + plii_node_pairs_bytes(&state->pairs.near);
 }
 
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     self_nodes_state* state = data;
-    plii_self_carry_rest(body, change, state->pairs.rest, blocks[0]);
-    plii_self_node_release_blocks(body->context, &state->pairs, change->old_node_count);
-    plii_self_node_commit_blocks(&state->pairs, blocks);
+    (void)blocks;
+    plii_self_carry_rest(body, change, state->pairs.rest);
+    plii_self_node_pairs_start(&state->pairs);
     state->report = (pli_self_collision_report){0};
     state->touching_count = 0;
 }
@@ -346,6 +325,20 @@ static const plii_substep_class self_nodes_kind = {
     .sweep = self_nodes_sweep,
     .finish = self_nodes_finish,
 };
+static const plii_feature_array self_nodes_arrays[] = {
+    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true},
+    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.taken), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
+     .more = PLII_SELF_NODES_APART},
+    {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE},
+    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity)},
+    {PLII_LIST_OF(self_nodes_state, touching, touching_capacity)},
+    {0},
+};
 static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
 static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
@@ -355,10 +348,10 @@ static const plii_feature_class self_nodes_class = {
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},
                [PLII_STAGE_POSITION] = {self_nodes_run_position, SELF_NODES_ORDER}},
     .substepped = &self_nodes_kind,
+    .arrays = self_nodes_arrays,
     .enable = self_nodes_enable,
     .disable = self_nodes_disable,
     .bytes = self_nodes_bytes,
-    .topology_blocks = self_nodes_topology_blocks,
     .topology_commit = self_nodes_topology_commit,
 };
 

@@ -279,17 +279,3 @@ bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* co
 }
 
 // ------------------------------------------------------------------------------------------------------- memory
-
-void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* constraints) {
-    plii_release(body->context, constraints->items, (size_t)constraints->capacity * sizeof *constraints->items);
-    plii_release(body->context, constraints->listed,
-                 (size_t)constraints->listed_capacity * sizeof *constraints->listed);
-    plii_release(body->context, constraints->rigids, (size_t)constraints->rigid_capacity * sizeof *constraints->rigids);
-    *constraints = (plii_implicit_constraints){0};
-}
-
-size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* constraints) {
-    return (size_t)constraints->capacity * sizeof *constraints->items +
-           (size_t)constraints->listed_capacity * sizeof *constraints->listed +
-           (size_t)constraints->rigid_capacity * sizeof *constraints->rigids;
-}

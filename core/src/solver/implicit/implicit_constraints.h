@@ -64,8 +64,6 @@ void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraint
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint);
-void plii_implicit_constraints_release(pli_body* body, plii_implicit_constraints* constraints);
-size_t plii_implicit_constraints_bytes(const plii_implicit_constraints* constraints);
 
 // ------------------------------------------------------------------------------------------- implicit_project.c
 

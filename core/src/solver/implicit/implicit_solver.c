@@ -28,22 +28,9 @@ typedef struct implicit_state {
 
 static const plii_feature_class implicit_class;
 
-static size_t implicit_halves_size(int link_count) {
-    return 2 * (size_t)link_count * sizeof(plii_implicit_half);
-}
-static size_t implicit_blocks_size(int node_count) {
-    return (size_t)node_count * sizeof(plii_implicit_block);
-}
-static size_t implicit_groups_size(int node_count) {
-    return (size_t)node_count * sizeof(int);
-}
 static size_t implicit_vector_size(int node_count) {
     return (size_t)node_count * sizeof(plii_dvec3);
 }
-static int implicit_vector_count(const implicit_state* state) {
-    return state->def.method == PLI_IMPLICIT_CONJUGATE_GRADIENT ? IMPLICIT_MAX_VECTORS : IMPLICIT_VECTORS;
-}
-
 // ------------------------------------------------------------------------------------------------------- prediction
 
 /* The change of velocity of a node without springs; that by forces is limited as in the position-based solver. */
@@ -337,77 +324,42 @@ static const plii_solver_class implicit_solver = {
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static void implicit_release(pli_body* body, implicit_state* state, int node_count, int link_count) {
-    plii_release(body->context, state->halves, implicit_halves_size(link_count));
-    plii_release(body->context, state->blocks, implicit_blocks_size(node_count));
-    plii_release(body->context, state->groups, implicit_groups_size(node_count));
-    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
-        plii_release(body->context, state->vectors[i], implicit_vector_size(node_count));
-        state->vectors[i] = NULL;
-    }
-    state->halves = NULL;
-    state->blocks = NULL;
-    state->groups = NULL;
-}
-
 static pli_status implicit_enable(pli_body* body, void* data) {
-    implicit_state* state = data;
-    state->halves = plii_allocate(body->context, implicit_halves_size(body->link_count));
-    state->blocks = plii_allocate(body->context, implicit_blocks_size(body->node_count));
-    state->groups = plii_allocate(body->context, implicit_groups_size(body->node_count));
-    bool is_complete =
-        (state->halves != NULL || body->link_count == 0) && state->blocks != NULL && state->groups != NULL;
-    for (int i = 0; i < IMPLICIT_VECTORS; ++i) {
-        state->vectors[i] = plii_allocate(body->context, implicit_vector_size(body->node_count));
-        is_complete = is_complete && state->vectors[i] != NULL;
-    }
-    if (!is_complete) {
-        implicit_release(body, state, body->node_count, body->link_count);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    (void)data;
     body->solver_class = &implicit_solver;
     return PLI_OK;
 }
 
 static void implicit_disable(pli_body* body, void* data) {
-    implicit_release(body, data, body->node_count, body->link_count);
-    plii_implicit_constraints_release(body, &((implicit_state*)data)->constraints);
+    (void)data;
     body->solver_class = &plii_position_solver;
-}
-
-static size_t implicit_bytes(const pli_body* body, const void* data) {
-    const implicit_state* state = data;
-    return implicit_halves_size(body->link_count) + implicit_blocks_size(body->node_count) +
-           implicit_groups_size(body->node_count) + plii_implicit_constraints_bytes(&state->constraints) +
-           (size_t)implicit_vector_count(state) * implicit_vector_size(body->node_count);
-}
-
-static int implicit_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                    size_t* sizes) {
-    const implicit_state* state = data;
-    (void)body;
-    sizes[0] = implicit_halves_size(change->link_count);
-    sizes[1] = implicit_blocks_size(change->node_count);
-    sizes[2] = implicit_groups_size(change->node_count);
-    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
-        sizes[3 + i] = i < implicit_vector_count(state) ? implicit_vector_size(change->node_count) : 0;
-    }
-    return 3 + IMPLICIT_MAX_VECTORS;
 }
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */
 static void implicit_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    (void)body;
+    (void)change;
+    (void)blocks;
     implicit_state* state = data;
-    implicit_release(body, state, change->old_node_count, change->old_link_count);
-    state->halves = blocks[0];
-    state->blocks = blocks[1];
-    state->groups = blocks[2];
-    for (int i = 0; i < IMPLICIT_MAX_VECTORS; ++i) {
-        state->vectors[i] = blocks[3 + i];
-    }
     state->spectral_radius = 0.0;
     state->constraints.count = 0;
 }
+
+static const plii_feature_array implicit_arrays[] = {
+    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2},
+    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[0]), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[1]), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[2]), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[3]), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[4]), PLII_PER_NODE},
+    {PLII_MEMBER(implicit_state, vectors[IMPLICIT_VECTORS]), PLII_PER_NODE, .is_optional = true},
+    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
+    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
+    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
+    {0},
+};
 
 static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
 
@@ -415,12 +367,11 @@ static const plii_feature_class implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
     .needs = implicit_needs,
+    .arrays = implicit_arrays,
     .enable = implicit_enable,
     .disable = implicit_disable,
     .collide_rigid = implicit_meet_rigid,
     .on_rigid_removed = implicit_on_rigid_removed,
-    .bytes = implicit_bytes,
-    .topology_blocks = implicit_topology_blocks,
     .topology_commit = implicit_topology_commit,
 };
 

@@ -46,36 +46,11 @@ static void velocity_links_drift(pli_body* body, void* state, const plii_step* s
     body->sweep_links(body, body->sweep_links_state);
 }
 
-static size_t velocity_links_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return (size_t)body->link_count * sizeof(velocity_link);
-}
-
-static pli_status velocity_links_enable(pli_body* body, void* state) {
-    velocity_links_state* s = state;
-    s->links = plii_allocate(body->context, velocity_links_bytes(body, state));
-    return s->links != NULL || body->link_count == 0 ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static void velocity_links_disable(pli_body* body, void* state) {
-    plii_release(body->context, ((velocity_links_state*)state)->links, velocity_links_bytes(body, state));
-}
-
-static int velocity_links_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                          size_t* sizes) {
-    (void)body;
-    (void)state;
-    sizes[0] = (size_t)change->link_count * sizeof(velocity_link);
-    return 1;
-}
-
 /* Each step prepares them anew. */
-static void velocity_links_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
-                                           void** blocks) {
-    velocity_links_state* s = state;
-    plii_release(body->context, s->links, (size_t)change->old_link_count * sizeof *s->links);
-    s->links = blocks[0];
-}
+static const plii_feature_array velocity_links_arrays[] = {
+    {PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK},
+    {0},
+};
 
 static const plii_feature_class velocity_links_class = {
     .name = "velocity links",
@@ -83,11 +58,7 @@ static const plii_feature_class velocity_links_class = {
     .stages[PLII_STAGE_PREPARE] = {velocity_links_prepare, PLII_ORDER_LINKS},
     .stages[PLII_STAGE_VELOCITY] = {velocity_links_solve, PLII_ORDER_LINKS},
     .stages[PLII_STAGE_DRIFT] = {velocity_links_drift, PLII_ORDER_LINKS},
-    .enable = velocity_links_enable,
-    .disable = velocity_links_disable,
-    .bytes = velocity_links_bytes,
-    .topology_blocks = velocity_links_topology_blocks,
-    .topology_commit = velocity_links_topology_commit,
+    .arrays = velocity_links_arrays,
 };
 
 static pli_status velocity_links_switch(pli_body* body, const plii_feature_class* enabled,

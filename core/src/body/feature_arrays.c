@@ -1,0 +1,128 @@
+/* Arrays of features by their table. */
+
+#include "body/feature_arrays.h"
+
+#include "body/body_impl.h"
+
+#include <string.h>
+
+/* How many nodes, links and faces there are. */
+typedef struct feature_counts {
+    size_t of[PLII_LIST];
+} feature_counts;
+
+static feature_counts feature_counts_of(int nodes, int links, int faces) {
+    return (feature_counts){
+        {[PLII_PER_NODE] = (size_t)nodes, [PLII_PER_LINK] = (size_t)links, [PLII_PER_FACE] = (size_t)faces}};
+}
+
+static feature_counts feature_counts_now(const pli_body* body) {
+    return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
+}
+
+static feature_counts feature_counts_before(const plii_topology_change* change) {
+    return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
+}
+
+/* Pointers are objects of several types, so they are copied. */
+static void* feature_array_get(const pli_body* body, const plii_feature_array* array, const void* state) {
+    void* block;
+    memcpy(&block, (array->is_in_body ? (const char*)body : (const char*)state) + array->member, sizeof block);
+    return block;
+}
+
+static void feature_array_set(pli_body* body, const plii_feature_array* array, void* state, void* block) {
+    memcpy((array->is_in_body ? (char*)body : (char*)state) + array->member, &block, sizeof block);
+}
+
+/* Bytes by the size of a body; 0 for lists. */
+static size_t feature_array_size(const plii_feature_array* array, const feature_counts* counts) {
+    if (array->length == PLII_LIST) { return 0; }
+    const size_t times = array->times > 0 ? (size_t)array->times : 1, per = array->per > 0 ? (size_t)array->per : 1;
+    return (counts->of[array->length] * times / per + (size_t)array->more) * array->element_size;
+}
+
+static size_t feature_array_held(const pli_body* body, const plii_feature_array* array, const void* state,
+                                 const feature_counts* counts) {
+    if (feature_array_get(body, array, state) == NULL) { return 0; }
+    if (array->length != PLII_LIST) { return feature_array_size(array, counts); }
+    int capacity;
+    memcpy(&capacity, (const char*)state + array->capacity, sizeof capacity);
+    return (size_t)capacity * array->element_size;
+}
+
+#define EACH_ARRAY(array, klass)                                                                                       \
+    const plii_feature_array* array = (klass)->arrays;                                                                 \
+    array != NULL && array->element_size > 0;                                                                          \
+    ++array
+
+bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state) {
+    const feature_counts counts = feature_counts_now(body);
+    for (EACH_ARRAY(array, klass)) {
+        const size_t size = array->is_optional ? 0 : feature_array_size(array, &counts);
+        void* block = plii_allocate(body->context, size);
+        feature_array_set(body, array, state, block);
+        if (block == NULL && size > 0) {
+            plii_feature_arrays_release(body, klass, state);
+            return false;
+        }
+    }
+    return true;
+}
+
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
+    const feature_counts counts = feature_counts_now(body);
+    for (EACH_ARRAY(array, klass)) {
+        plii_release(body->context, feature_array_get(body, array, state),
+                     feature_array_held(body, array, state, &counts));
+        feature_array_set(body, array, state, NULL);
+    }
+}
+
+size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state) {
+    const feature_counts counts = feature_counts_now(body);
+    size_t bytes = 0;
+    for (EACH_ARRAY(array, klass)) {
+        bytes += feature_array_held(body, array, state, &counts);
+    }
+    return bytes;
+}
+
+bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
+    for (EACH_ARRAY(array, klass)) {
+        if (array->length == PLII_LIST && !array->is_kept) { return true; }
+    }
+    return false;
+}
+
+int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
+                              const plii_topology_change* change, size_t* sizes) {
+    const feature_counts counts = feature_counts_of(change->node_count, change->link_count, change->face_count);
+    int count = 0;
+    for (EACH_ARRAY(array, klass)) {
+        const bool is_left_out = array->is_optional && feature_array_get(body, array, state) == NULL;
+        sizes[count++] = is_left_out ? 0 : feature_array_size(array, &counts);
+    }
+    return count;
+}
+
+void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
+                                  const plii_topology_change* change, void** blocks) {
+    const feature_counts before = feature_counts_before(change);
+    for (EACH_ARRAY(array, klass)) {
+        void** block = &blocks[array - klass->arrays];
+        if (array->length == PLII_LIST) { continue; }
+        void* old = feature_array_get(body, array, state);
+        if (array->is_kept && old != NULL) { memcpy(*block, old, feature_array_size(array, &before)); }
+        feature_array_set(body, array, state, *block);
+        *block = old;
+    }
+}
+
+void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, const plii_topology_change* change,
+                              void** blocks) {
+    const feature_counts before = feature_counts_before(change);
+    for (EACH_ARRAY(array, klass)) {
+        plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
+    }
+}
