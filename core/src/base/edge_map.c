@@ -2,6 +2,9 @@
 
 #include "base/edge_map.h"
 
+#include "base/csr.h"
+#include "base/scratch.h"
+
 #include <limits.h>
 
 #define EDGE_MAP_MIN_SLOTS 64
@@ -58,37 +61,26 @@ int plii_edge_map_find(const plii_edge_map* map, int a, int b) {
     return map->slots[edge_map_probe(map, a < b ? a : b, a < b ? b : a)] - 1;
 }
 
-/* One pass of a stable counting sort by node a or b. */
-static void edge_map_sort_pass(const plii_edge_map* map, bool by_a, int node_count, int* begin, const int* from,
-                               int* to) {
-    for (int i = 0; i <= node_count; ++i) {
-        begin[i] = 0;
-    }
-    for (int i = 0; i < map->count; ++i) {
-        ++begin[(by_a ? map->edges[i].a : map->edges[i].b) + 1];
-    }
-    for (int i = 0; i < node_count; ++i) {
-        begin[i + 1] += begin[i];
-    }
-    for (int i = 0; i < map->count; ++i) {
-        const int place = from != NULL ? from[i] : i;
-        to[begin[by_a ? map->edges[place].a : map->edges[place].b]++] = place;
-    }
-}
-
 bool plii_edge_map_order(const plii_edge_map* map, int node_count, int* order) {
-    if (map->count == 0) { return true; }
-    const size_t begin_size = ((size_t)node_count + 1) * sizeof(int), half_size = (size_t)map->count * sizeof(int);
-    int* begin = plii_allocate(map->context, begin_size);
-    int* half_sorted = plii_allocate(map->context, half_size);
-    const bool ok = begin != NULL && half_sorted != NULL;
-    if (ok) {
-        edge_map_sort_pass(map, false, node_count, begin, NULL, half_sorted);
-        edge_map_sort_pass(map, true, node_count, begin, half_sorted, order);
+    plii_scratch scratch = {.context = map->context};
+    int* begin = PLII_TAKE(&scratch, int, (size_t)node_count + 1);
+    int* keys = PLII_TAKE(&scratch, int, map->count);
+    int* by_b = PLII_TAKE(&scratch, int, map->count);
+    if (map->count > 0 && !scratch.is_short) {
+        for (int i = 0; i < map->count; ++i) {
+            keys[i] = map->edges[i].b;
+        }
+        plii_csr_sort(node_count, map->count, keys, begin, by_b);
+        for (int i = 0; i < map->count; ++i) {
+            keys[i] = map->edges[by_b[i]].a;
+        }
+        plii_csr_sort(node_count, map->count, keys, begin, order);
+        for (int i = 0; i < map->count; ++i) {
+            order[i] = by_b[order[i]];
+        }
     }
-    plii_release(map->context, begin, begin_size);
-    plii_release(map->context, half_sorted, half_size);
-    return ok;
+    plii_scratch_free(&scratch);
+    return !scratch.is_short;
 }
 
 void plii_edge_map_free(plii_edge_map* map) {

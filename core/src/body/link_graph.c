@@ -2,19 +2,16 @@
 
 #include "body/link_graph.h"
 
+#include "base/csr.h"
+#include "base/union_find.h"
+
 static void link_graph_fill_rows(const pli_body* body, plii_link_graph* graph) {
     int* begin = graph->begin;
     for (int i = 0; i < body->link_count; ++i) {
         ++begin[body->links[i].nodes[0]];
         ++begin[body->links[i].nodes[1]];
     }
-    int sum = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        sum += begin[i];
-        begin[i] = sum;
-    }
-    begin[body->node_count] = sum;
-    /* Backwards, so that each row ends up in the order of links. */
+    (void)plii_csr_sum(body->node_count, begin);
     for (int i = body->link_count - 1; i >= 0; --i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
         graph->halves[--begin[a]] = (plii_half_link){b, i};
@@ -22,31 +19,13 @@ static void link_graph_fill_rows(const pli_body* body, plii_link_graph* graph) {
     }
 }
 
-static int link_graph_root(int* parents, int node) {
-    while (parents[node] != node) {
-        parents[node] = parents[parents[node]];
-        node = parents[node];
-    }
-    return node;
-}
-
-static void link_graph_fill_components(const pli_body* body, int* components) {
-    for (int i = 0; i < body->node_count; ++i) {
-        components[i] = i;
-    }
-    for (int i = 0; i < body->link_count; ++i) {
-        const int a = link_graph_root(components, body->links[i].nodes[0]);
-        const int b = link_graph_root(components, body->links[i].nodes[1]);
-        components[a > b ? a : b] = a < b ? a : b;
-    }
-    for (int i = 0; i < body->node_count; ++i) {
-        components[i] = link_graph_root(components, i);
-    }
-}
-
 static void link_graph_fill(const pli_body* body, plii_link_graph* graph) {
     link_graph_fill_rows(body, graph);
-    link_graph_fill_components(body, graph->components);
+    plii_union_start(body->node_count, graph->components);
+    for (int i = 0; i < body->link_count; ++i) {
+        plii_union_join(graph->components, body->links[i].nodes[0], body->links[i].nodes[1]);
+    }
+    plii_union_flatten(body->node_count, graph->components);
 }
 
 static pli_status link_graph_enable(pli_body* body, void* state) {

@@ -1,57 +1,37 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
+#include "base/csr.h"
 #include "base/edge_set.h"
+#include "base/scratch.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
 
 /* Everything that one generation needs besides the clusters themselves. */
 typedef struct generation {
+    plii_scratch scratch;
     int group_count;
     int* group_of_node; /* [node_count] */
     int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
     int* group_begin;   /* [group_count + 1] into node_order */
     pli_vec3* centres;  /* [group_count] */
     int* members;       /* [node_count] of the group in work */
+    int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generation;
 
-static void generation_release(pli_body* body, generation* g) {
-    const size_t nodes = (size_t)body->node_count, groups = (size_t)g->group_count;
-    plii_release(body->context, g->group_of_node, nodes * sizeof *g->group_of_node);
-    plii_release(body->context, g->node_order, nodes * sizeof *g->node_order);
-    plii_release(body->context, g->group_begin, (groups + 1) * sizeof *g->group_begin);
-    plii_release(body->context, g->centres, groups * sizeof *g->centres);
-    plii_release(body->context, g->members, nodes * sizeof *g->members);
+static bool generation_allocate(const pli_body* body, generation* g) {
+    const size_t groups = (size_t)g->group_count;
+    g->group_of_node = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->node_order = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->group_begin = PLII_TAKE(&g->scratch, int, groups + 1);
+    g->centres = PLII_TAKE(&g->scratch, pli_vec3, groups);
+    g->members = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->order = PLII_TAKE(&g->scratch, int, groups + 1);
+    return !g->scratch.is_short;
 }
 
-static bool generation_allocate(pli_body* body, generation* g) {
-    const size_t nodes = (size_t)body->node_count, groups = (size_t)g->group_count;
-    g->group_of_node = plii_allocate(body->context, nodes * sizeof *g->group_of_node);
-    g->node_order = plii_allocate(body->context, nodes * sizeof *g->node_order);
-    g->group_begin = plii_allocate(body->context, (groups + 1) * sizeof *g->group_begin);
-    g->centres = plii_allocate(body->context, groups * sizeof *g->centres);
-    g->members = plii_allocate(body->context, nodes * sizeof *g->members);
-    return g->group_of_node != NULL && g->node_order != NULL && g->group_begin != NULL && g->centres != NULL &&
-           g->members != NULL;
-}
-
-/* Counting sort of the nodes by group; nodes of a group stay in ascending order. */
-static void generation_sort(const pli_body* body, generation* g) {
-    for (int i = 0; i <= g->group_count; ++i) {
-        g->group_begin[i] = 0;
-    }
-    for (int i = 0; i < body->node_count; ++i) {
-        g->group_begin[g->group_of_node[i] + 1] += 1;
-    }
-    for (int i = 0; i < g->group_count; ++i) {
-        g->group_begin[i + 1] += g->group_begin[i];
-    }
-    for (int i = 0; i < body->node_count; ++i) {
-        g->node_order[g->group_begin[g->group_of_node[i]]++] = i;
-    }
-    for (int i = g->group_count; i > 0; --i) {
-        g->group_begin[i] = g->group_begin[i - 1];
-    }
-    g->group_begin[0] = 0;
+/* Nodes of a group stay in ascending order. */
+static void generation_sort(const pli_body* body, const generation* g) {
+    plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
@@ -114,15 +94,12 @@ static void generation_group_nodes(const pli_body* body, generation* g, int max_
     generation_sort(body, g);
 }
 
-/* Counts or lists, per group, the nodes beyond its own that share a face with one of its nodes, in the order of faces.
- */
-typedef struct ring_entry {
-    int group, node;
-} ring_entry;
-
+/* The nodes beyond those of a group that share a face with one of them, in the order of faces; then by group. */
 typedef struct ring {
-    ring_entry* entries;
-    int count, capacity;
+    int *groups, *nodes; /* [count] */
+    int count, group_capacity, node_capacity;
+    plii_scratch scratch;
+    int *begin, *order; /* [group_count + 1], [count] those of each group, as indices of nodes */
 } ring;
 
 static pli_status generation_collect_ring(pli_body* body, const generation* g, ring* found) {
@@ -141,8 +118,11 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
                 if (g->group_of_node[node] == group || !plii_edge_set_insert(&seen, body->node_count + group, node)) {
                     continue;
                 }
-                complete = PLII_RESERVE(body->context, &found->entries, &found->capacity, found->count + 1);
-                if (complete) { found->entries[found->count++] = (ring_entry){group, node}; }
+                complete = PLII_RESERVE(body->context, &found->groups, &found->group_capacity, found->count + 1) &&
+                           PLII_RESERVE(body->context, &found->nodes, &found->node_capacity, found->count + 1);
+                if (!complete) { continue; }
+                found->groups[found->count] = group;
+                found->nodes[found->count++] = node;
             }
         }
     }
@@ -150,29 +130,12 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
     return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-/* Stable sort by group, through counts. */
-static bool generation_sort_ring(pli_body* body, const generation* g, ring* found) {
-    const size_t bytes = (size_t)found->count * sizeof *found->entries;
-    ring_entry* sorted = plii_allocate(body->context, bytes);
-    int* begin = plii_allocate(body->context, ((size_t)g->group_count + 1) * sizeof *begin);
-    const bool complete = (sorted != NULL || found->count == 0) && begin != NULL;
-    if (complete) {
-        for (int i = 0; i < found->count; ++i) {
-            begin[found->entries[i].group + 1] += 1;
-        }
-        for (int i = 0; i < g->group_count; ++i) {
-            begin[i + 1] += begin[i];
-        }
-        for (int i = 0; i < found->count; ++i) {
-            sorted[begin[found->entries[i].group]++] = found->entries[i];
-        }
-        for (int i = 0; i < found->count; ++i) {
-            found->entries[i] = sorted[i];
-        }
-    }
-    plii_release(body->context, sorted, bytes);
-    plii_release(body->context, begin, ((size_t)g->group_count + 1) * sizeof *begin);
-    return complete;
+static bool generation_sort_ring(const generation* g, ring* found) {
+    found->begin = PLII_TAKE(&found->scratch, int, (size_t)g->group_count + 1);
+    found->order = PLII_TAKE(&found->scratch, int, found->count);
+    if (found->scratch.is_short) { return false; }
+    plii_csr_sort(g->group_count, found->count, found->groups, found->begin, found->order);
+    return true;
 }
 
 static pli_status generation_append_all_nodes(pli_body* body, plii_clusters* clusters, int* nodes) {
@@ -189,8 +152,7 @@ static pli_status generation_append_all_nodes(pli_body* body, plii_clusters* clu
 static pli_status generation_append_clusters(pli_body* body, generation* g, const ring* found,
                                              plii_clusters* clusters) {
     const int count = g->group_count > 1 ? g->group_count + 1 : 1;
-    int* order = plii_allocate(body->context, (size_t)count * sizeof *order); /* group, or -1 for all nodes */
-    if (order == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    int* order = g->order;
     for (int i = 0; i < g->group_count; ++i) {
         order[i] = i;
     }
@@ -217,32 +179,24 @@ static pli_status generation_append_clusters(pli_body* body, generation* g, cons
         for (int k = g->group_begin[order[i]]; k < g->group_begin[order[i] + 1]; ++k) {
             g->members[member_count++] = g->node_order[k];
         }
-        int low = 0, high = found->count;
-        while (low < high) {
-            const int middle = low + (high - low) / 2;
-            if (found->entries[middle].group < order[i]) {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        for (int k = low; k < found->count && found->entries[k].group == order[i]; ++k) {
-            g->members[member_count++] = found->entries[k].node;
+        for (int k = found->begin[order[i]]; k < found->begin[order[i] + 1]; ++k) {
+            g->members[member_count++] = found->nodes[found->order[k]];
         }
         status = plii_clusters_append(body, clusters, g->members, member_count);
     }
-    plii_release(body->context, order, (size_t)count * sizeof *order);
     return status;
 }
 
 static pli_status generation_run(pli_body* body, generation* g, int max_iterations, plii_clusters* clusters) {
     if (!generation_allocate(body, g)) { return PLI_ERROR_OUT_OF_MEMORY; }
     generation_group_nodes(body, g, max_iterations);
-    ring found = {0};
+    ring found = {.scratch = {.context = body->context}};
     pli_status status = generation_collect_ring(body, g, &found);
-    if (status == PLI_OK && !generation_sort_ring(body, g, &found)) { status = PLI_ERROR_OUT_OF_MEMORY; }
+    if (status == PLI_OK && !generation_sort_ring(g, &found)) { status = PLI_ERROR_OUT_OF_MEMORY; }
     if (status == PLI_OK) { status = generation_append_clusters(body, g, &found, clusters); }
-    plii_release(body->context, found.entries, (size_t)found.capacity * sizeof *found.entries);
+    plii_scratch_free(&found.scratch);
+    plii_release(body->context, found.groups, (size_t)found.group_capacity * sizeof *found.groups);
+    plii_release(body->context, found.nodes, (size_t)found.node_capacity * sizeof *found.nodes);
     return status;
 }
 
@@ -265,9 +219,9 @@ static pli_status generation_replace(pli_body* body, int count, int max_iteratio
     plii_clusters fresh = {.def = clusters->def};
     pli_status status;
     if (count > 0) {
-        generation g = {.group_count = count};
+        generation g = {.scratch = {.context = body->context}, .group_count = count};
         status = generation_run(body, &g, max_iterations, &fresh);
-        generation_release(body, &g);
+        plii_scratch_free(&g.scratch);
     } else {
         status = generation_elements(body, &fresh);
     }

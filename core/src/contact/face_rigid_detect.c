@@ -447,16 +447,12 @@ static void rigid_faces_disable(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     --body->sweeping_features;
     rigid_faces_clear_all(state);
-    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_release(body->context, state->candidates, (size_t)state->candidate_capacity * sizeof *state->candidates);
     plii_pair_cache_release(body->context, &state->memory);
 }
 
 static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
-    const plii_rigid_faces* state = data;
     (void)body;
-    return (size_t)state->capacity * sizeof *state->contacts +
-           (size_t)state->candidate_capacity * sizeof *state->candidates + plii_pair_cache_bytes(&state->memory);
+    return plii_pair_cache_bytes(&((const plii_rigid_faces*)data)->memory);
 }
 
 static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
@@ -469,9 +465,16 @@ static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_t
 /* After contacts of nodes with rigid bodies. */
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
+static const plii_feature_array rigid_faces_arrays[] = {
+    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity)},
+    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity)},
+    {0},
+};
+
 static const plii_feature_class rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
+    .arrays = rigid_faces_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},

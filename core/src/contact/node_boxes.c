@@ -26,48 +26,30 @@ static void node_boxes_update(pli_body* body, void* state, const plii_step* step
     }
 }
 
-static size_t node_boxes_bytes(const pli_body* body, const void* state) {
-    (void)state;
-    return (size_t)body->node_count * sizeof *body->node_boxes;
-}
-
-static void node_boxes_disable(pli_body* body, void* state) {
-    plii_release(body->context, body->node_boxes, node_boxes_bytes(body, state));
-    body->node_boxes = NULL;
-}
-
 static pli_status node_boxes_enable(pli_body* body, void* state) {
-    body->node_boxes = plii_allocate(body->context, node_boxes_bytes(body, state));
-    if (body->node_boxes == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    (void)state;
     node_boxes_start(body, body->node_boxes, 0);
     return PLI_OK;
 }
 
-static int node_boxes_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                      size_t* sizes) {
-    (void)state;
-    sizes[0] = (size_t)change->node_count * sizeof *body->node_boxes;
-    return 1;
-}
-
 static void node_boxes_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
     (void)state;
-    const size_t old_bytes = (size_t)change->old_node_count * sizeof *body->node_boxes;
-    memcpy(blocks[0], body->node_boxes, old_bytes);
-    plii_release(body->context, body->node_boxes, old_bytes);
-    body->node_boxes = blocks[0];
+    (void)blocks;
     node_boxes_start(body, body->node_boxes, change->old_node_count);
 }
+
+static const plii_feature_array node_boxes_arrays[] = {
+    {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true},
+    {0},
+};
 
 enum { NODE_BOXES_ORDER = 30 }; /* after clusters, as in Bullet */
 
 static const plii_feature_class node_boxes_class = {
     .name = "node boxes",
+    .arrays = node_boxes_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {node_boxes_update, NODE_BOXES_ORDER}},
     .enable = node_boxes_enable,
-    .disable = node_boxes_disable,
-    .bytes = node_boxes_bytes,
-    .topology_blocks = node_boxes_topology_blocks,
     .topology_commit = node_boxes_topology_commit,
 };
 

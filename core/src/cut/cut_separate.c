@@ -2,6 +2,9 @@
 
 #include "cut/cut_separate.h"
 
+#include "base/csr.h"
+#include "base/scratch.h"
+
 /* A corner of a face at the end of a cut edge. */
 typedef struct separate_corner {
     int face, corner;
@@ -18,6 +21,7 @@ typedef struct separate_pair {
 
 typedef struct separate_work {
     plii_edit* edit;
+    plii_scratch scratch;
     const plii_edge_map* cuts;
     const double* heights;
     int height_count, node_count; /* before nodes were copied */
@@ -41,21 +45,16 @@ static int separate_original(const separate_work* work, int node) {
 }
 
 static bool separate_create(separate_work* work) {
-    pli_context* context = work->edit->context;
     const size_t node_count = (size_t)work->node_count;
-    work->begin = plii_allocate(context, (node_count + 1) * sizeof *work->begin);
-    work->last_corner = plii_allocate(context, node_count * sizeof *work->last_corner);
-    work->sides = plii_allocate(context, node_count * sizeof *work->sides);
-    return work->begin != NULL && work->last_corner != NULL && work->sides != NULL;
+    work->begin = PLII_TAKE(&work->scratch, int, node_count + 1);
+    work->last_corner = PLII_TAKE(&work->scratch, int, node_count);
+    work->sides = PLII_TAKE(&work->scratch, int[2], node_count);
+    return !work->scratch.is_short;
 }
 
 static void separate_free(separate_work* work) {
     pli_context* context = work->edit->context;
-    const size_t node_count = (size_t)work->node_count;
-    plii_release(context, work->begin, (node_count + 1) * sizeof *work->begin);
-    plii_release(context, work->last_corner, node_count * sizeof *work->last_corner);
-    plii_release(context, work->sides, node_count * sizeof *work->sides);
-    plii_release(context, work->corners, (size_t)work->corner_count * sizeof *work->corners);
+    plii_scratch_free(&work->scratch);
     plii_release(context, work->pairs, (size_t)work->pair_capacity * sizeof *work->pairs);
     plii_edge_map_free(&work->edges);
 }
@@ -73,14 +72,9 @@ static bool separate_gather(separate_work* work) {
             if (is_end[node] != 0) { ++work->begin[node]; }
         }
     }
-    int sum = 0;
-    for (int i = 0; i <= work->node_count; ++i) {
-        sum += i < work->node_count ? work->begin[i] : 0;
-        work->begin[i] = sum;
-    }
-    work->corner_count = sum;
-    work->corners = plii_allocate(edit->context, (size_t)sum * sizeof *work->corners);
-    if (work->corners == NULL && sum > 0) { return false; }
+    work->corner_count = plii_csr_sum(work->node_count, work->begin);
+    work->corners = PLII_TAKE(&work->scratch, separate_corner, work->corner_count);
+    if (work->scratch.is_short) { return false; }
     for (int i = edit->face_count - 1; i >= 0; --i) {
         for (int k = 0; k < 3; ++k) {
             const int node = edit->faces[i].nodes[k];
@@ -246,6 +240,7 @@ bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double*
                        uint8_t* is_parted, int* doubled) {
     if (cuts->count == 0) { return true; }
     separate_work work = {.edit = edit,
+                          .scratch = {.context = edit->context},
                           .cuts = cuts,
                           .heights = heights,
                           .height_count = height_count,

@@ -7,6 +7,7 @@
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
    returns to its start closes. */
 
+#include "base/scratch.h"
 #include "body/pipeline.h"
 #include "cut/cut_swept_impl.h"
 #include "math/bounds.h"
@@ -153,13 +154,11 @@ static pli_status swept_cut(plii_swept_work* work, const plii_swept_blade* blade
     pli_context* context = edit->context;
     plii_swept_pass pass = {.work = work, .edit = edit, .blade = blade, .node_count = edit->node_count};
     pass.edges.context = pass.borders.context = pass.cuts.context = context;
-    const size_t height_size = (size_t)pass.node_count * sizeof *pass.heights;
-    pass.heights = plii_allocate(context, height_size);
-    pass.marks = plii_allocate(context, (size_t)pass.node_count);
-    const pli_status status =
-        pass.heights != NULL && pass.marks != NULL ? swept_run_pass(&pass) : PLI_ERROR_OUT_OF_MEMORY;
-    plii_release(context, pass.heights, height_size);
-    plii_release(context, pass.marks, (size_t)pass.node_count);
+    plii_scratch scratch = {.context = context};
+    pass.heights = plii_scratch_take(&scratch, (size_t)pass.node_count * sizeof *pass.heights);
+    pass.marks = plii_scratch_take(&scratch, (size_t)pass.node_count);
+    const pli_status status = scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(&pass);
+    plii_scratch_free(&scratch);
     plii_edge_map_free(&pass.edges);
     plii_edge_map_free(&pass.borders);
     plii_edge_map_free(&pass.cuts);

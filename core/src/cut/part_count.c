@@ -2,21 +2,12 @@
 
 #include "pliant/cut.h"
 
+#include "base/union_find.h"
 #include "body/body_impl.h"
-
-static int parts_find(int* parents, int node) {
-    while (parents[node] != node) {
-        parents[node] = parents[parents[node]];
-        node = parents[node];
-    }
-    return node;
-}
 
 static void parts_join(int* parents, const int* nodes, int count) {
     for (int k = 1; k < count; ++k) {
-        const int a = parts_find(parents, nodes[0]), b = parts_find(parents, nodes[k]);
-        /* The smaller index stays, so the order of joining does not matter. */
-        parents[a > b ? a : b] = a > b ? b : a;
+        plii_union_join(parents, nodes[0], nodes[k]);
     }
 }
 
@@ -30,9 +21,7 @@ pli_status pli_body_count_parts(const pli_body* body, int* count) {
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to count the parts of %d nodes",
                          body->node_count);
     }
-    for (int i = 0; i < body->node_count; ++i) {
-        parents[i] = i;
-    }
+    plii_union_start(body->node_count, parents);
     for (int i = 0; i < body->link_count; ++i) {
         parts_join(parents, body->links[i].nodes, 2);
     }
@@ -42,9 +31,7 @@ pli_status pli_body_count_parts(const pli_body* body, int* count) {
     for (int i = 0; i < topology->tetra_count; ++i) {
         parts_join(parents, topology->tetras[i], 4);
     }
-    for (int i = 0; i < body->node_count; ++i) {
-        parents[i] = parts_find(parents, i);
-    }
+    plii_union_flatten(body->node_count, parents);
     /* The second node of a part counts it; a loose node is alone. */
     int parts = 0;
     for (int i = 0; i < body->node_count; ++i) {

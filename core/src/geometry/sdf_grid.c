@@ -8,6 +8,7 @@
 
 #include "geometry/sdf_grid.h"
 
+#include "base/scratch.h"
 #include "geometry/winding_number.h"
 
 /* Samples along the edge of a block. */
@@ -238,16 +239,16 @@ pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
         grid.strides[axis] = count;
         count *= (size_t)sampling->counts[axis];
     }
-    grid.nearest = plii_allocate(soup->context, count * sizeof *grid.nearest);
-    grid.is_inside = plii_allocate(soup->context, count * sizeof *grid.is_inside);
+    plii_scratch scratch = {.context = soup->context};
+    grid.nearest = plii_scratch_take(&scratch, count * sizeof *grid.nearest);
+    grid.is_inside = plii_scratch_take(&scratch, count * sizeof *grid.is_inside);
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (grid.nearest != NULL && grid.is_inside != NULL && plii_winding_build(&grid.winding, soup)) {
+    if (!scratch.is_short && plii_winding_build(&grid.winding, soup)) {
         status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid, count)
                      ? PLI_OK
                      : PLI_ERROR_INVALID_MESH;
     }
     plii_winding_free(&grid.winding);
-    plii_release(soup->context, grid.is_inside, count * sizeof *grid.is_inside);
-    plii_release(soup->context, grid.nearest, count * sizeof *grid.nearest);
+    plii_scratch_free(&scratch);
     return status;
 }

@@ -6,6 +6,8 @@
 
 #include "geometry/spatial_hash.h"
 
+#include "base/csr.h"
+
 static int spatial_hash_coordinate(const plii_spatial_hash* hash, float from_origin) {
     const float cell = from_origin * hash->inverse_cell_size;
     if (!(cell > -1e9f)) { return -1000000000; } /* NaN too */
@@ -150,12 +152,7 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
         hash->cells[i] = spatial_hash_cell_of(hash, positions[i]);
         ++hash->starts[spatial_hash_bucket(hash, hash->cells[i])];
     }
-    int sum = 0;
-    for (unsigned i = 0; i <= size; ++i) {
-        sum += hash->starts[i];
-        hash->starts[i] = sum;
-    }
-    /* Backwards, so that each bucket ends up in the order of nodes. */
+    (void)plii_csr_sum((int)size, hash->starts);
     for (int i = count - 1; i >= 0; --i) {
         spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, hash->cells[i])], i, positions[i]);
     }

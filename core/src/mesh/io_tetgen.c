@@ -1,5 +1,7 @@
 /* TetGen's text files: .node, .ele and, when it is there, .face. */
 
+#include "base/csr.h"
+#include "base/scratch.h"
 #include "geometry/orient3d.h"
 #include "mesh/io_text.h"
 #include "mesh/mesh_impl.h"
@@ -223,22 +225,12 @@ static int tetgen_opposite(const int* tetra, const int* face) {
 
 /* Turns the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
 static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
-    const size_t begin_size = ((size_t)mesh->point_count + 1) * sizeof(int);
-    const size_t list_size = (size_t)mesh->tetra_count * 4 * sizeof(int);
-    int* begin = plii_allocate(context, begin_size); /* first entry of each point in the list of its tetrahedra */
-    int* list = plii_allocate(context, list_size);
-    const bool ok = begin != NULL && (list != NULL || list_size == 0) && mesh->tetra_count <= INT_MAX / 4;
-    if (ok) {
-        for (int i = 0; i < 4 * mesh->tetra_count; ++i) {
-            ++begin[mesh->tetras[i]];
-        }
-        for (int i = 0; i < mesh->point_count; ++i) {
-            begin[i + 1] += begin[i];
-        }
-        for (int i = 4 * mesh->tetra_count - 1; i >= 0; --i) {
-            list[--begin[mesh->tetras[i]]] = i / 4;
-        }
-    }
+    plii_scratch scratch = {.context = context};
+    /* Corners of tetrahedra, four each, by point. */
+    int* begin = PLII_TAKE(&scratch, int, (size_t)mesh->point_count + 1);
+    int* list = PLII_TAKE(&scratch, int, (size_t)mesh->tetra_count * 4);
+    const bool ok = !scratch.is_short && mesh->tetra_count <= INT_MAX / 4;
+    if (ok) { plii_csr_sort(mesh->point_count, 4 * mesh->tetra_count, mesh->tetras, begin, list); }
     for (int i = 0; ok && i < mesh->face_count; ++i) {
         int* face = mesh->faces + (ptrdiff_t)3 * i;
         int rare = face[0]; /* the corner with the fewest tetrahedra */
@@ -247,7 +239,7 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
         }
         int side_count = 0, inner = -1;
         for (int k = begin[rare]; k < begin[rare + 1]; ++k) {
-            const int opposite = tetgen_opposite(mesh->tetras + (ptrdiff_t)4 * list[k], face);
+            const int opposite = tetgen_opposite(mesh->tetras + list[k] / 4 * (ptrdiff_t)4, face);
             if (opposite < 0) { continue; }
             ++side_count;
             inner = opposite;
@@ -259,8 +251,7 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
             face[2] = swapped;
         }
     }
-    plii_release(context, begin, begin_size);
-    plii_release(context, list, list_size);
+    plii_scratch_free(&scratch);
     return ok;
 }
 

@@ -2,6 +2,8 @@
    of btSoftBody::generateBendingConstraints in the same order, from breadth-first searches, two per node, instead of a
    table of all pairs. */
 
+#include "base/csr.h"
+#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 
 #include <limits.h>
@@ -10,44 +12,28 @@
 enum { BENDING_FEW = 64 }; /* nodes that are sorted by insertion */
 
 typedef struct bending_work {
-    pli_context* context;
-    int node_count, half_edge_count;
+    plii_scratch scratch;
+    int node_count;
     int* begin;      /* [node_count + 1] first neighbour of each node */
-    int* neighbours; /* [half_edge_count] */
+    int* neighbours; /* [2 * link_count] */
     int* stamps;     /* [node_count] of the search that saw the node last */
     int* queue;      /* [node_count] */
 } bending_work;
 
-static void bending_destroy(bending_work* work) {
-    const size_t per_node = (size_t)work->node_count * sizeof(int);
-    plii_release(work->context, work->begin, per_node + sizeof(int));
-    plii_release(work->context, work->neighbours, (size_t)work->half_edge_count * sizeof(int));
-    plii_release(work->context, work->stamps, per_node);
-    plii_release(work->context, work->queue, per_node);
-}
-
 /* Neighbour lists of all nodes, one behind the other. */
 static bool bending_create(bending_work* work, const pli_mesh* mesh) {
     if (mesh->link_count > INT_MAX / 2) { return false; }
-    const size_t per_node = (size_t)mesh->node_count * sizeof(int);
-    *work = (bending_work){
-        .context = mesh->context, .node_count = mesh->node_count, .half_edge_count = 2 * mesh->link_count};
-    work->begin = plii_allocate(mesh->context, per_node + sizeof(int));
-    work->neighbours = plii_allocate(mesh->context, (size_t)work->half_edge_count * sizeof(int));
-    work->stamps = plii_allocate(mesh->context, per_node);
-    work->queue = plii_allocate(mesh->context, per_node);
-    if (work->begin == NULL || work->neighbours == NULL || work->stamps == NULL || work->queue == NULL) {
-        return false;
-    }
+    *work = (bending_work){.scratch = {.context = mesh->context}, .node_count = mesh->node_count};
+    work->begin = PLII_TAKE(&work->scratch, int, (size_t)mesh->node_count + 1);
+    work->neighbours = PLII_TAKE(&work->scratch, int, (size_t)mesh->link_count * 2);
+    work->stamps = PLII_TAKE(&work->scratch, int, mesh->node_count);
+    work->queue = PLII_TAKE(&work->scratch, int, mesh->node_count);
+    if (work->scratch.is_short) { return false; }
     for (int i = 0; i < mesh->link_count; ++i) {
         ++work->begin[mesh->links[i].nodes[0]];
         ++work->begin[mesh->links[i].nodes[1]];
     }
-    int sum = 0;
-    for (int i = 0; i <= mesh->node_count; ++i) {
-        sum += i < mesh->node_count ? work->begin[i] : 0;
-        work->begin[i] = sum;
-    }
+    (void)plii_csr_sum(mesh->node_count, work->begin);
     for (int i = 0; i < mesh->link_count; ++i) {
         const int* n = mesh->links[i].nodes;
         work->neighbours[--work->begin[n[0]]] = n[1];
@@ -141,7 +127,7 @@ pli_status pli_mesh_append_bending_links(pli_mesh* mesh, int distance, int mater
             has_room = count <= INT_MAX - old_count && plii_mesh_reserve(mesh, 0, (int)count, 0, 0);
         }
         if (has_room) { bending_append(&work, mesh, distance, material); }
-        bending_destroy(&work);
+        plii_scratch_free(&work.scratch);
         if (!has_room) {
             return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY,
                              "no memory for the bending links of %d nodes and %d links", mesh->node_count, old_count);

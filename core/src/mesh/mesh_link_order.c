@@ -1,10 +1,12 @@
 /* Orders of links: the fixed shuffle of btSoftBody::randomizeConstraints and the interleaving of
    btSoftBodyHelpers::ReoptimizeLinkOrder. */
 
+#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/bullet_reference.h"
 
 #include <limits.h>
+#include <string.h>
 
 /* The linear congruential generator of Numerical Recipes. */
 static uint32_t order_next_random(uint32_t* seed) {
@@ -70,27 +72,20 @@ static void order_run(pli_mesh* mesh, order_work* work) {
 pli_status pli_mesh_interleave_links(pli_mesh* mesh) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     if (mesh->link_count == 0) { return PLI_OK; }
-    const size_t per_link = (size_t)mesh->link_count * sizeof(int);
-    const size_t per_node = (size_t)mesh->node_count * sizeof(int);
     const size_t links_size = (size_t)mesh->link_count * sizeof(pli_link);
+    plii_scratch scratch = {.context = mesh->context};
     order_work work = {
-        .written_by = plii_allocate(mesh->context, per_node),
-        .first_input = plii_allocate(mesh->context, per_link),
-        .next_input = plii_allocate(mesh->context, 2 * per_link),
-        .waiting = plii_allocate(mesh->context, per_link),
-        .ready = plii_allocate(mesh->context, per_link),
-        .links = plii_duplicate(mesh->context, mesh->links, links_size),
+        .written_by = PLII_TAKE(&scratch, int, mesh->node_count),
+        .first_input = PLII_TAKE(&scratch, int, mesh->link_count),
+        .next_input = PLII_TAKE(&scratch, int, (size_t)mesh->link_count * 2),
+        .waiting = PLII_TAKE(&scratch, int, mesh->link_count),
+        .ready = PLII_TAKE(&scratch, int, mesh->link_count),
+        .links = plii_scratch_take(&scratch, links_size),
     };
-    const bool ok = work.written_by != NULL && work.first_input != NULL && work.next_input != NULL &&
-                    work.waiting != NULL && work.ready != NULL && work.links != NULL &&
-                    mesh->link_count <= (INT_MAX - 1) / 2;
+    const bool ok = !scratch.is_short && mesh->link_count <= (INT_MAX - 1) / 2;
+    if (ok) { memcpy(work.links, mesh->links, links_size); }
     if (ok) { order_run(mesh, &work); }
-    plii_release(mesh->context, work.written_by, per_node);
-    plii_release(mesh->context, work.first_input, per_link);
-    plii_release(mesh->context, work.next_input, 2 * per_link);
-    plii_release(mesh->context, work.waiting, per_link);
-    plii_release(mesh->context, work.ready, per_link);
-    plii_release(mesh->context, work.links, links_size);
+    plii_scratch_free(&scratch);
     if (!ok) {
         return PLII_FAIL(mesh->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to order %d links", mesh->link_count);
     }

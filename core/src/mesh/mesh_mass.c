@@ -1,6 +1,7 @@
 /* Masses of mesh nodes. Sums and quotients are evaluated in the order of btSoftBody's setTotalMass, setVolumeMass and
    their relatives, so that inverse masses have the same bits; departures are named in mesh.h. */
 
+#include "base/scratch.h"
 #include "mesh/mesh_impl.h"
 
 #include <string.h>
@@ -96,11 +97,11 @@ static void mass_gather_tetras(const pli_mesh* mesh, float* sums, float* ranks) 
 /* Masses in proportion to sum / rank over the nodes that are not pinned. Nodes with a zero sum get mass / count. */
 static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* gather, const char* what,
                                   const char* function) {
-    const size_t size = (size_t)mesh->node_count * sizeof(float);
-    float* weights = plii_allocate(mesh->context, size);
-    float* ranks = plii_allocate(mesh->context, size);
+    plii_scratch scratch = {.context = mesh->context};
+    float* weights = PLII_TAKE(&scratch, float, mesh->node_count);
+    float* ranks = PLII_TAKE(&scratch, float, mesh->node_count);
     pli_status status = PLI_OK;
-    if (mesh->node_count > 0 && (weights == NULL || ranks == NULL)) {
+    if (scratch.is_short) {
         status = plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the weights of %d nodes",
                            mesh->node_count);
         goto finish;
@@ -136,8 +137,7 @@ static pli_status mass_distribute(pli_mesh* mesh, float mass, mass_gather_fn* ga
         if (mesh->inverse_masses[i] > 0.0f) { mesh->inverse_masses[i] = weights[i] > 0.0f ? weights[i] : rest; }
     }
 finish:
-    plii_release(mesh->context, weights, size);
-    plii_release(mesh->context, ranks, size);
+    plii_scratch_free(&scratch);
     return status;
 }
 

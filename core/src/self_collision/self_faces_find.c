@@ -1,5 +1,6 @@
 /* Which nodes and faces, and which edges, of one body could come together, and the plane between their sides. */
 
+#include "base/csr.h"
 #include "geometry/closest_point.h"
 #include "math/bounds.h"
 #include "math/range.h"
@@ -30,11 +31,7 @@ void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* sta
             ++rows[a];
         }
     }
-    int sum = 0;
-    for (int i = 0; i <= body->node_count; ++i) {
-        sum += rows[i];
-        rows[i] = sum;
-    }
+    (void)plii_csr_sum(body->node_count, rows);
     for (int f = topology->face_count - 1; f >= 0; --f) {
         for (int k = 2; k >= 0; --k) {
             self_faces_edge(topology->faces[f], k, &a, &b);

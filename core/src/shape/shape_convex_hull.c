@@ -1,5 +1,6 @@
 /* Convex hull of points, grown by a radius. Inside the hull the nearest side counts, outside the nearest triangle. */
 
+#include "base/scratch.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "geometry/convex_hull.h"
@@ -157,17 +158,16 @@ static void hull_measure_extent(hull_data* hull) {
 static pli_status hull_build(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
                              const char* function) {
     pli_context* context = hull->context;
-    const size_t triangles = (size_t)source->triangle_count;
-    int* map = plii_allocate(context, (size_t)point_count * sizeof *map);
-    pli_bounds* boxes = plii_allocate(context, triangles * sizeof *boxes);
-    bool has_memory = map != NULL && boxes != NULL;
+    plii_scratch scratch = {.context = context};
+    int* map = PLII_TAKE(&scratch, int, point_count);
+    pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, source->triangle_count);
+    bool has_memory = !scratch.is_short;
     if (has_memory) {
         hull_copy_corners(hull, source, point_count, points, map);
         hull_copy_triangles(hull, source, map, boxes);
         has_memory = plii_bvh_build(context, &hull->tree, hull->triangle_count, boxes);
     }
-    plii_release(context, boxes, triangles * sizeof *boxes);
-    plii_release(context, map, (size_t)point_count * sizeof *map);
+    plii_scratch_free(&scratch);
     if (!has_memory) {
         return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
     }

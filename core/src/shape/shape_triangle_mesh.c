@@ -5,6 +5,8 @@
    a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
    first `thickness` is inside; farther behind there is nothing. */
 
+#include "base/scratch.h"
+#include "base/union_find.h"
 #include "geometry/bvh.h"
 #include "geometry/closest_point.h"
 #include "math/bounds.h"
@@ -303,15 +305,6 @@ static int surface_add_triangles(surface_data* surface, int triangle_count, cons
     return side_count;
 }
 
-/* Root of a vertex in the forest of connected parts. */
-static int surface_root(int* parents, int vertex) {
-    while (parents[vertex] != vertex) {
-        parents[vertex] = parents[parents[vertex]];
-        vertex = parents[vertex];
-    }
-    return vertex;
-}
-
 /* Normals and flags of the edges; borders of the vertices; `parents` becomes the forest of connected parts. */
 static void surface_join_sides(surface_data* surface, surface_side* sides, int side_count, int* parents) {
     qsort(sides, (size_t)side_count, sizeof *sides, surface_compare_sides);
@@ -324,7 +317,7 @@ static void surface_join_sides(surface_data* surface, surface_side* sides, int s
             sum = pli_vec3_add(sum, surface->triangles[sides[end].triangle].normal);
         }
         const bool is_border = end - begin == 1;
-        parents[surface_root(parents, high)] = surface_root(parents, low);
+        plii_union_join(parents, low, high);
         if (is_border) {
             surface->vertices[low].is_border = true;
             surface->vertices[high].is_border = true;
@@ -346,9 +339,7 @@ static void surface_finish_vertices(surface_data* surface) {
 
 /* A part is open when one of its vertices is on a border. `parents` is used up: a root of an open part becomes -1. */
 static void surface_find_open_parts(surface_data* surface, int* parents) {
-    for (int i = 0; i < surface->vertex_count; ++i) {
-        parents[i] = surface_root(parents, i);
-    }
+    plii_union_flatten(surface->vertex_count, parents);
     for (int i = 0; i < surface->vertex_count; ++i) {
         if (surface->vertices[i].is_border) {
             const int root = parents[i] < 0 ? -1 - parents[i] : parents[i];
@@ -391,24 +382,19 @@ static bool surface_build_tree(surface_data* surface) {
 /* False when out of memory. With no usable triangle there is no tree. */
 static bool surface_build(surface_data* surface, int point_count, const pli_vec3* points, int triangle_count,
                           const int* triangles) {
-    pli_context* context = surface->context;
-    const size_t map_size = (size_t)point_count * sizeof(int);
-    const size_t sides_size = (size_t)triangle_count * 3 * sizeof(surface_side);
-    int* map = plii_allocate(context, map_size); /* vertex of point, then forest of parts */
-    surface_side* sides = plii_allocate(context, sides_size);
-    bool is_built = map != NULL && sides != NULL && surface_weld(surface, point_count, points, map);
+    plii_scratch scratch = {.context = surface->context};
+    int* map = PLII_TAKE(&scratch, int, point_count); /* vertex of point, then forest of parts */
+    surface_side* sides = PLII_TAKE(&scratch, surface_side, (size_t)triangle_count * 3);
+    bool is_built = !scratch.is_short && surface_weld(surface, point_count, points, map);
     if (is_built) {
         const int side_count = surface_add_triangles(surface, triangle_count, triangles, map, sides);
-        for (int i = 0; i < surface->vertex_count; ++i) {
-            map[i] = i;
-        }
+        plii_union_start(surface->vertex_count, map);
         surface_join_sides(surface, sides, side_count, map);
         surface_finish_vertices(surface);
         surface_find_open_parts(surface, map);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
     }
-    plii_release(context, sides, sides_size);
-    plii_release(context, map, map_size);
+    plii_scratch_free(&scratch);
     return is_built;
 }
 

@@ -3,6 +3,8 @@
 
 #include "solver/coloring/link_quads.h"
 
+#include "base/csr.h"
+
 #include <string.h>
 
 enum {
@@ -205,11 +207,7 @@ static void link_quads_list_halves(const pli_body* body, plii_link_quads* quads)
         ++begin[body->links[i].nodes[0]];
         ++begin[body->links[i].nodes[1]];
     }
-    int sum = 0;
-    for (int i = 0; i <= body->node_count; ++i) {
-        sum += begin[i];
-        begin[i] = sum;
-    }
+    (void)plii_csr_sum(body->node_count, begin);
     for (int i = body->link_count - 1; i >= 0; --i) {
         const int* nodes = body->links[i].nodes;
         for (int k = 0; k < 2; ++k) {

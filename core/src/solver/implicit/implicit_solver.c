@@ -4,6 +4,7 @@
    with them. Pose matching and contacts of other kinds then correct positions as in the position-based solver, and the
    velocities of the nodes that they move follow. */
 
+#include "base/union_find.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/definition.h"
@@ -82,32 +83,18 @@ static void implicit_iterate(const pli_body* body, implicit_state* state, bool i
     }
 }
 
-/* Smallest node of what hangs together by links and by rigid bodies that can move. */
-static int implicit_group(const plii_implicit_system* system, int component) {
-    while (system->groups[component] != component) {
-        component = system->groups[component];
-    }
-    return component;
-}
-
+/* Groups of components: what hangs together by links and by rigid bodies that can move. */
 static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
     const plii_implicit_constraints* constraints = system->constraints;
-    for (int i = 0; i < system->node_count; ++i) {
-        system->groups[i] = i;
-    }
+    plii_union_start(system->node_count, system->groups);
     for (int r = 0; r < constraints->rigid_count; ++r) {
-        int group = PLI_NULL_INDEX;
+        int first = PLI_NULL_INDEX;
         for (int i = 0; i < constraints->count && constraints->rigids[r].is_dynamic; ++i) {
             const plii_implicit_constraint* constraint = &constraints->items[i];
             if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int other = implicit_group(system, graph->components[constraint->node]);
-            if (group == PLI_NULL_INDEX) {
-                group = other;
-            } else if (other != group) {
-                const int first = other < group ? other : group, second = other < group ? group : other;
-                system->groups[second] = first;
-                group = first;
-            }
+            const int component = graph->components[constraint->node];
+            if (first == PLI_NULL_INDEX) { first = component; }
+            plii_union_join(system->groups, first, component);
         }
     }
 }
@@ -127,7 +114,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         masses[i] = (plii_dvec3){0};
     }
     for (int i = 0; i < body->node_count; ++i) {
-        const int group = implicit_group(system, graph->components[i]);
+        const int group = plii_union_root(system->groups, graph->components[i]);
         const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
         implicit_add_masses(&masses[group], mass, mass, mass);
         if (!isfinite(mass)) { continue; }
@@ -139,7 +126,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         for (int i = 0; i < constraints->count; ++i) {
             const plii_implicit_constraint* constraint = &constraints->items[i];
             if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int group = implicit_group(system, graph->components[constraint->node]);
+            const int group = plii_union_root(system->groups, graph->components[constraint->node]);
             if (rigid->is_dynamic) {
                 const double *m = rigid->mass, *q = rigid->change;
                 implicit_add_masses(&masses[group], m[0], m[1], m[2]);
@@ -150,7 +137,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
-        const int group = implicit_group(system, graph->components[i]);
+        const int group = plii_union_root(system->groups, graph->components[i]);
         if (group == i) {
             momenta[i] =
                 plii_dvec3_make(-momenta[i].x / masses[i].x, -momenta[i].y / masses[i].y, -momenta[i].z / masses[i].z);
@@ -162,7 +149,7 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         for (int i = 0; i < constraints->count && rigid->is_dynamic; ++i) {
             const plii_implicit_constraint* constraint = &constraints->items[i];
             if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const plii_dvec3 shift = momenta[implicit_group(system, graph->components[constraint->node])];
+            const plii_dvec3 shift = momenta[plii_union_root(system->groups, graph->components[constraint->node])];
             rigid->change[0] += shift.x;
             rigid->change[1] += shift.y;
             rigid->change[2] += shift.z;

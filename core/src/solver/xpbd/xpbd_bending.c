@@ -1,6 +1,7 @@
 /* XPBD: dihedral angles, C = angle between the normals of two faces with a common edge - rest angle. The gradient is
    that of Bridson, Marino, Fedkiw, "Simulation of Clothing with Folds and Wrinkles". */
 
+#include "base/csr.h"
 #include "math/definition.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -142,12 +143,7 @@ static void xpbd_bending_sort_edges(const pli_body* body, const xpbd_bending_scr
             ++begin[a < b ? a : b];
         }
     }
-    int sum = 0;
-    for (int i = 0; i < body->node_count; ++i) {
-        sum += begin[i];
-        begin[i] = sum;
-    }
-    begin[body->node_count] = sum;
+    (void)plii_csr_sum(body->node_count, begin);
     for (int i = topology->face_count - 1; i >= 0; --i) {
         for (int k = 2; k >= 0; --k) {
             const int a = topology->faces[i][k], b = topology->faces[i][(k + 1) % 3];

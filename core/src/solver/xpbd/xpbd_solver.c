@@ -282,66 +282,31 @@ static const plii_solver_class xpbd_solver = {.name = "XPBD",
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t xpbd_records_size(int node_count) {
-    return (size_t)node_count * sizeof(pli_vec4);
-}
-
-static void xpbd_release(pli_body* body, xpbd_state* state, int node_count) {
-    const size_t size = xpbd_records_size(node_count);
-    plii_release(body->context, state->displacements, size);
-    plii_release(body->context, state->start_displacements, size);
-    plii_release(body->context, state->accelerations, size);
-}
-
 static pli_status xpbd_enable(pli_body* body, void* data) {
-    xpbd_state* state = data;
-    const size_t size = xpbd_records_size(body->node_count);
-    state->displacements = plii_allocate(body->context, size);
-    state->start_displacements = plii_allocate(body->context, size);
-    state->accelerations = plii_allocate(body->context, size);
-    if (state->displacements == NULL || state->start_displacements == NULL || state->accelerations == NULL) {
-        xpbd_release(body, state, body->node_count);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    (void)data;
     body->solver_class = &xpbd_solver;
     return PLI_OK;
 }
 
 static void xpbd_disable(pli_body* body, void* data) {
-    xpbd_release(body, data, body->node_count);
+    (void)data;
     body->solver_class = &plii_position_solver;
 }
 
-static size_t xpbd_bytes(const pli_body* body, const void* data) {
-    (void)data;
-    return 3 * xpbd_records_size(body->node_count);
-}
-
-static int xpbd_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                size_t* sizes) {
-    (void)body;
-    (void)data;
-    sizes[0] = sizes[1] = sizes[2] = xpbd_records_size(change->node_count);
-    return 3;
-}
-
 /* Nothing of a step is needed by the next one. */
-static void xpbd_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    xpbd_state* state = data;
-    xpbd_release(body, state, change->old_node_count);
-    state->displacements = blocks[0];
-    state->start_displacements = blocks[1];
-    state->accelerations = blocks[2];
-}
+static const plii_feature_array xpbd_arrays[] = {
+    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE},
+    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE},
+    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE},
+    {0},
+};
 
 static const plii_feature_class xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
+    .arrays = xpbd_arrays,
     .enable = xpbd_enable,
     .disable = xpbd_disable,
-    .bytes = xpbd_bytes,
-    .topology_blocks = xpbd_topology_blocks,
-    .topology_commit = xpbd_topology_commit,
 };
 
 // -------------------------------------------------------------------------------------------- kinds of constraints

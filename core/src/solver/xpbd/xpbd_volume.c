@@ -98,45 +98,21 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* su
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t xpbd_volume_bytes(const pli_body* body, const void* data) {
-    (void)data;
-    return (size_t)body->node_count * sizeof(pli_vec4);
-}
-
 static pli_status xpbd_volume_enable(pli_body* body, void* data) {
-    xpbd_volume_state* state = data;
-    state->gradients = plii_allocate(body->context, xpbd_volume_bytes(body, data));
-    if (state->gradients == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    state->rest_volume = (double)plii_body_volume(body);
+    ((xpbd_volume_state*)data)->rest_volume = (double)plii_body_volume(body);
     return PLI_OK;
 }
 
-static void xpbd_volume_disable(pli_body* body, void* data) {
-    plii_release(body->context, ((xpbd_volume_state*)data)->gradients, xpbd_volume_bytes(body, data));
-}
-
-static int xpbd_volume_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                       size_t* sizes) {
-    (void)body;
-    (void)data;
-    sizes[0] = (size_t)change->node_count * sizeof(pli_vec4);
-    return 1;
-}
-
-static void xpbd_volume_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    xpbd_volume_state* state = data;
-    plii_release(body->context, state->gradients, (size_t)change->old_node_count * sizeof *state->gradients);
-    state->gradients = blocks[0];
-}
+static const plii_feature_array xpbd_volume_arrays[] = {
+    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE},
+    {0},
+};
 
 static const plii_feature_class xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
+    .arrays = xpbd_volume_arrays,
     .enable = xpbd_volume_enable,
-    .disable = xpbd_volume_disable,
-    .bytes = xpbd_volume_bytes,
-    .topology_blocks = xpbd_volume_topology_blocks,
-    .topology_commit = xpbd_volume_topology_commit,
 };
 
 enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */

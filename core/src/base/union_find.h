@@ -1,0 +1,33 @@
+#ifndef PLII_UNION_FIND_H
+#define PLII_UNION_FIND_H
+
+/* Disjoint sets of indices, as a forest in an array of parents. The root of a set is its smallest index, so the order
+   of joining does not matter. */
+
+static inline void plii_union_start(int count, int* parents) {
+    for (int i = 0; i < count; ++i) {
+        parents[i] = i;
+    }
+}
+
+static inline int plii_union_root(int* parents, int i) {
+    while (parents[i] != i) {
+        parents[i] = parents[parents[i]];
+        i = parents[i];
+    }
+    return i;
+}
+
+static inline void plii_union_join(int* parents, int i, int k) {
+    const int a = plii_union_root(parents, i), b = plii_union_root(parents, k);
+    parents[a > b ? a : b] = a < b ? a : b;
+}
+
+/* Every parent becomes the root. */
+static inline void plii_union_flatten(int count, int* parents) {
+    for (int i = 0; i < count; ++i) {
+        parents[i] = plii_union_root(parents, i);
+    }
+}
+
+#endif
