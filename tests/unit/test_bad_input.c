@@ -346,7 +346,7 @@ static const bad_case bad_cases[] = {
     {solve_before_predict, PLI_ERROR_WRONG_STATE, "pli_world_solve", "predicted"},
     {collide_before_predict, PLI_ERROR_WRONG_STATE, "pli_world_collide_rigid", "between"},
     {gravity_of_nan, PLI_ERROR_NOT_FINITE, "pli_world_set_gravity", "gravity"},
-    {rigid_without_mass, PLI_ERROR_INVALID_VALUE, "pli_rigid_create", "inverse mass 0"},
+    {rigid_without_mass, PLI_ERROR_INVALID_VALUE, "pli_rigid_create", "inverse_mass is 0"},
     {rigid_with_a_null_shape, PLI_ERROR_NULL_ARGUMENT, "pli_rigid_create", "shape 0"},
     {rigid_state_of_nan, PLI_ERROR_NOT_FINITE, "pli_rigid_set_state", "pose"},
     {sphere_of_negative_radius, PLI_ERROR_INVALID_VALUE, "pli_shape_create_sphere", "-1"},

@@ -174,6 +174,11 @@ void plii_feature_disable(pli_body* body, const plii_feature_class* klass) {
     feature_drop_user(body, klass);
 }
 
+pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass) {
+    if (check == PLI_OK) { plii_feature_disable(body, klass); }
+    return check;
+}
+
 void plii_feature_disable_all(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     /* A feature is enabled after its needs, so going backwards no need goes before its user. */

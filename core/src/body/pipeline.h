@@ -9,6 +9,8 @@
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
 /* Undoes plii_feature_enable, and the needs that nobody else has. Nothing when not enabled. */
 void plii_feature_disable(pli_body* body, const plii_feature_class* klass);
+/* The call of a user, when it was found allowed; returns `check`. */
+pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_feature_class* klass);
 bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* klass);
 /* Another body of the world has it. */
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);

@@ -57,53 +57,28 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
     return plii_lanes_bits(is_within) == 15;
 }
 
-static pli_status rigid_check_pose(pli_context* context, pli_transform pose, const char* function) {
-    const pli_mat3* rotation = &pose.rotation;
-    for (int i = 0; i < 3; ++i) {
-        PLII_TRY(
-            plii_check_vec3_within(context, rotation->rows[i], RIGID_MAX_ROTATION, "a row of the rotation", function));
-    }
-    return plii_check_vec3_within(context, pose.origin, PLI_MAX_COORDINATE, "the origin", function);
-}
-
-static pli_status rigid_check_limits(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
-                                     const char* function) {
-    PLII_TRY(rigid_check_pose(context, state->pose, function));
-    if (kind == PLI_RIGID_STATIC) { return PLI_OK; }
-    PLII_TRY(plii_check_vec3_within(context, state->linear_velocity, PLI_MAX_SPEED, "the linear velocity", function));
-    PLII_TRY(plii_check_vec3_within(context, state->angular_velocity, PLI_MAX_ANGULAR_SPEED, "the angular velocity",
-                                    function));
-    if (kind == PLI_RIGID_KINEMATIC) { return PLI_OK; }
-    if (!plii_is_inverse_mass(state->inverse_mass)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the inverse mass is %g, masses go from %g to %g",
-                         (double)state->inverse_mass, (double)PLI_MIN_MASS, (double)PLI_MAX_MASS);
-    }
-    for (int i = 0; i < 3; ++i) {
-        PLII_TRY(plii_check_vec3_within(context, state->inverse_inertia_world.rows[i], PLI_MAX_INVERSE_INERTIA,
-                                        "a row of the inverse inertia", function));
-    }
-    return PLI_OK;
-}
+/* Static bodies use the first four, kinematic ones six. */
+static const plii_field rigid_fields[] = {
+    PLII_FIELD(pli_rigid_state, pose.rotation.rows[0], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
+    PLII_FIELD(pli_rigid_state, pose.rotation.rows[1], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
+    PLII_FIELD(pli_rigid_state, pose.rotation.rows[2], -RIGID_MAX_ROTATION, RIGID_MAX_ROTATION),
+    PLII_FIELD(pli_rigid_state, pose.origin, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_rigid_state, linear_velocity, -PLI_MAX_SPEED, PLI_MAX_SPEED),
+    PLII_FIELD(pli_rigid_state, angular_velocity, -PLI_MAX_ANGULAR_SPEED, PLI_MAX_ANGULAR_SPEED),
+    PLII_FIELD(pli_rigid_state, inverse_mass, 0.999f / PLI_MAX_MASS, 1.001f / PLI_MIN_MASS), /* plii_is_inverse_mass */
+    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[0], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
+    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[1], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
+    PLII_FIELD(pli_rigid_state, inverse_inertia_world.rows[2], -PLI_MAX_INVERSE_INERTIA, PLI_MAX_INVERSE_INERTIA),
+};
+enum { RIGID_POSE_FIELDS = 4, RIGID_MOTION_FIELDS = 6, RIGID_FIELDS = sizeof rigid_fields / sizeof *rigid_fields };
 
 /* The error of a state, if there is one. */
 static pli_status rigid_judge_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
                                     const char* function) {
-    if (!plii_transform_is_finite(state->pose)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose is not finite");
-    }
-    if (kind != PLI_RIGID_STATIC &&
-        (!plii_vec3_is_finite(state->linear_velocity) || !plii_vec3_is_finite(state->angular_velocity))) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "a velocity is not finite");
-    }
-    if (kind != PLI_RIGID_DYNAMIC) { return rigid_check_limits(context, kind, state, function); }
-    if (!(state->inverse_mass > 0.0f) || !plii_is_finite(state->inverse_mass)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "inverse mass %g of a dynamic body is not positive and finite", (double)state->inverse_mass);
-    }
-    if (!plii_mat3_is_finite(state->inverse_inertia_world)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the inverse inertia is not finite");
-    }
-    return rigid_check_limits(context, kind, state, function);
+    static const int counts[] = {[PLI_RIGID_STATIC] = RIGID_POSE_FIELDS,
+                                 [PLI_RIGID_KINEMATIC] = RIGID_MOTION_FIELDS,
+                                 [PLI_RIGID_DYNAMIC] = RIGID_FIELDS};
+    return plii_check_fields(context, state, counts[kind], rigid_fields, function);
 }
 
 static inline pli_status rigid_check_state(pli_context* context, pli_rigid_kind kind, const pli_rigid_state* state,
@@ -160,28 +135,24 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             snprintf(name, sizeof name, "shape %d", i);
             return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
-        if (poses != NULL && !plii_transform_is_finite(poses[i])) {
-            return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "the pose of shape %d is not finite", i);
+        _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
+        if (poses != NULL) {
+            PLII_TRY(plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function));
         }
-        if (poses != NULL) { PLII_TRY(rigid_check_pose(context, poses[i], function)); }
     }
     return PLI_OK;
 }
 
-static pli_status rigid_check_factors(pli_context* context, pli_vec3 linear, pli_vec3 angular, const char* function) {
-    if (plii_vec3_is_within(linear, PLI_MAX_FACTOR) && plii_vec3_is_within(angular, PLI_MAX_FACTOR)) { return PLI_OK; }
-    PLII_TRY(plii_check_vec3_within(context, linear, PLI_MAX_FACTOR, "linear_factor", function));
-    return plii_check_vec3_within(context, angular, PLI_MAX_FACTOR, "angular_factor", function);
-}
+static const plii_field rigid_def_fields[] = {
+    PLII_FIELD(pli_rigid_def, kind, PLI_RIGID_STATIC, PLI_RIGID_DYNAMIC),
+    PLII_FIELD(pli_rigid_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_def, linear_factor, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_def, angular_factor, -PLI_MAX_FACTOR, PLI_MAX_FACTOR),
+};
 
 static pli_status rigid_check_def(pli_context* context, const pli_rigid_def* def, const char* function) {
-    PLII_TRY(PLII_CHECK_MADE(context, pli_rigid_def, def, function));
-    if (def->kind < PLI_RIGID_STATIC || def->kind > PLI_RIGID_DYNAMIC) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "unknown kind %d", (int)def->kind);
-    }
+    PLII_TRY_DEF(context, pli_rigid_def, def, rigid_def_fields, function);
     PLII_TRY(rigid_check_state(context, def->kind, &def->state, function));
-    PLII_TRY(plii_check_between(context, def->friction, 0.0f, PLI_MAX_FACTOR, "friction", function));
-    PLII_TRY(rigid_check_factors(context, def->linear_factor, def->angular_factor, function));
     return rigid_check_shapes(context, def->shape_count, def->shapes, def->shape_poses, function);
 }
 
@@ -273,7 +244,8 @@ pli_status pli_rigid_set_friction(pli_rigid* rigid, float friction) {
 
 pli_status pli_rigid_set_factors(pli_rigid* rigid, pli_vec3 linear_factor, pli_vec3 angular_factor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
-    PLII_TRY(rigid_check_factors(rigid->context, linear_factor, angular_factor, __func__));
+    PLII_TRY(plii_check_vec3_within(rigid->context, linear_factor, PLI_MAX_FACTOR, "linear_factor", __func__));
+    PLII_TRY(plii_check_vec3_within(rigid->context, angular_factor, PLI_MAX_FACTOR, "angular_factor", __func__));
     rigid->linear_factor = linear_factor;
     rigid->angular_factor = angular_factor;
     return PLI_OK;

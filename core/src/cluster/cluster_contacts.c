@@ -292,9 +292,7 @@ pli_status pli_body_enable_cluster_contacts(pli_body* body, const pli_cluster_co
 }
 
 pli_status pli_body_disable_cluster_contacts(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &plii_cluster_contacts_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_cluster_contacts_class);
 }
 
 int pli_body_get_cluster_contacts(const pli_body* body, int capacity, pli_cluster_contact* contacts) {

@@ -59,7 +59,5 @@ pli_status pli_body_enable_bullet_node_boxes(pli_body* body) {
 }
 
 pli_status pli_body_disable_bullet_node_boxes(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_feature_disable(body, &node_boxes_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &node_boxes_class);
 }

@@ -157,9 +157,7 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
 }
 
 pli_status pli_body_disable_pose_matching(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &pose_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &pose_class);
 }
 
 pli_status pli_body_get_pose(const pli_body* body, pli_transform* transform) {

@@ -45,7 +45,5 @@ pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
 }
 
 pli_status pli_body_disable_pressure(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &pressure_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &pressure_class);
 }

@@ -65,7 +65,5 @@ pli_status pli_body_enable_step_smoothing(pli_body* body) {
 }
 
 pli_status pli_body_disable_step_smoothing(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_feature_disable(body, &step_smoothing_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &step_smoothing_class);
 }

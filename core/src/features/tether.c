@@ -178,7 +178,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         const pli_tether* tether = &state->tethers[load->node];
         plii_substep_rigid_point_restart(&load->point, substep);
         const int pinned = tether->pinned_node;
-        const pli_vec3 start = pli_vec3_add(plii_xyz(body->positions[pinned]), plii_xyz(substep->carried[pinned]));
+        const pli_vec3 start = pli_vec3_add(plii_xyz(body->positions[pinned]), plii_xyz(substep->start_displacements[pinned]));
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
     }
@@ -280,9 +280,7 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
 }
 
 pli_status pli_body_disable_tethers(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_feature_disable(body, &tether_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &tether_class);
 }
 
 pli_tether pli_body_get_tether(const pli_body* body, int node) {

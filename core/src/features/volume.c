@@ -65,7 +65,5 @@ pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient
 }
 
 pli_status pli_body_disable_volume_conservation(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &volume_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &volume_class);
 }

@@ -172,9 +172,7 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
 }
 
 pli_status pli_body_disable_self_faces(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_feature_disable(body, &self_faces_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &self_faces_class);
 }
 
 pli_self_faces_report pli_body_get_self_faces_report(const pli_body* body) {

@@ -380,9 +380,7 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
 }
 
 pli_status pli_body_disable_self_collision(pli_body* body) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
-    plii_feature_disable(body, &self_nodes_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &self_nodes_class);
 }
 
 pli_self_collision_report pli_body_get_self_collision_report(const pli_body* body) {
