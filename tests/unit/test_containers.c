@@ -1,0 +1,91 @@
+/* What base offers to hold things: compressed lists, disjoint sets, scratch memory, maps of edges. */
+
+#include "check.h"
+#include "failing_allocator.h"
+
+#include "base/csr.h"
+#include "base/edge_map.h"
+#include "base/scratch.h"
+#include "base/union_find.h"
+
+#include <pliant/pliant.h>
+
+static void test_lists_keep_the_order_of_items(void** state) {
+    (void)state;
+    const int keys[7] = {2, 0, 2, 3, 0, 2, 3};
+    int begin[6] = {9, 9, 9, 9, 9, 9}, items[7];
+    plii_csr_sort(5, 7, keys, begin, items);
+    const int expected_begin[6] = {0, 2, 2, 5, 7, 7}, expected_items[7] = {1, 4, 0, 2, 5, 3, 6};
+    assert_memory_equal(begin, expected_begin, sizeof begin);
+    assert_memory_equal(items, expected_items, sizeof items);
+    plii_csr_sort(0, 0, NULL, begin, NULL);
+    assert_int_equal(begin[0], 0);
+}
+
+static void test_the_root_of_a_set_is_its_smallest_index(void** state) {
+    (void)state;
+    const int joins[2][4][2] = {{{5, 3}, {1, 4}, {3, 4}, {6, 2}}, {{2, 6}, {4, 5}, {4, 1}, {5, 3}}};
+    const int expected[7] = {0, 1, 2, 1, 1, 1, 2};
+    for (int order = 0; order < 2; ++order) {
+        int parents[7];
+        plii_union_start(7, parents);
+        for (int i = 0; i < 4; ++i) {
+            plii_union_join(parents, joins[order][i][0], joins[order][i][1]);
+        }
+        plii_union_flatten(7, parents);
+        assert_memory_equal(parents, expected, sizeof parents);
+    }
+}
+
+/* With the n-th allocation failing all is given back, and the lack is known. */
+static void test_scratch_is_all_or_nothing(void** state) {
+    (void)state;
+    for (int allowed = 0; allowed <= 3; ++allowed) {
+        failing_allocator memory;
+        pli_context* context = failing_context(&memory);
+        memory.fail_at = allowed + 1;
+        memory.fails_for_good = true;
+        plii_scratch scratch = {.context = context};
+        const int* first = PLII_TAKE(&scratch, int, 10);
+        assert_null(PLII_TAKE(&scratch, int, 0));
+        const char* second = PLII_TAKE(&scratch, char, 5);
+        const double* third = PLII_TAKE(&scratch, double, 2);
+        assert_int_equal(first != NULL, allowed > 0);
+        assert_int_equal(second != NULL, allowed > 1);
+        assert_int_equal(third != NULL, allowed > 2);
+        assert_int_equal(scratch.is_short, allowed < 3);
+        if (allowed == 3) { assert_true(first[9] == 0 && second[4] == 0 && third[1] == 0.0); }
+        plii_scratch_free(&scratch);
+        assert_int_equal(pli_context_allocated_bytes(context), 0);
+        pli_context_destroy(context);
+    }
+}
+
+static void test_edges_are_ordered_by_their_nodes(void** state) {
+    (void)state;
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
+    plii_edge_map map = {.context = context};
+    const int edges[5][2] = {{4, 2}, {0, 3}, {2, 3}, {3, 0}, {1, 0}}, expected[4] = {3, 1, 2, 0};
+    for (int i = 0; i < 5; ++i) {
+        assert_int_equal(plii_edge_map_add(&map, edges[i][0], edges[i][1]), i == 4 ? 3 : i == 3 ? 1 : i);
+    }
+    int order[4];
+    assert_true(plii_edge_map_order(&map, 5, order));
+    assert_memory_equal(order, expected, sizeof order);
+    assert_int_equal(plii_edge_map_find(&map, 2, 4), 0);
+    assert_int_equal(plii_edge_map_find(&map, 1, 4), PLI_NULL_INDEX);
+    plii_edge_map_free(&map);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    pli_context_destroy(context);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lists_keep_the_order_of_items),
+        cmocka_unit_test(test_the_root_of_a_set_is_its_smallest_index),
+        cmocka_unit_test(test_scratch_is_all_or_nothing),
+        cmocka_unit_test(test_edges_are_ordered_by_their_nodes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
