@@ -62,6 +62,13 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return _mm256_movemask_ps((plii_float8)(a < b));
 }
+/* Of two records: w, w, w, w, and x, y, z, 0. */
+PLII_SIMD_INLINE plii_float8 plii_float8_all_w(plii_float8 a) {
+    return _mm256_shuffle_ps(a, a, 0xff);
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_xyz(plii_float8 a) {
+    return _mm256_blend_ps(a, _mm256_setzero_ps(), 0x88);
+}
 /* plii_float4_transpose of both halves. */
 PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
     const plii_float8 xy01 = _mm256_unpacklo_ps(r[0], r[1]), zw01 = _mm256_unpackhi_ps(r[0], r[1]);
@@ -127,6 +134,12 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 }
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return plii_lanes_bits(a.low < b.low) | plii_lanes_bits(a.high < b.high) << PLII_LANES;
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_all_w(plii_float8 a) {
+    return (plii_float8){plii_lanes_all_w(a.low), plii_lanes_all_w(a.high)};
+}
+PLII_SIMD_INLINE plii_float8 plii_float8_xyz(plii_float8 a) {
+    return (plii_float8){plii_lanes_xyz(a.low), plii_lanes_xyz(a.high)};
 }
 PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
     plii_float4 low[4] = {r[0].low, r[1].low, r[2].low, r[3].low};

@@ -36,10 +36,10 @@ PLII_SIMD_INLINE plii_float8 links_where_finite(plii_float8 a) {
     return plii_float8_where_greater(plii_float8_sub(a, a), plii_float8_all(-1.0f), a);
 }
 
-/* Of the links of a batch, all of one tag. */
+/* Of the links of a group. */
 typedef struct links_law {
     const plii_links_task* task;
-    plii_link_softness softness;
+    const plii_link_softness* softness;
     int kind;
 } links_law;
 
@@ -54,8 +54,8 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
     if (law->kind == LINKS_RIGID) { return links_where_finite(plii_float8_div(force, plii_float8_mul(mass, length))); }
     const plii_links_task* task = law->task;
     const plii_float8 inverse = plii_float8_where_greater(length, zero, plii_float8_div(plii_float8_all(1.0f), length));
-    const plii_float8 alpha = plii_float8_all(law->softness.alpha);
-    const plii_float8 gamma = plii_float8_all(law->softness.gamma);
+    const plii_float8 alpha = plii_float8_all(law->softness->alpha);
+    const plii_float8 gamma = plii_float8_all(law->softness->gamma);
     float* multipliers = task->multipliers + slot;
     plii_float8 multiplier = zero;
     if (task->reads_multipliers) {
@@ -66,7 +66,7 @@ PLII_SIMD_LARGE plii_float8 links_factor_of_xpbd(plii_float8 length_squared, pli
         force = plii_float8_sub(force, plii_float8_mul(gamma, plii_float8_mul(motion, inverse)));
     }
     const plii_float8 divisor =
-        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + law->softness.gamma), mass), alpha);
+        plii_float8_add(plii_float8_mul(plii_float8_all(1.0f + law->softness->gamma), mass), alpha);
     const plii_float8 change =
         links_where_finite(plii_float8_where_greater(mass, zero, plii_float8_div(force, divisor)));
     if (task->writes_multipliers) { plii_float8_store(multipliers, plii_float8_add(multiplier, change)); }
@@ -129,7 +129,7 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
                                                  plii_vec3x8_sub(quads->moved[a], quads->start_displacements[a])));
     }
     own.factor = law->kind == LINKS_POSITIONS
-                     ? links_factor_on_positions(length_squared, mass, rest, law->softness.inverse_stiffness)
+                     ? links_factor_on_positions(length_squared, mass, rest, law->softness->inverse_stiffness)
                      : links_factor_of_xpbd(length_squared, motion, mass, rest, law, slot);
     return own;
 }
@@ -187,9 +187,13 @@ PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_lin
     links_scatter(quads, 0, task, scaled_indices[0]);
 }
 
-/* Groups with links between the same nodes, of one tag; their rows and places follow each other. */
-PLII_SIMD_INLINE void links_batch(const links_law* law, const plii_link_group* groups, int count, int pairs) {
-    const plii_links_task* task = law->task;
+PLII_SIMD_INLINE const plii_link_softness* links_softness(const plii_links_task* task, plii_link_tag tag) {
+    return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
+}
+
+/* Groups with links between the same nodes, of one constraint; their rows and places follow each other. */
+PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
+                                  int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[groups->first_scaled_index];
     const bool are_single = pairs == PLII_LINK_SINGLE;
     const int node_count = are_single ? 2 : 4;
@@ -197,44 +201,42 @@ PLII_SIMD_INLINE void links_batch(const links_law* law, const plii_link_group* g
     const ptrdiff_t stride = PLII_LINK_LANES * links_before(pairs, PLII_LINK_PAIRS);
     links_quads quads[LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
-        links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, law->kind);
-        links_round(&quads[i], 0, pairs, law, slot + i * stride);
+        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, kind);
+        links_round(&quads[i], 0, pairs, &law, slot + i * stride);
     }
     for (int i = 0; i < count && !are_single; ++i) {
-        links_round(&quads[i], 1, pairs, law, slot + i * stride);
+        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        links_round(&quads[i], 1, pairs, &law, slot + i * stride);
     }
     for (int i = 0; i < count; ++i) {
-        if (!are_single) { links_round(&quads[i], 2, pairs, law, slot + i * stride); }
+        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        if (!are_single) { links_round(&quads[i], 2, pairs, &law, slot + i * stride); }
         links_scatter_all(&quads[i], task, scaled_indices + node_count * i, pairs);
     }
 }
 
-PLII_SIMD_INLINE links_law links_law_of(const plii_links_task* task, plii_link_tag tag, int kind) {
-    const int index = 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
-    return (links_law){task, task->softness[index], kind};
-}
 PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) {
     if (task->apart == NULL) { return LINKS_POSITIONS; }
-    const links_law law = links_law_of(task, tag, LINKS_RIGID);
-    if (!(law.softness.alpha > 0.0f)) { return LINKS_RIGID; }
-    return law.softness.gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
+    const plii_link_softness* softness = links_softness(task, tag);
+    if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
+    return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
 }
 
 /* What most quads are gets code of its own. */
 PLII_SIMD_INLINE void links_batch_of_kind(const plii_links_task* task, const plii_link_group* groups, int count,
                                           int kind) {
     const int pairs = groups->pairs;
-    const links_law law = links_law_of(task, groups->tag, kind);
     if (pairs == PLII_LINK_SINGLE) {
-        links_batch(&law, groups, count, PLII_LINK_SINGLE);
+        links_batch(task, groups, count, PLII_LINK_SINGLE, kind);
     } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_TWO_TRIANGLES) {
-        links_batch(&law, groups, count, PLII_LINK_TWO_TRIANGLES);
+        links_batch(task, groups, count, PLII_LINK_TWO_TRIANGLES, kind);
     } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_ALL_PAIRS) {
-        links_batch(&law, groups, count, PLII_LINK_ALL_PAIRS);
+        links_batch(task, groups, count, PLII_LINK_ALL_PAIRS, kind);
     } else if (PLII_FLOAT8_IS_ONE && pairs == PLII_LINK_PATH) {
-        links_batch(&law, groups, count, PLII_LINK_PATH);
+        links_batch(task, groups, count, PLII_LINK_PATH, kind);
     } else {
-        links_batch(&law, groups, count, pairs);
+        links_batch(task, groups, count, pairs, kind);
     }
 }
 /* The first groups, as far as they may be solved together; returns how many they are. */
@@ -242,7 +244,7 @@ static int links_first_batch(const plii_links_task* task, const plii_link_group*
     const int kind = links_kind(task, groups->tag);
     int count = 1;
     while (count < most && count < LINKS_BATCH && groups[count].pairs == groups->pairs &&
-           groups[count].tag == groups->tag) {
+           links_kind(task, groups[count].tag) == kind) {
         ++count;
     }
     if (kind == LINKS_POSITIONS) {

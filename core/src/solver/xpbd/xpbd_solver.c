@@ -8,6 +8,7 @@
 #include "body/world_state.h"
 #include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
+#include "solver/xpbd/xpbd_nodes.h"
 
 enum {
     XPBD_MAX_KINDS = 16,
@@ -104,96 +105,6 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_solver_update_predicted_bounds(body);
 }
 
-/* A pass over the nodes between sweeps. The w of velocities and accelerations is 0, that of positions, displacements
-   and what they were at the start of the substep is the inverse mass. */
-typedef struct xpbd_pass {
-    pli_vec4 *positions, *velocities, *displacements, *start_displacements;
-    const pli_vec4 *previous, *accelerations;
-    float dt, inverse_dt; /* of the substep */
-    float kept;           /* of velocities at the end of the step */
-    bool follows;         /* positions, with the nodes */
-} xpbd_pass;
-
-PLII_SIMD_INLINE void xpbd_move_node(const xpbd_pass* pass, int node, plii_float4 velocity,
-                                     plii_float4 start_displacements) {
-    const plii_float4 dt = plii_float4_all(pass->dt);
-    velocity = plii_float4_add(velocity, plii_float4_mul(plii_float4_from(&pass->accelerations[node]), dt));
-    plii_float4_to(&pass->velocities[node], velocity);
-    plii_float4_to(&pass->displacements[node], plii_float4_add(start_displacements, plii_float4_mul(velocity, dt)));
-}
-
-/* To the first substep. */
-static void xpbd_begin_range(int begin, int end, void* task) {
-    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy; /* no store can change it */
-    const plii_mask4 xyz = {-1, -1, -1, 0};
-    for (int i = begin; i < end; ++i) {
-        const plii_float4 predicted = plii_float4_from(&pass->positions[i]);
-        const plii_float4 start_displacements = plii_lanes_select(xyz, plii_float4_all(0.0f), predicted);
-        plii_float4_to(&pass->positions[i], plii_lanes_select(xyz, plii_float4_from(&pass->previous[i]), predicted));
-        plii_float4_to(&pass->start_displacements[i], start_displacements);
-        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]), start_displacements);
-    }
-}
-
-static void xpbd_move_range(int begin, int end, void* task) {
-    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy;
-    for (int i = begin; i < end; ++i) {
-        xpbd_move_node(pass, i, plii_float4_from(&pass->velocities[i]),
-                       plii_float4_from(&pass->start_displacements[i]));
-    }
-}
-
-/* Velocities get what constraints changed, exactly nothing where they did nothing: the whole motion over dt would give
-   them its rounding in every substep. Pinned nodes keep theirs. */
-PLII_SIMD_INLINE plii_float4 xpbd_finish_node(const xpbd_pass* pass, int node, plii_float4 displacement) {
-    const plii_float4 velocity = plii_float4_from(&pass->velocities[node]);
-    const plii_float4 free = plii_float4_add(plii_float4_from(&pass->start_displacements[node]),
-                                             plii_float4_mul(velocity, plii_float4_all(pass->dt)));
-    const plii_float4 change = plii_float4_sub(displacement, free);
-    const plii_float4 changed = plii_float4_add(velocity, plii_float4_mul(change, plii_float4_all(pass->inverse_dt)));
-    return plii_lanes_select(plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(displacement)), changed, velocity);
-}
-
-/* The displacement of a node from where its position is then. */
-PLII_SIMD_INLINE plii_float4 xpbd_follow_node(const xpbd_pass* pass, int node, plii_float4 displacement) {
-    if (!pass->follows) { return displacement; }
-    const plii_float4 before = plii_float4_from(&pass->positions[node]);
-    const plii_float4 after = plii_float4_add(before, plii_lanes_xyz(displacement));
-    plii_float4_to(&pass->positions[node], after);
-    return plii_float4_sub(displacement, plii_float4_sub(after, before));
-}
-
-static void xpbd_finish_range(int begin, int end, void* task) {
-    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy;
-    for (int i = begin; i < end; ++i) {
-        const plii_float4 displacement = plii_float4_from(&pass->displacements[i]);
-        plii_float4_to(&pass->velocities[i], xpbd_finish_node(pass, i, displacement));
-        plii_float4_to(&pass->start_displacements[i], xpbd_follow_node(pass, i, displacement));
-    }
-}
-
-static void xpbd_finish_and_move_range(int begin, int end, void* task) {
-    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy;
-    for (int i = begin; i < end; ++i) {
-        const plii_float4 displacement = plii_float4_from(&pass->displacements[i]);
-        const plii_float4 velocity = xpbd_finish_node(pass, i, displacement);
-        const plii_float4 start_displacements = xpbd_follow_node(pass, i, displacement);
-        plii_float4_to(&pass->start_displacements[i], start_displacements);
-        xpbd_move_node(pass, i, velocity, start_displacements);
-    }
-}
-
-static void xpbd_damp_range(int begin, int end, void* task) {
-    const xpbd_pass copy = *(const xpbd_pass*)task, *pass = &copy;
-    const plii_float4 kept = plii_float4_all(pass->kept);
-    for (int i = begin; i < end; ++i) {
-        const plii_float4 velocity = plii_float4_from(&pass->velocities[i]);
-        const plii_mask4 is_free =
-            plii_lanes_less(plii_float4_all(0.0f), plii_lanes_all_w(plii_float4_from(&pass->positions[i])));
-        plii_float4_to(&pass->velocities[i], plii_lanes_select(is_free, plii_float4_mul(velocity, kept), velocity));
-    }
-}
-
 static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
@@ -207,38 +118,52 @@ static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds
     }
 }
 
-static void xpbd_run_pass(pli_body* body, xpbd_pass* pass, pli_range_fn* range) {
-    plii_parallel_for(body->context, range, pass, body->node_count, XPBD_NODES_GRAIN);
+static const plii_xpbd_nodes_kernel* xpbd_nodes_kernel_of(pli_simd simd) {
+#if PLIANT_SIMD_X86
+    if (simd == PLI_SIMD_AVX2) { return &plii_xpbd_nodes_avx2; }
+#else
+    (void)simd;
+#endif
+    return &plii_xpbd_nodes_base;
+}
+
+static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
+    plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
+}
+
+static bool xpbd_has_finish(const xpbd_kinds* kinds) {
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k]->finish != NULL) { return true; }
+    }
+    return false;
 }
 
 static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
-    xpbd_pass pass = {.positions = body->positions,
-                      .velocities = body->velocities,
-                      .displacements = state->displacements,
-                      .start_displacements = state->start_displacements,
-                      .previous = body->previous,
-                      .accelerations = state->accelerations,
-                      .dt = substep->dt,
-                      .inverse_dt = substep->inverse_dt,
-                      .kept = 1.0f - body->solver.velocity_damping};
-    bool has_finish = false;
-    for (int k = 0; k < kinds->count; ++k) {
-        has_finish = has_finish || kinds->at[k]->finish != NULL;
-    }
+    const plii_xpbd_nodes_kernel* pass = xpbd_nodes_kernel_of(body->context->simd);
+    plii_xpbd_nodes nodes = {.positions = body->positions,
+                             .velocities = body->velocities,
+                             .displacements = state->displacements,
+                             .start_displacements = state->start_displacements,
+                             .previous = body->previous,
+                             .accelerations = state->accelerations,
+                             .dt = substep->dt,
+                             .inverse_dt = substep->inverse_dt,
+                             .kept = 1.0f - body->solver.velocity_damping};
+    const bool has_finish = xpbd_has_finish(kinds);
     const int count = state->def.substeps;
-    xpbd_run_pass(body, &pass, xpbd_begin_range);
+    xpbd_run_pass(body, &nodes, pass->begin);
     for (substep->index = 0; substep->index < count; ++substep->index) {
-        if (substep->index > 0 && has_finish) { xpbd_run_pass(body, &pass, xpbd_move_range); }
-        substep->has_new_positions = substep->index == 0 || pass.follows;
+        const int done = substep->index + 1;
+        if (substep->index > 0 && has_finish) { xpbd_run_pass(body, &nodes, pass->move); }
+        substep->has_new_positions = substep->index == 0 || nodes.follows;
         xpbd_sweep(body, state, kinds, substep);
-        pass.follows = substep->index + 1 == count || (substep->index + 1) % XPBD_SUBSTEPS_PER_START == 0;
-        const bool moves_on = substep->index + 1 < count && !has_finish;
-        xpbd_run_pass(body, &pass, moves_on ? xpbd_finish_and_move_range : xpbd_finish_range);
+        nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
+        xpbd_run_pass(body, &nodes, done < count && !has_finish ? pass->finish_and_move : pass->finish);
         for (int k = 0; k < kinds->count; ++k) {
             if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
         }
     }
-    if (pass.kept < 1.0f) { xpbd_run_pass(body, &pass, xpbd_damp_range); }
+    if (nodes.kept < 1.0f) { xpbd_run_pass(body, &nodes, pass->damp); }
 }
 
 /* Those that have something to do in this step. */

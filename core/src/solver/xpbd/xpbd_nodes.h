@@ -1,0 +1,28 @@
+#ifndef PLII_XPBD_NODES_H
+#define PLII_XPBD_NODES_H
+
+/* Passes over the nodes between sweeps, one kernel per instruction set, from xpbd_nodes.inl. */
+
+#include "body/body_impl.h"
+
+/* The w of velocities and accelerations is 0, that of positions, displacements and what they were at the start of the
+   substep is the inverse mass. Ranges of nodes take one as their task. */
+typedef struct plii_xpbd_nodes {
+    pli_vec4 *positions, *velocities, *displacements, *start_displacements;
+    const pli_vec4 *previous, *accelerations;
+    float dt, inverse_dt; /* of the substep */
+    float kept;           /* of velocities at the end of the step */
+    bool follows;         /* positions, with the nodes */
+} plii_xpbd_nodes;
+
+typedef struct plii_xpbd_nodes_kernel {
+    pli_range_fn* begin;  /* from the end of the prediction to the first substep, and moves */
+    pli_range_fn* move;   /* freely, to the end of a substep */
+    pli_range_fn* finish; /* after the sweeps of a substep: velocities */
+    pli_range_fn* finish_and_move;
+    pli_range_fn* damp; /* after the last substep */
+} plii_xpbd_nodes_kernel;
+
+extern const plii_xpbd_nodes_kernel plii_xpbd_nodes_base, plii_xpbd_nodes_avx2;
+
+#endif
