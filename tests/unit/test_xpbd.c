@@ -475,7 +475,7 @@ static void test_friction_is_coulombs(void** unused) {
     }
 }
 
-/* Contacts with bodies that nothing moves are solved four at a time: nodes of one body have the bits of bodies of one
+/* Contacts with bodies that nothing moves are solved eight at a time: nodes of one body have the bits of bodies of one
    node each. The surface drags and turns, some nodes begin inside, one is pinned. */
 static void test_contacts_of_many_nodes_are_those_of_single_ones(void** unused) {
     (void)unused;
@@ -522,6 +522,90 @@ static void test_contacts_of_many_nodes_are_those_of_single_ones(void** unused) 
         for (int b = 0; b <= nodes; ++b) {
             pli_body_destroy(bodies[b]);
         }
+    }
+}
+
+/* A sheet that falls on a ball, a turning plane and a box that it pushes. */
+static uint64_t run_with_instructions(pli_simd simd, int sweeps) {
+    pli_context_def owner_def = pli_context_def_default();
+    owner_def.simd = simd;
+    pli_context* owner = NULL;
+    pli_world* home = NULL;
+    CHECK_OK(pli_context_create(&owner_def, &owner));
+    CHECK_OK(pli_world_create(owner, NULL, &home));
+    pli_shape* shapes[3] = {NULL, NULL, NULL};
+    CHECK_OK(pli_shape_create_sphere(owner, 0.5f, &shapes[0]));
+    CHECK_OK(pli_shape_create_plane(owner, pli_vec3_make(0, 1, 0), 0.1f, &shapes[1]));
+    CHECK_OK(pli_shape_create_box(owner, pli_vec3_make(0.2f, 0.2f, 0.2f), &shapes[2]));
+    static const pli_rigid_kind kinds[3] = {PLI_RIGID_STATIC, PLI_RIGID_KINEMATIC, PLI_RIGID_DYNAMIC};
+    for (int i = 0; i < 3; ++i) {
+        pli_rigid_def def = pli_rigid_def_default();
+        def.kind = kinds[i];
+        def.shape_count = 1;
+        def.shapes = &shapes[i];
+        def.state.pose.origin.x = i == 2 ? 0.6f : 0.0f;
+        if (i == 1) { def.state.angular_velocity = pli_vec3_make(0, 0.7f, 0); }
+        if (i == 2) {
+            def.state.inverse_mass = 2.0f;
+            def.state.inverse_inertia_world = pli_mat3_identity();
+        }
+        pli_rigid* rigid = NULL;
+        CHECK_OK(pli_rigid_create(home, &def, &rigid));
+        pli_shape_release(shapes[i]);
+    }
+    pli_mesh* mesh = NULL;
+    CHECK_OK(sample_create_sheet(owner, 20, 0.55f, 0, &mesh));
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(home, mesh, NULL, &body));
+    pli_mesh_destroy(mesh);
+    pli_xpbd_def xpbd = pli_xpbd_def_default();
+    xpbd.sweeps = sweeps;
+    CHECK_OK(pli_body_enable_xpbd(body, &xpbd));
+    enable_links(body, 0, 0);
+    enable_rigid_contacts(body, 0.5f);
+    int most = 0;
+    for (int i = 0; i < 90; ++i) {
+        CHECK_OK(pli_world_step(home, 1.0f / 60.0f));
+        const int count = pli_body_get_rigid_contacts(body, 0, NULL);
+        most = count > most ? count : most;
+    }
+    assert_true(most > 100);
+    const uint64_t hash = pli_body_state_hash(body);
+    pli_world_destroy(home);
+    CHECK_OK(pli_context_destroy(owner));
+    return hash;
+}
+
+static void test_contacts_have_the_same_bits_with_any_instructions(void** unused) {
+    (void)unused;
+    for (int sweeps = 1; sweeps <= 2; ++sweeps) {
+        const uint64_t best = run_with_instructions(PLI_SIMD_BEST, sweeps);
+        assert_true(best == run_with_instructions(PLI_SIMD_PORTABLE, sweeps));
+    }
+}
+
+/* A node in a corner has two contacts, which are in different groups. */
+static void test_node_in_a_corner_keeps_off_both_walls(void** unused) {
+    (void)unused;
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(-5, -10, 0)));
+    for (int i = 0; i < 2; ++i) {
+        pli_shape* plane = NULL;
+        CHECK_OK(pli_shape_create_plane(context, pli_vec3_make((float)(1 - i), (float)i, 0), 0.0f, &plane));
+        make_rigid(PLI_RIGID_STATIC, plane, 0, 0);
+        pli_shape_release(plane);
+    }
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create(context, &mesh));
+    for (int i = 0; i < 11; ++i) {
+        CHECK_OK(pli_mesh_append_node(mesh, pli_vec3_make(0.05f, 0.05f, (float)i), 0.1f * (float)i, NULL));
+    }
+    pli_body* body = make_body(mesh, 10, 1);
+    enable_rigid_contacts(body, 0.0f);
+    step_many(60, 1.0 / 60.0);
+    for (int i = 0; i < 11; ++i) { /* the first one is pinned */
+        check_near(position(body, i).x, i == 0 ? 0.05 : 0.01, 1e-6);
+        check_near(position(body, i).y, i == 0 ? 0.05 : 0.01, 1e-6);
+        check_near(pli_vec3_length(velocity(body, i)), 0.0, 1e-5);
     }
 }
 
@@ -825,6 +909,9 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_of_many_nodes_are_those_of_single_ones, setup_world,
                                         teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_have_the_same_bits_with_any_instructions, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_node_in_a_corner_keeps_off_both_walls, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contact_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_sheet_lies_on_another_one, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_soft_contacts_share_momentum, setup_world, teardown_world),

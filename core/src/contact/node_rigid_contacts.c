@@ -50,39 +50,25 @@ static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inv
         {plii_lanes_xyzw(own, 0, 0, 0), plii_lanes_xyzw(0, own, 0, 0), plii_lanes_xyzw(0, 0, own, 0)}};
 }
 
-/* One node closer than the margin. */
-static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
-                                     float distance) {
+/* Response to impulses and friction, for solvers of whole steps. */
+static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact,
+                                   plii_float4 x, plii_float4 normal) {
     const pli_body* body = candidate->body;
-    plii_rigid_contacts* state = candidate->state;
-    pli_rigid* rigid = candidate->rigid;
-    const float dt = body->step.dt, node_inverse_mass = body->positions[node].w;
-    const float rigid_inverse_mass = rigid->state.inverse_mass;
-    if (!(node_inverse_mass + rigid_inverse_mass > 0.0f)) { return PLI_OK; }
-    if (state->count == state->capacity &&
-        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    plii_rigid_contact* contact = &state->contacts[state->count++];
-    contact->rigid = rigid;
-    contact->node = node;
-    contact->shape = candidate->shape;
-    contact->is_still = candidate->is_still;
-    const plii_float4 x = plii_float4_from(&body->positions[node]);
-    plii_float4_to(&contact->normal, normal);
-    contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
+    const plii_rigid_contacts* state = candidate->state;
+    const pli_rigid* rigid = candidate->rigid;
+    const float dt = body->step.dt, node_inverse_mass = body->positions[contact->node].w;
     const plii_float4 arm = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
     plii_float4_to(&contact->arm, arm);
     contact->arm.w = node_inverse_mass * dt;
 
-    plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[node]));
+    plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node]));
     plii_lanes_mat3 matrix;
     if (candidate->is_still) {
         matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
     } else {
         const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
         motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
-        matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid_inverse_mass,
+        matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid->state.inverse_mass,
                                            &rigid->state.inverse_inertia_world, arm);
     }
     plii_float4_to(&contact->matrix[0], matrix.columns[0]);
@@ -96,7 +82,29 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->matrix[PLII_RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
     contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w =
         rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
-    contact->matrix[PLII_RIGID_CONTACT_DISTANCE].w = distance;
+}
+
+/* One node closer than the margin. */
+static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, int node, plii_float4 normal,
+                                     float distance) {
+    const pli_body* body = candidate->body;
+    plii_rigid_contacts* state = candidate->state;
+    pli_rigid* rigid = candidate->rigid;
+    if (!(body->positions[node].w + rigid->state.inverse_mass > 0.0f)) { return PLI_OK; }
+    if (state->count == state->capacity &&
+        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    plii_rigid_contact* contact = &state->contacts[state->count++];
+    contact->rigid = rigid;
+    contact->node = node;
+    contact->shape = candidate->shape;
+    contact->is_still = candidate->is_still;
+    const plii_float4 x = plii_float4_from(&body->positions[node]);
+    plii_float4_to(&contact->normal, normal);
+    contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
+    contact->distance = distance;
+    if (!body->solver_class->has_substeps) { rigid_contacts_prepare(candidate, contact, x, normal); }
     return PLI_OK;
 }
 
@@ -340,7 +348,7 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (body->world->rigid_count == 0) { return; }
     const int room = plii_body_contact_bound(body);
     (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
-    if (body->solver_class->has_substeps) { (void)plii_rigid_substeps_reserve(body, &state->substeps, room); }
+    if (body->solver_class->has_substeps) { plii_rigid_substeps_make_room(body, &state->substeps, room); }
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
@@ -457,7 +465,7 @@ int pli_body_get_rigid_contacts(const pli_body* body, int capacity, pli_rigid_co
         contacts[i].rigid = contact->rigid;
         contacts[i].shape = contact->shape;
         contacts[i].normal = plii_xyz(contact->normal);
-        contacts[i].distance = contact->matrix[PLII_RIGID_CONTACT_DISTANCE].w;
+        contacts[i].distance = contact->distance;
     }
     return state->count;
 }

@@ -4,29 +4,31 @@
 /* Contacts of nodes with rigid bodies: state shared by the feature (node_rigid_contacts.c) and its part in substeps
    (node_rigid_substep.c). */
 
-#include "body/substep.h"
+#include "contact/node_rigid_groups.h"
 #include "pliant/contact.h"
 
 typedef struct plii_rigid_contact {
     pli_rigid* rigid;
     int node, shape;
-    pli_vec4 normal;    /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
-    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
-    pli_vec4 arm;  /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
+    pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
+    float distance;
     bool is_still; /* the rigid body neither moves nor takes impulses */
+    /* For solvers of whole steps. */
+    pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
+    pli_vec4 arm; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
 } plii_rigid_contact;
 
 /* In w of the columns. */
 enum {
-    PLII_RIGID_CONTACT_SLIP,     /* share of the tangential displacement that stays. Bullet: c3 */
-    PLII_RIGID_CONTACT_HARDNESS, /* Bullet: c4 */
-    PLII_RIGID_CONTACT_DISTANCE
+    PLII_RIGID_CONTACT_SLIP,    /* share of the tangential displacement that stays. Bullet: c3 */
+    PLII_RIGID_CONTACT_HARDNESS /* Bullet: c4 */
 };
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */
 typedef struct plii_rigid_substep_contact plii_rigid_substep_contact;
 typedef struct plii_rigid_substeps {
-    plii_rigid_substep_contact* contacts;
+    plii_rigid_groups groups;             /* with bodies that nothing moves */
+    plii_rigid_substep_contact* contacts; /* with others */
     int count, capacity;
 } plii_rigid_substeps;
 
@@ -41,7 +43,7 @@ extern const plii_feature_class plii_rigid_contacts_class;
 extern const plii_substep_class plii_rigid_contacts_substepped;
 
 /* Room for the contacts of a step. */
-bool plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count);
+void plii_rigid_substeps_make_room(pli_body* body, plii_rigid_substeps* substeps, int count);
 size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps);
 /* `data`: plii_rigid_contacts */
 void plii_rigid_substeps_release(pli_body* body, void* data);

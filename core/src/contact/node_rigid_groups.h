@@ -1,0 +1,49 @@
+#ifndef PLII_NODE_RIGID_GROUPS_H
+#define PLII_NODE_RIGID_GROUPS_H
+
+/* Contacts with rigid bodies that nothing moves, eight at a time. They change their own node only, so a group holds
+   nothing of the rigid body but the plane. */
+
+#include "body/substep.h"
+#include "math/simd_float8.h"
+
+enum { PLII_RIGID_GROUP_SIZE = 8 };
+
+/* Of eight nodes, by components: all x, all y, all z. Contact k is in the lane of record k (plii_nodes8). A group
+   that is not full repeats its last contact: both get the same results. */
+typedef struct plii_rigid_group {
+    float normal[3 * PLII_RIGID_GROUP_SIZE];
+    float offset[PLII_RIGID_GROUP_SIZE];    /* m: gap = dot(normal, node) + offset, at the start of the step */
+    float friction[PLII_RIGID_GROUP_SIZE];  /* Coulomb's coefficient */
+    uint32_t places[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
+    int surface;                            /* index of what moves, PLI_NULL_INDEX: all stand still */
+} plii_rigid_group;
+
+typedef struct plii_rigid_surface {
+    float velocity[3 * PLII_RIGID_GROUP_SIZE]; /* m/s, where the contacts are */
+} plii_rigid_surface;
+
+/* What a group has moved its nodes by in a substep, m; from sweep to sweep. */
+typedef struct plii_rigid_sum {
+    float push[PLII_RIGID_GROUP_SIZE]; /* along the normal, without what recovers */
+    float friction[3 * PLII_RIGID_GROUP_SIZE];
+} plii_rigid_sum;
+
+typedef struct plii_rigid_groups {
+    plii_rigid_group* groups;
+    plii_rigid_surface* surfaces;
+    plii_rigid_sum* sums; /* [count] */
+    int count, capacity, surface_count, surface_capacity, sum_capacity;
+    int filled; /* contacts of the last group, while they are added */
+} plii_rigid_groups;
+
+typedef struct plii_rigid_groups_settings {
+    float compliance, recovery_speed; /* m/N, m/s */
+} plii_rigid_groups_settings;
+
+/* One sweep with the instructions of every processor of the target or with more; all with the same results. */
+typedef void plii_rigid_groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
+                                     const pli_vec4* positions, const plii_substep* substep);
+plii_rigid_groups_sweep plii_rigid_groups_sweep_base, plii_rigid_groups_sweep_avx2;
+
+#endif

@@ -1,0 +1,138 @@
+/* The sweep over groups of contacts, for one instruction set.
+
+   With gap = dot(normal, node) + offset at the start of a substep and `along` the motion of the node against the
+   surface along the normal since then, C = max(gap, 0) + along: what was apart may come together, what was inside goes
+   no deeper. */
+
+#include "contact/node_rigid_groups.h"
+
+typedef struct groups_pass {
+    const pli_vec4* positions;
+    pli_vec4 *displacements, *start_displacements;
+    float dt, moved_time; /* s, of the substep and of those before */
+    float alpha;          /* compliance / dt^2, 1/kg */
+    float recovery;       /* m, in a substep at most */
+    bool is_first, is_last;
+} groups_pass;
+
+/* Components of vectors, one after the other. */
+PLII_SIMD_INLINE plii_vec3x8 groups_load(const float* components) {
+    return (plii_vec3x8){plii_float8_load(components), plii_float8_load(components + PLII_RIGID_GROUP_SIZE),
+                         plii_float8_load(components + 2 * PLII_RIGID_GROUP_SIZE)};
+}
+PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
+    plii_float8_store(components, a.x);
+    plii_float8_store(components + PLII_RIGID_GROUP_SIZE, a.y);
+    plii_float8_store(components + 2 * PLII_RIGID_GROUP_SIZE, a.z);
+}
+
+/* Where the nodes were at the start of the substep, against the start of the step; w: 2 / mass. */
+PLII_SIMD_INLINE plii_nodes8 groups_starts(const groups_pass* pass, const uint32_t* places) {
+    plii_float8 r[4];
+    for (int k = 0; k < 4; ++k) {
+        r[k] = plii_float8_add(plii_simd_load_two(pass->positions, places + 2 * k),
+                               plii_simd_load_two(pass->start_displacements, places + 2 * k));
+    }
+    plii_float8_transpose4(r);
+    return (plii_nodes8){r[0], r[1], r[2], r[3]};
+}
+
+/* How far they have come since then. */
+PLII_SIMD_INLINE plii_vec3x8 groups_motions(const groups_pass* pass, const uint32_t* places) {
+    plii_float8 r[4];
+    for (int k = 0; k < 4; ++k) {
+        r[k] = plii_float8_sub(plii_simd_load_two(pass->displacements, places + 2 * k),
+                               plii_simd_load_two(pass->start_displacements, places + 2 * k));
+    }
+    plii_float8_transpose4(r);
+    return (plii_vec3x8){r[0], r[1], r[2]};
+}
+
+PLII_SIMD_INLINE void groups_shift(pli_vec4* records, const uint32_t* places, plii_vec3x8 by) {
+    plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
+    plii_float8_transpose4(r);
+    for (int k = 0; k < 4; ++k) {
+        r[k] = plii_float8_add(plii_simd_load_two(records, places + 2 * k), r[k]);
+    }
+    for (int k = 0; k < 4; ++k) { /* after all loads, as a node may be there more than once */
+        plii_simd_store_two(records, places + 2 * k, r[k]);
+    }
+}
+
+PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_group* group,
+                                  const plii_rigid_surface* surface, plii_rigid_sum* sum) {
+    const plii_float8 zero = plii_float8_all(0.0f);
+    const plii_nodes8 start = groups_starts(pass, group->places);
+    const plii_float8 weight = plii_float8_mul(start.w, plii_float8_all(0.5f));
+    const plii_vec3x8 normal = groups_load(group->normal);
+    plii_vec3x8 from = {start.x, start.y, start.z}, motion = groups_motions(pass, group->places);
+    if (surface != NULL) {
+        const plii_vec3x8 velocity = groups_load(surface->velocity);
+        from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
+        motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(pass->dt)));
+    }
+    const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->offset));
+    const plii_float8 along = plii_vec3x8_dot(normal, motion);
+    const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
+    if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
+        if (!pass->is_last) { *sum = (plii_rigid_sum){0}; }
+        return;
+    }
+
+    plii_float8 pushed_before = zero;
+    plii_vec3x8 rubbed_before = {zero, zero, zero};
+    if (!pass->is_first) {
+        pushed_before = plii_float8_load(sum->push);
+        rubbed_before = groups_load(sum->friction);
+    }
+    plii_float8 change = plii_float8_sub(zero, c);
+    if (pass->alpha > 0.0f) {
+        const plii_float8 alpha = plii_float8_all(pass->alpha);
+        change =
+            plii_float8_div(plii_float8_sub(plii_float8_mul(change, weight), plii_float8_mul(alpha, pushed_before)),
+                            plii_float8_add(weight, alpha));
+    }
+    const plii_float8 pushed =
+        plii_float8_where_greater(weight, zero, plii_float8_max(plii_float8_add(pushed_before, change), zero));
+
+    const plii_vec3x8 sliding = plii_vec3x8_sub(motion, plii_vec3x8_scale(normal, along));
+    plii_vec3x8 rubbed = plii_vec3x8_sub(rubbed_before, sliding);
+    const plii_float8 length = plii_float8_sqrt(plii_vec3x8_dot(rubbed, rubbed));
+    const plii_float8 limit = plii_float8_mul(plii_float8_load(group->friction), pushed);
+    rubbed = plii_vec3x8_scale(
+        rubbed, plii_float8_select_less(limit, length, plii_float8_div(limit, length), plii_float8_all(1.0f)));
+    if (!pass->is_last) {
+        plii_float8_store(sum->push, pushed);
+        groups_store(sum->friction, rubbed);
+    }
+
+    plii_vec3x8 moves = plii_vec3x8_add(plii_vec3x8_scale(normal, plii_float8_sub(pushed, pushed_before)),
+                                        plii_vec3x8_sub(rubbed, rubbed_before));
+    /* A penetration from before goes without leaving speed, as if the node had started there. */
+    if (pass->is_first && plii_float8_less_bits(gap, zero) != 0) {
+        const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
+        const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
+        const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
+        groups_shift(pass->start_displacements, group->places, shift);
+        moves = plii_vec3x8_add(moves, shift);
+    }
+    groups_shift(pass->displacements, group->places, moves);
+}
+
+static void groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
+                         const pli_vec4* positions, const plii_substep* substep) {
+    const groups_pass pass = {.positions = positions,
+                              .displacements = substep->displacements,
+                              .start_displacements = substep->start_displacements,
+                              .dt = substep->dt,
+                              .moved_time = (float)substep->index * substep->dt,
+                              .alpha = settings->compliance * substep->inverse_dt * substep->inverse_dt,
+                              .recovery = settings->recovery_speed * substep->dt,
+                              .is_first = substep->is_first_sweep,
+                              .is_last = substep->is_last_sweep};
+    for (int i = 0; i < groups->count; ++i) {
+        const plii_rigid_group* group = &groups->groups[i];
+        const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
+        groups_solve(&pass, group, surface, &groups->sums[i]);
+    }
+}
