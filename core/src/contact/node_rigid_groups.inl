@@ -26,37 +26,45 @@ PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
     plii_float8_store(components + 2 * PLII_RIGID_GROUP_SIZE, a.z);
 }
 
+/* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
+
+PLII_SIMD_INLINE plii_float8 groups_start(const groups_pass* pass, const uint32_t* places) {
+    return plii_float8_add(plii_simd_load_two(pass->positions, places),
+                           plii_simd_load_two(pass->start_displacements, places));
+}
 /* Where the nodes were at the start of the substep, against the start of the step; w: 2 / mass. */
 PLII_SIMD_INLINE plii_nodes8 groups_starts(const groups_pass* pass, const uint32_t* places) {
-    plii_float8 r[4];
-    for (int k = 0; k < 4; ++k) {
-        r[k] = plii_float8_add(plii_simd_load_two(pass->positions, places + 2 * k),
-                               plii_simd_load_two(pass->start_displacements, places + 2 * k));
-    }
+    plii_float8 r[4] = {groups_start(pass, places), groups_start(pass, places + 2), groups_start(pass, places + 4),
+                        groups_start(pass, places + 6)};
     plii_float8_transpose4(r);
     return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
 
+PLII_SIMD_INLINE plii_float8 groups_motion(const groups_pass* pass, const uint32_t* places) {
+    return plii_float8_sub(plii_simd_load_two(pass->displacements, places),
+                           plii_simd_load_two(pass->start_displacements, places));
+}
 /* How far they have come since then. */
 PLII_SIMD_INLINE plii_vec3x8 groups_motions(const groups_pass* pass, const uint32_t* places) {
-    plii_float8 r[4];
-    for (int k = 0; k < 4; ++k) {
-        r[k] = plii_float8_sub(plii_simd_load_two(pass->displacements, places + 2 * k),
-                               plii_simd_load_two(pass->start_displacements, places + 2 * k));
-    }
+    plii_float8 r[4] = {groups_motion(pass, places), groups_motion(pass, places + 2), groups_motion(pass, places + 4),
+                        groups_motion(pass, places + 6)};
     plii_float8_transpose4(r);
     return (plii_vec3x8){r[0], r[1], r[2]};
 }
 
-PLII_SIMD_INLINE void groups_shift(pli_vec4* records, const uint32_t* places, plii_vec3x8 by) {
+PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* places, plii_float8 by) {
+    return plii_float8_add(plii_simd_load_two(records, places), by);
+}
+/* Stores come after all loads, as a node may be there more than once. */
+PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* places, plii_vec3x8 by) {
     plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
     plii_float8_transpose4(r);
-    for (int k = 0; k < 4; ++k) {
-        r[k] = plii_float8_add(plii_simd_load_two(records, places + 2 * k), r[k]);
-    }
-    for (int k = 0; k < 4; ++k) { /* after all loads, as a node may be there more than once */
-        plii_simd_store_two(records, places + 2 * k, r[k]);
-    }
+    const plii_float8 moved[4] = {groups_moved(records, places, r[0]), groups_moved(records, places + 2, r[1]),
+                                  groups_moved(records, places + 4, r[2]), groups_moved(records, places + 6, r[3])};
+    plii_simd_store_two(records, places, moved[0]);
+    plii_simd_store_two(records, places + 2, moved[1]);
+    plii_simd_store_two(records, places + 4, moved[2]);
+    plii_simd_store_two(records, places + 6, moved[3]);
 }
 
 PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_group* group,
@@ -113,10 +121,10 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_grou
         const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
         const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
         const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
-        groups_shift(pass->start_displacements, group->places, shift);
+        groups_move(pass->start_displacements, group->places, shift);
         moves = plii_vec3x8_add(moves, shift);
     }
-    groups_shift(pass->displacements, group->places, moves);
+    groups_move(pass->displacements, group->places, moves);
 }
 
 static void groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
