@@ -91,6 +91,11 @@ void plii_release(pli_context* context, void* block, size_t size) {
     plii_walk_end(context);
 }
 
+bool plii_allocate_array(pli_context* context, void** pointer, size_t size) {
+    *pointer = plii_allocate(context, size);
+    return *pointer != NULL || size == 0;
+}
+
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size) {
     if (needed <= *capacity) { return true; }
     int grown = *capacity < 8 ? 8 : *capacity <= INT32_MAX / 2 ? *capacity * 2 : INT32_MAX;

@@ -105,6 +105,12 @@ void* plii_allocate(pli_context* context, size_t size);
 /* NULL is allowed. */
 void plii_release(pli_context* context, void* block, size_t size);
 
+/* An array of `count` elements that `pointer` points to then; false when out of memory. */
+bool plii_allocate_array(pli_context* context, void** pointer, size_t size);
+#define PLII_ALLOCATE(context, pointer, count)                                                                         \
+    plii_allocate_array(context, (void**)(pointer), (size_t)(count) * sizeof **(pointer))
+#define PLII_RELEASE(context, array, count) plii_release(context, array, (size_t)(count) * sizeof *(array))
+
 /* Makes room for `needed` elements in a growable array, keeping what it holds; geometric growth. */
 bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, size_t element_size);
 #define PLII_RESERVE(context, data, capacity, needed)                                                                  \

@@ -84,7 +84,7 @@ bool plii_edge_map_order(const plii_edge_map* map, int node_count, int* order) {
 }
 
 void plii_edge_map_free(plii_edge_map* map) {
-    plii_release(map->context, map->edges, (size_t)map->capacity * sizeof *map->edges);
+    PLII_RELEASE(map->context, map->edges, map->capacity);
     plii_release(map->context, map->slots, map->slot_count * sizeof *map->slots);
     *map = (plii_edge_map){.context = map->context};
 }

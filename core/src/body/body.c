@@ -50,37 +50,38 @@ static bool body_needs_link_tags(const pli_mesh* mesh) {
     return false;
 }
 
-static void body_release_arrays(pli_body* body) {
-    pli_context* context = body->context;
-    const size_t record_bytes = (size_t)body->node_count * sizeof(pli_vec4);
-    plii_release(context, body->positions, record_bytes);
-    plii_release(context, body->previous, record_bytes);
-    plii_release(context, body->velocities, record_bytes);
-    plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
-    plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
-    plii_release(context, body->materials, (size_t)body->material_count * sizeof *body->materials);
-    plii_release(context, body->ignored_rigids, (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids);
-    if (body->topology != NULL) { plii_topology_release(context, body->topology); }
-    plii_handle_release(context, body, PLII_HANDLE_BODY, sizeof *body);
+bool plii_body_allocate_arrays(pli_body* body, bool has_tags) {
+    return PLII_ALLOCATE(body->context, &body->positions, body->node_count) &&
+           PLII_ALLOCATE(body->context, &body->previous, body->node_count) &&
+           PLII_ALLOCATE(body->context, &body->velocities, body->node_count) &&
+           PLII_ALLOCATE(body->context, &body->links, body->link_count) &&
+           PLII_ALLOCATE(body->context, &body->link_tags, has_tags ? body->link_count : 0);
 }
 
-static pli_status body_allocate_arrays(pli_body* body, pli_mesh* mesh) {
+void plii_body_release_arrays(pli_body* body) {
+    PLII_RELEASE(body->context, body->positions, body->node_count);
+    PLII_RELEASE(body->context, body->previous, body->node_count);
+    PLII_RELEASE(body->context, body->velocities, body->node_count);
+    PLII_RELEASE(body->context, body->links, body->link_count);
+    PLII_RELEASE(body->context, body->link_tags, body->link_count);
+    plii_topology_release(body->context, body->topology);
+}
+
+static void body_release(pli_body* body) {
+    plii_body_release_arrays(body);
+    PLII_RELEASE(body->context, body->materials, body->material_count);
+    PLII_RELEASE(body->context, body->ignored_rigids, body->ignored_rigid_capacity);
+    plii_handle_release(body->context, body, PLII_HANDLE_BODY, sizeof *body);
+}
+
+static pli_status body_allocate(pli_body* body, pli_mesh* mesh) {
     pli_context* context = body->context;
     body->node_count = mesh->node_count;
     body->link_count = mesh->link_count;
     body->material_count = mesh->material_count;
-    const size_t record_bytes = (size_t)body->node_count * sizeof(pli_vec4);
-    const size_t tag_bytes = body_needs_link_tags(mesh) ? (size_t)body->link_count * sizeof *body->link_tags : 0;
-    body->positions = plii_allocate(context, record_bytes);
-    body->previous = plii_allocate(context, record_bytes);
-    body->velocities = plii_allocate(context, record_bytes);
-    body->links = plii_allocate(context, (size_t)body->link_count * sizeof *body->links);
-    body->link_tags = plii_allocate(context, tag_bytes);
     body->materials = plii_duplicate(context, mesh->materials, (size_t)body->material_count * sizeof *body->materials);
     body->topology = plii_mesh_acquire_topology(mesh, context);
-    const bool complete = body->positions != NULL && body->previous != NULL && body->velocities != NULL &&
-                          (body->links != NULL || body->link_count == 0) &&
-                          (body->link_tags != NULL || tag_bytes == 0) && body->materials != NULL &&
+    const bool complete = plii_body_allocate_arrays(body, body_needs_link_tags(mesh)) && body->materials != NULL &&
                           body->topology != NULL;
     return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
@@ -132,7 +133,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     made->solver = used.solver;
     made->sweep_links = plii_links_sweep;
     /* Bodies share the faces of their mesh, which the mesh keeps count of. */
-    pli_status status = body_allocate_arrays(made, (pli_mesh*)(uintptr_t)mesh);
+    pli_status status = body_allocate(made, (pli_mesh*)(uintptr_t)mesh);
     if (status == PLI_OK) {
         body_cook(made, mesh);
         status = plii_feature_enable(made, &plii_links_class, NULL);
@@ -140,7 +141,7 @@ pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_bod
     }
     if (status != PLI_OK) {
         plii_feature_disable_all(made);
-        body_release_arrays(made);
+        body_release(made);
         return PLII_FAIL(context, status, "no memory for a body of %d nodes and %d links", mesh->node_count,
                          mesh->link_count);
     }
@@ -152,7 +153,7 @@ void pli_body_destroy(pli_body* body) {
     if (body == NULL || plii_check_body_idle(body, __func__) != PLI_OK) { return; }
     plii_world_remove_body(body->world, body);
     plii_feature_disable_all(body);
-    body_release_arrays(body);
+    body_release(body);
 }
 
 // ------------------------------------------------------------------------------------------------- settings

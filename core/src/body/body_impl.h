@@ -154,4 +154,9 @@ static inline int plii_body_contact_bound(const pli_body* body) {
     return body->node_count < most ? body->node_count : most;
 }
 
+/* Nodes and links by the counts, which are set. False when out of memory; what there is then is to be released. */
+bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
+/* With the topology. */
+void plii_body_release_arrays(pli_body* body);
+
 #endif

@@ -104,6 +104,15 @@ typedef struct plii_feature_array {
 
 struct plii_substep_class;
 
+/* What the features of all bodies are told of a body. */
+typedef enum plii_body_notice {
+    PLII_BODY_REMOVED,     /* it goes away */
+    PLII_CLUSTERS_REMOVED, /* its clusters go away */
+    PLII_TOPOLOGY_CHANGED, /* its links and faces are others; told to other bodies only */
+    PLII_BODY_NOTICES
+} plii_body_notice;
+typedef void plii_body_notice_fn(pli_body* body, void* state, const pli_body* other);
+
 typedef struct plii_feature_class {
     const char* name;
     size_t state_size; /* bytes, zeroed when enabled, freed with the feature */
@@ -130,11 +139,9 @@ typedef struct plii_feature_class {
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);
-    void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid);   /* the rigid body goes away */
-    void (*on_body_removed)(pli_body* body, void* state, const pli_body* other);     /* another body goes away */
-    void (*on_clusters_removed)(pli_body* body, void* state, const pli_body* other); /* clusters of a body go away */
-    void (*on_topology_changed)(pli_body* body, void* state, const pli_body* other); /* links, faces of another body */
-    size_t (*bytes)(const pli_body* body, const void* state);                        /* beyond state and arrays */
+    void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
+    plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
+    size_t (*bytes)(const pli_body* body, const void* state); /* beyond state and arrays */
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*reserve)(pli_body* body, void* state);

@@ -179,14 +179,26 @@ pli_status plii_feature_disable_if(pli_status check, pli_body* body, const plii_
     return check;
 }
 
+void plii_features_notify(const pli_body* about, plii_body_notice notice) {
+    for (int i = 0; i < about->world->body_count; ++i) {
+        pli_body* body = about->world->bodies[i];
+        if (body == about && notice == PLII_TOPOLOGY_CHANGED) { continue; }
+        for (int k = 0; k < body->pipeline.feature_count; ++k) {
+            const plii_feature* feature = &body->pipeline.features[k];
+            plii_body_notice_fn* on_body = feature->klass->on_body[notice];
+            if (on_body != NULL) { on_body(body, feature->state, about); }
+        }
+    }
+}
+
 void plii_feature_disable_all(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
     /* A feature is enabled after its needs, so going backwards no need goes before its user. */
     for (int i = pipeline->feature_count - 1; i >= 0; --i) {
         feature_release(body, &pipeline->features[i]);
     }
-    plii_release(body->context, pipeline->features, (size_t)pipeline->feature_capacity * sizeof *pipeline->features);
-    plii_release(body->context, pipeline->entries, (size_t)pipeline->entry_capacity * sizeof *pipeline->entries);
+    PLII_RELEASE(body->context, pipeline->features, pipeline->feature_capacity);
+    PLII_RELEASE(body->context, pipeline->entries, pipeline->entry_capacity);
     *pipeline = (plii_pipeline){0};
 }
 

@@ -16,6 +16,8 @@ bool plii_feature_is_enabled(const pli_body* body, const plii_feature_class* kla
 bool plii_feature_is_shared(const pli_body* body, const plii_feature_class* klass);
 /* NULL when not enabled, or without state. */
 void* plii_feature_state(const pli_body* body, const plii_feature_class* klass);
+/* Tells the features of all bodies in its world. */
+void plii_features_notify(const pli_body* about, plii_body_notice notice);
 void plii_feature_disable_all(pli_body* body);
 size_t plii_feature_bytes(const pli_body* body);
 /* At most `capacity` of those that are enabled; returns how many there are. */

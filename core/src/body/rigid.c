@@ -162,7 +162,7 @@ static void rigid_release(pli_rigid* rigid) {
         plii_shape_release(rigid->shapes[i]);
     }
     plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
-    plii_release(context, rigid->shape_poses, (size_t)rigid->shape_pose_capacity * sizeof *rigid->shape_poses);
+    PLII_RELEASE(context, rigid->shape_poses, rigid->shape_pose_capacity);
     plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
 }
 

@@ -381,8 +381,8 @@ static size_t clusters_node_sums_bytes(const pli_body* body) {
 }
 
 void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
-    plii_release(body->context, clusters->items, (size_t)clusters->capacity * sizeof *clusters->items);
-    plii_release(body->context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
+    PLII_RELEASE(body->context, clusters->items, clusters->capacity);
+    PLII_RELEASE(body->context, clusters->members, clusters->member_capacity);
     plii_release(body->context, clusters->node_sums, clusters_node_sums_bytes(body));
     const pli_clusters_def def = clusters->def;
     *clusters = (plii_clusters){.def = def};
@@ -477,7 +477,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
             cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, places);
             member_count += cluster->member_count;
         }
-        plii_release(context, clusters->members, (size_t)clusters->member_capacity * sizeof *clusters->members);
+        PLII_RELEASE(context, clusters->members, clusters->member_capacity);
         clusters->members = members;
         clusters->member_count = member_count;
         clusters->member_capacity = (int)capacity;

@@ -217,9 +217,9 @@ bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* gr
 }
 
 void plii_contact_batches_release(pli_context* context, plii_contact_batches* groups) {
-    plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
-    plii_release(context, groups->blocks, (size_t)groups->block_capacity * sizeof *groups->blocks);
-    plii_release(context, groups->rigids, (size_t)groups->rigid_capacity * sizeof *groups->rigids);
+    PLII_RELEASE(context, groups->groups, groups->capacity);
+    PLII_RELEASE(context, groups->blocks, groups->block_capacity);
+    PLII_RELEASE(context, groups->rigids, groups->rigid_capacity);
     *groups = (plii_contact_batches){0};
 }
 

@@ -58,7 +58,7 @@ void plii_cluster_contacts_drop_groups(pli_body* body, plii_cluster_contacts* st
     for (int i = 0; i < state->hull_count; ++i) {
         plii_support_points_release(body->context, &state->hulls[i]);
     }
-    plii_release(body->context, state->hulls, (size_t)state->hull_count * sizeof *state->hulls);
+    PLII_RELEASE(body->context, state->hulls, state->hull_count);
     state->hulls = NULL;
     state->hull_count = 0;
     state->has_hulls = state->has_tree = false;

@@ -33,23 +33,10 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
     return PLI_OK;
 }
 
-/* Everything that holds to clusters of this body goes with them. */
-static void clusters_clear(pli_body* body) {
-    for (int i = 0; i < body->world->body_count; ++i) {
-        pli_body* other = body->world->bodies[i];
-        for (int k = 0; k < other->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &other->pipeline.features[k];
-            if (feature->klass->on_clusters_removed != NULL) {
-                feature->klass->on_clusters_removed(other, feature->state, body);
-            }
-        }
-    }
-}
-
 pli_status pli_body_disable_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     if (plii_body_clusters(body) == NULL) { return PLI_OK; }
-    clusters_clear(body);
+    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
     plii_clusters_release(body, plii_body_clusters(body));
     plii_feature_disable(body, &plii_clusters_class);
     return PLI_OK;
@@ -59,7 +46,7 @@ pli_status pli_body_remove_clusters(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     plii_clusters* clusters = plii_body_clusters(body);
     if (clusters == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "clusters are not enabled"); }
-    clusters_clear(body);
+    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* what holds to them goes with them */
     plii_clusters_release(body, clusters);
     return PLI_OK;
 }

@@ -195,8 +195,8 @@ static pli_status generation_run(pli_body* body, generation* g, int max_iteratio
     if (status == PLI_OK && !generation_sort_ring(g, &found)) { status = PLI_ERROR_OUT_OF_MEMORY; }
     if (status == PLI_OK) { status = generation_append_clusters(body, g, &found, clusters); }
     plii_scratch_free(&found.scratch);
-    plii_release(body->context, found.groups, (size_t)found.group_capacity * sizeof *found.groups);
-    plii_release(body->context, found.nodes, (size_t)found.node_capacity * sizeof *found.nodes);
+    PLII_RELEASE(body->context, found.groups, found.group_capacity);
+    PLII_RELEASE(body->context, found.nodes, found.node_capacity);
     return status;
 }
 

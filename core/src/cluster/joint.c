@@ -136,8 +136,7 @@ static const plii_feature_class joints_class = {
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
     .on_rigid_removed = joints_on_rigid_removed,
-    .on_body_removed = joints_on_body_removed,
-    .on_clusters_removed = joints_on_body_removed,
+    .on_body = {[PLII_BODY_REMOVED] = joints_on_body_removed, [PLII_CLUSTERS_REMOVED] = joints_on_body_removed},
 };
 
 // ----------------------------------------------------------------------------------------------------------- editing

@@ -142,8 +142,8 @@ const plii_feature_class plii_soft_contacts_class = {
     .substepped = &plii_soft_contacts_substepped,
     .disable = soft_contacts_disable,
     .collide_body = plii_soft_contacts_collide,
-    .on_body_removed = soft_contacts_on_body_removed,
-    .on_topology_changed = soft_contacts_on_body_removed,
+    .on_body =
+        {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
     .bytes = soft_contacts_bytes,
     .reserve = plii_soft_contacts_reserve,
     .topology_blocks = soft_contacts_topology_blocks,

@@ -55,7 +55,7 @@ static bool separate_create(separate_work* work) {
 static void separate_free(separate_work* work) {
     pli_context* context = work->edit->context;
     plii_scratch_free(&work->scratch);
-    plii_release(context, work->pairs, (size_t)work->pair_capacity * sizeof *work->pairs);
+    PLII_RELEASE(context, work->pairs, work->pair_capacity);
     plii_edge_map_free(&work->edges);
 }
 

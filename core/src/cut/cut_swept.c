@@ -26,8 +26,8 @@ typedef struct trace_state {
 } trace_state;
 
 static void trace_release_ends(pli_context* context, plii_swept_ends* ends) {
-    plii_release(context, ends->tips, (size_t)ends->tip_capacity * sizeof *ends->tips);
-    plii_release(context, ends->edges, (size_t)ends->edge_capacity * sizeof *ends->edges);
+    PLII_RELEASE(context, ends->tips, ends->tip_capacity);
+    PLII_RELEASE(context, ends->edges, ends->edge_capacity);
 }
 
 static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, plii_swept_ends* to) {

@@ -4,7 +4,9 @@
 
 #include "cut/topology_edit.h"
 
+#include "base/scratch.h"
 #include "body/feature_arrays.h"
+#include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/range.h"
 #include "mesh/mesh_impl.h"
@@ -21,9 +23,9 @@ static bool edit_reserve(plii_edit* edit, int nodes, int links, int faces) {
 }
 
 void plii_edit_close(plii_edit* edit) {
-    plii_release(edit->context, edit->nodes, (size_t)edit->node_capacity * sizeof *edit->nodes);
-    plii_release(edit->context, edit->links, (size_t)edit->link_capacity * sizeof *edit->links);
-    plii_release(edit->context, edit->faces, (size_t)edit->face_capacity * sizeof *edit->faces);
+    PLII_RELEASE(edit->context, edit->nodes, edit->node_capacity);
+    PLII_RELEASE(edit->context, edit->links, edit->link_capacity);
+    PLII_RELEASE(edit->context, edit->faces, edit->face_capacity);
     plii_topology_release(edit->context, edit->old_topology);
     plii_walk_end(edit->context);
 }
@@ -272,65 +274,38 @@ bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map) {
 
 /* The body's new arrays and what features asked for, until they are handed over. */
 typedef struct edit_product {
-    pli_vec4 *positions, *previous, *velocities;
-    plii_link* links;
-    plii_link_tag* link_tags;
-    plii_topology* topology;
+    pli_body body; /* only its arrays and their counts */
+    plii_scratch scratch;
     plii_node_origin* node_origins;
     plii_face_origin* face_origins;
     struct edit_blocks {
         void* blocks[PLII_MAX_TOPOLOGY_BLOCKS];
         size_t sizes[PLII_MAX_TOPOLOGY_BLOCKS];
     } * features; /* [feature_count] */
-    size_t record_size, link_size, tag_size, node_origin_size, face_origin_size, feature_size;
 } edit_product;
 
 static void edit_release_product(const plii_edit* edit, edit_product* product) {
-    pli_context* context = edit->context;
-    plii_release(context, product->positions, product->record_size);
-    plii_release(context, product->previous, product->record_size);
-    plii_release(context, product->velocities, product->record_size);
-    plii_release(context, product->links, product->link_size);
-    plii_release(context, product->link_tags, product->tag_size);
-    plii_release(context, product->node_origins, product->node_origin_size);
-    plii_release(context, product->face_origins, product->face_origin_size);
-    plii_topology_release(context, product->topology);
+    plii_body_release_arrays(&product->body);
     for (int i = 0; product->features != NULL && i < edit->body->pipeline.feature_count; ++i) {
         for (int k = 0; k < PLII_MAX_TOPOLOGY_BLOCKS; ++k) {
-            plii_release(context, product->features[i].blocks[k], product->features[i].sizes[k]);
+            plii_release(edit->context, product->features[i].blocks[k], product->features[i].sizes[k]);
         }
     }
-    plii_release(context, product->features, product->feature_size);
+    plii_scratch_free(&product->scratch);
 }
-
-static bool edit_allocate(pli_context* context, void** block, size_t size) {
-    *block = plii_allocate(context, size);
-    return *block != NULL || size == 0;
-}
-#define EDIT_ALLOCATE(context, block, size) edit_allocate(context, (void**)(block), size)
 
 static bool edit_make_topology(const plii_edit* edit, edit_product* product) {
-    pli_context* context = edit->context;
     const plii_topology* old = edit->old_topology;
-    plii_topology* topology = plii_allocate(context, sizeof *topology);
-    product->topology = topology;
+    plii_topology* topology =
+        plii_topology_create(edit->context, edit->face_count, old->tetra_count, old->face_materials != NULL);
+    product->body.topology = topology;
     if (topology == NULL) { return false; }
-    topology->reference_count = 1;
-    topology->face_count = edit->face_count;
-    topology->tetra_count = old->tetra_count;
-    const size_t face_count = (size_t)edit->face_count, tetra_size = (size_t)old->tetra_count * sizeof *old->tetras;
-    const size_t material_size = old->face_materials != NULL ? face_count * sizeof *topology->face_materials : 0;
-    if (!EDIT_ALLOCATE(context, &topology->faces, face_count * sizeof *topology->faces) ||
-        !EDIT_ALLOCATE(context, &topology->face_materials, material_size) ||
-        !EDIT_ALLOCATE(context, &topology->tetras, tetra_size)) {
-        return false;
-    }
     for (int i = 0; i < edit->face_count; ++i) {
         memcpy(topology->faces[i], edit->faces[i].nodes, sizeof topology->faces[i]);
-        if (material_size > 0) { topology->face_materials[i] = edit->faces[i].material; }
+        if (topology->face_materials != NULL) { topology->face_materials[i] = edit->faces[i].material; }
         product->face_origins[i] = edit->faces[i].origin;
     }
-    if (tetra_size > 0) { memcpy(topology->tetras, old->tetras, tetra_size); }
+    if (old->tetra_count > 0) { memcpy(topology->tetras, old->tetras, (size_t)old->tetra_count * sizeof *old->tetras); }
     return true;
 }
 
@@ -342,33 +317,26 @@ static bool edit_needs_tags(const plii_edit* edit) {
 }
 
 static bool edit_make_product(const plii_edit* edit, edit_product* product) {
-    pli_context* context = edit->context;
-    const size_t new_nodes = (size_t)(edit->node_count - edit->old_node_count);
-    product->record_size = (size_t)edit->node_count * sizeof(pli_vec4);
-    product->link_size = (size_t)edit->link_count * sizeof(plii_link);
-    product->tag_size = edit_needs_tags(edit) ? (size_t)edit->link_count * sizeof(plii_link_tag) : 0;
-    product->node_origin_size = new_nodes * sizeof(plii_node_origin);
-    product->face_origin_size = (size_t)edit->face_count * sizeof(plii_face_origin);
-    product->feature_size = (size_t)edit->body->pipeline.feature_count * sizeof *product->features;
-    if (!EDIT_ALLOCATE(context, &product->positions, product->record_size) ||
-        !EDIT_ALLOCATE(context, &product->previous, product->record_size) ||
-        !EDIT_ALLOCATE(context, &product->velocities, product->record_size) ||
-        !EDIT_ALLOCATE(context, &product->links, product->link_size) ||
-        !EDIT_ALLOCATE(context, &product->link_tags, product->tag_size) ||
-        !EDIT_ALLOCATE(context, &product->node_origins, product->node_origin_size) ||
-        !EDIT_ALLOCATE(context, &product->face_origins, product->face_origin_size) ||
-        !EDIT_ALLOCATE(context, &product->features, product->feature_size) || !edit_make_topology(edit, product)) {
+    pli_body* fresh = &product->body;
+    fresh->context = product->scratch.context = edit->context;
+    fresh->node_count = edit->node_count;
+    fresh->link_count = edit->link_count;
+    product->node_origins = PLII_TAKE(&product->scratch, plii_node_origin, edit->node_count - edit->old_node_count);
+    product->face_origins = PLII_TAKE(&product->scratch, plii_face_origin, edit->face_count);
+    product->features = PLII_TAKE(&product->scratch, struct edit_blocks, edit->body->pipeline.feature_count);
+    if (product->scratch.is_short || !plii_body_allocate_arrays(fresh, edit_needs_tags(edit)) ||
+        !edit_make_topology(edit, product)) {
         return false;
     }
     for (int i = 0; i < edit->node_count; ++i) {
-        product->positions[i] = edit->nodes[i].position;
-        product->previous[i] = edit->nodes[i].previous;
-        product->velocities[i] = edit->nodes[i].velocity;
+        fresh->positions[i] = edit->nodes[i].position;
+        fresh->previous[i] = edit->nodes[i].previous;
+        fresh->velocities[i] = edit->nodes[i].velocity;
         if (i >= edit->old_node_count) { product->node_origins[i - edit->old_node_count] = edit->nodes[i].origin; }
     }
     for (int i = 0; i < edit->link_count; ++i) {
         const plii_edit_link* link = &edit->links[i];
-        plii_link* made = &product->links[i];
+        plii_link* made = &fresh->links[i];
         made->nodes[0] = link->nodes[0];
         made->nodes[1] = link->nodes[1];
         made->rest_length_squared = link->rest_squared;
@@ -376,7 +344,7 @@ static bool edit_make_product(const plii_edit* edit, edit_product* product) {
             const float length = sqrtf(edit_distance_squared(edit, link->nodes[0], link->nodes[1]));
             made->rest_length_squared = length * length;
         }
-        if (product->tag_size > 0) { product->link_tags[i] = link->tag; }
+        if (fresh->link_tags != NULL) { fresh->link_tags[i] = link->tag; }
     }
     return true;
 }
@@ -392,7 +360,7 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
             count += klass->topology_blocks(edit->body, state, change, &wanted->sizes[count]);
         }
         for (int k = 0; k < count; ++k) {
-            if (!EDIT_ALLOCATE(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }
+            if (!plii_allocate_array(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }
         }
     }
     return true;
@@ -408,38 +376,16 @@ static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
     return NULL;
 }
 
-static void edit_replace(const plii_edit* edit, const edit_product* product) {
-    pli_body* body = edit->body;
-    pli_context* context = edit->context;
-    const size_t record_size = (size_t)body->node_count * sizeof(pli_vec4);
-    plii_release(context, body->positions, record_size);
-    plii_release(context, body->previous, record_size);
-    plii_release(context, body->velocities, record_size);
-    plii_release(context, body->links, (size_t)body->link_count * sizeof *body->links);
-    plii_release(context, body->link_tags, (size_t)body->link_count * sizeof *body->link_tags);
-    plii_topology_release(context, body->topology);
-    body->positions = product->positions;
-    body->previous = product->previous;
-    body->velocities = product->velocities;
-    body->links = product->links;
-    body->link_tags = product->link_tags;
-    body->topology = product->topology;
-    body->node_count = edit->node_count;
-    body->link_count = edit->link_count;
-}
-
-static void edit_tell_other_bodies(const pli_body* body) {
-    const pli_world* world = body->world;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* other = world->bodies[i];
-        if (other == body) { continue; }
-        for (int k = 0; k < other->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &other->pipeline.features[k];
-            if (feature->klass->on_topology_changed != NULL) {
-                feature->klass->on_topology_changed(other, feature->state, body);
-            }
-        }
-    }
+static void edit_replace(pli_body* body, const pli_body* fresh) {
+    plii_body_release_arrays(body);
+    body->positions = fresh->positions;
+    body->previous = fresh->previous;
+    body->velocities = fresh->velocities;
+    body->links = fresh->links;
+    body->link_tags = fresh->link_tags;
+    body->topology = fresh->topology;
+    body->node_count = fresh->node_count;
+    body->link_count = fresh->link_count;
 }
 
 pli_status plii_edit_commit(plii_edit* edit, const char* function) {
@@ -463,7 +409,7 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     if (ok) {
         change.node_origins = product.node_origins;
         change.face_origins = product.face_origins;
-        change.faces = (const int(*)[3])product.topology->faces;
+        change.faces = (const int(*)[3])product.body.topology->faces;
         ok = edit_reserve_features(edit, &change, &product);
     }
     if (!ok) {
@@ -472,7 +418,7 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
                          edit->node_count, edit->link_count, edit->face_count);
     }
 
-    edit_replace(edit, &product);
+    edit_replace(body, &product.body);
     body->world->needs_reserve = true;
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature_class* klass = body->pipeline.features[i].klass;
@@ -481,10 +427,8 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
         if (klass->topology_commit != NULL) { klass->topology_commit(body, state, &change, blocks); }
         plii_feature_arrays_drop(body, klass, &change, blocks);
     }
-    plii_release(context, product.node_origins, product.node_origin_size);
-    plii_release(context, product.face_origins, product.face_origin_size);
-    plii_release(context, product.features, product.feature_size);
+    plii_scratch_free(&product.scratch);
     plii_body_refresh(body);
-    edit_tell_other_bodies(body);
+    plii_features_notify(body, PLII_TOPOLOGY_CHANGED);
     return PLI_OK;
 }

@@ -118,10 +118,10 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
 }
 
 void plii_bvh_free(pli_context* context, plii_bvh* tree) {
-    plii_release(context, tree->items, (size_t)tree->item_capacity * sizeof *tree->items);
-    plii_release(context, tree->boxes, (size_t)tree->box_capacity * sizeof *tree->boxes);
-    plii_release(context, tree->keys, (size_t)tree->key_capacity * sizeof *tree->keys);
-    plii_release(context, tree->sorting, (size_t)tree->sorting_capacity * sizeof *tree->sorting);
+    PLII_RELEASE(context, tree->items, tree->item_capacity);
+    PLII_RELEASE(context, tree->boxes, tree->box_capacity);
+    PLII_RELEASE(context, tree->keys, tree->key_capacity);
+    PLII_RELEASE(context, tree->sorting, tree->sorting_capacity);
     memset(tree, 0, sizeof *tree);
 }
 

@@ -77,7 +77,7 @@ bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pl
 }
 
 void plii_bvh4_free(pli_context* context, plii_bvh4* boxes) {
-    plii_release(context, boxes->groups, (size_t)boxes->capacity * sizeof *boxes->groups);
+    PLII_RELEASE(context, boxes->groups, boxes->capacity);
     *boxes = (plii_bvh4){0};
 }
 

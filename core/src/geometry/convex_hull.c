@@ -385,22 +385,21 @@ static bool hull_run(hull_work* work) {
 // ----------------------------------------------------------------------------------------------------------- result
 
 static void hull_work_destroy(hull_work* work) {
-    const size_t per_point = (size_t)work->point_count * sizeof(int);
-    plii_release(work->context, work->faces, (size_t)work->face_capacity * sizeof *work->faces);
-    plii_release(work->context, work->next_outside, per_point);
-    plii_release(work->context, work->face_from, per_point);
-    plii_release(work->context, work->queue, (size_t)work->queue_capacity * sizeof *work->queue);
-    plii_release(work->context, work->visible, (size_t)work->visible_capacity * sizeof *work->visible);
-    plii_release(work->context, work->rim, (size_t)work->rim_capacity * sizeof *work->rim);
+    PLII_RELEASE(work->context, work->faces, work->face_capacity);
+    PLII_RELEASE(work->context, work->next_outside, work->point_count);
+    PLII_RELEASE(work->context, work->face_from, work->point_count);
+    PLII_RELEASE(work->context, work->queue, work->queue_capacity);
+    PLII_RELEASE(work->context, work->visible, work->visible_capacity);
+    PLII_RELEASE(work->context, work->rim, work->rim_capacity);
 }
 
 /* PLI_ERROR_INVALID_MESH when the points are flat. The work is to be destroyed in any case. */
 static pli_status hull_build(hull_work* work) {
-    const size_t per_point = (size_t)work->point_count * sizeof(int);
     work->free_face = -1;
-    work->next_outside = plii_allocate(work->context, per_point);
-    work->face_from = plii_allocate(work->context, per_point);
-    if (work->next_outside == NULL || work->face_from == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
+    if (!PLII_ALLOCATE(work->context, &work->next_outside, work->point_count) ||
+        !PLII_ALLOCATE(work->context, &work->face_from, work->point_count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
     int corners[4];
     if (!hull_find_start(work, corners)) { return PLI_ERROR_INVALID_MESH; }
     return hull_start(work, corners) && hull_run(work) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
@@ -532,6 +531,6 @@ pli_status plii_convex_hull_create(pli_context* context, int point_count, const 
 }
 
 void plii_convex_hull_destroy(pli_context* context, plii_convex_hull* hull) {
-    plii_release(context, hull->triangles, (size_t)hull->triangle_count * sizeof *hull->triangles);
+    PLII_RELEASE(context, hull->triangles, hull->triangle_count);
     *hull = (plii_convex_hull){0};
 }

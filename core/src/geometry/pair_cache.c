@@ -45,7 +45,7 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
        other. */
     if (cache->present_capacity < cache->before_capacity) {
-        plii_release(context, cache->present, (size_t)cache->present_capacity * sizeof *cache->present);
+        PLII_RELEASE(context, cache->present, cache->present_capacity);
         cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);
         cache->present_capacity = cache->present != NULL ? cache->before_capacity : 0;
     }
@@ -109,9 +109,9 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
 }
 
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
-    plii_release(context, cache->present, (size_t)cache->present_capacity * sizeof *cache->present);
-    plii_release(context, cache->before, (size_t)cache->before_capacity * sizeof *cache->before);
-    plii_release(context, cache->table, (size_t)cache->table_capacity * sizeof *cache->table);
+    PLII_RELEASE(context, cache->present, cache->present_capacity);
+    PLII_RELEASE(context, cache->before, cache->before_capacity);
+    PLII_RELEASE(context, cache->table, cache->table_capacity);
     *cache = (plii_pair_cache){0};
 }
 

@@ -321,10 +321,10 @@ bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_
 }
 
 void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash) {
-    plii_release(context, hash->starts, (size_t)hash->start_capacity * sizeof *hash->starts);
-    plii_release(context, hash->cells, (size_t)hash->cell_capacity * sizeof *hash->cells);
-    plii_release(context, hash->nodes, (size_t)hash->node_capacity * sizeof *hash->nodes);
-    plii_release(context, hash->columns, (size_t)hash->column_capacity * sizeof *hash->columns);
+    PLII_RELEASE(context, hash->starts, hash->start_capacity);
+    PLII_RELEASE(context, hash->cells, hash->cell_capacity);
+    PLII_RELEASE(context, hash->nodes, hash->node_capacity);
+    PLII_RELEASE(context, hash->columns, hash->column_capacity);
     for (int k = 0; k < 3; ++k) {
         plii_release(context, hash->components[k], (size_t)hash->component_capacities[k] * sizeof(float));
     }
@@ -342,7 +342,7 @@ size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash) {
 }
 
 void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {
-    plii_release(context, pairs->pairs, (size_t)pairs->capacity * sizeof *pairs->pairs);
+    PLII_RELEASE(context, pairs->pairs, pairs->capacity);
     *pairs = (plii_node_pairs){0};
 }
 

@@ -66,18 +66,11 @@ bool plii_support_points_create(pli_context* context, const pli_vec4* positions,
     *groups = (plii_support_points){0};
     if (node_count < PLII_SUPPORT_PACKED_MIN) { return true; }
     groups->node_count = node_count;
-    const size_t count = (size_t)node_count;
     const bool is_whole = node_count < PLII_SUPPORT_POINTS_MIN;
-    groups->nodes = plii_allocate(context, count * sizeof *groups->nodes);
-    bool has_memory = groups->nodes != NULL;
-    if (is_whole) {
-        groups->packed = plii_allocate(context, plii_support_block_count(groups) * sizeof *groups->packed);
-        has_memory = has_memory && groups->packed != NULL;
-    } else {
-        groups->begin = plii_allocate(context, (count + 1) * sizeof *groups->begin);
-        groups->bounds = plii_allocate(context, count * sizeof *groups->bounds);
-        has_memory = has_memory && groups->begin != NULL && groups->bounds != NULL;
-    }
+    const bool has_memory = PLII_ALLOCATE(context, &groups->nodes, node_count) &&
+                            (is_whole ? PLII_ALLOCATE(context, &groups->packed, plii_support_block_count(groups))
+                                      : PLII_ALLOCATE(context, &groups->begin, (size_t)node_count + 1) &&
+                                            PLII_ALLOCATE(context, &groups->bounds, node_count));
     if (!has_memory) {
         plii_support_points_release(context, groups);
         return false;

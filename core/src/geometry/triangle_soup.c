@@ -116,7 +116,7 @@ bool plii_soup_build(plii_soup* soup, const pli_vec3* points, int triangle_count
 }
 
 void plii_soup_free(plii_soup* soup) {
-    plii_release(soup->context, soup->triangles, (size_t)soup->capacity * sizeof *soup->triangles);
+    PLII_RELEASE(soup->context, soup->triangles, soup->capacity);
     plii_bvh_free(soup->context, &soup->tree);
 }
 

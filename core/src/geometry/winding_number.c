@@ -54,7 +54,7 @@ bool plii_winding_build(plii_winding* winding, const plii_soup* soup) {
 
 void plii_winding_free(plii_winding* winding) {
     if (winding->soup == NULL) { return; }
-    plii_release(winding->soup->context, winding->clusters, (size_t)winding->cluster_count * sizeof *winding->clusters);
+    PLII_RELEASE(winding->soup->context, winding->clusters, winding->cluster_count);
 }
 
 /* Van Oosterom and Strackee, The solid angle of a plane triangle, 1983. */

@@ -114,7 +114,7 @@ static pli_status obj_read_lines(obj_reader* reader) {
 }
 
 static void obj_release(const pli_triangles* triangles) {
-    plii_release(triangles->context, triangles->points, (size_t)triangles->point_count * sizeof *triangles->points);
+    PLII_RELEASE(triangles->context, triangles->points, triangles->point_count);
     plii_release(triangles->context, triangles->indices,
                  (size_t)triangles->triangle_count * 3 * sizeof *triangles->indices);
 }
@@ -143,8 +143,8 @@ static pli_status obj_read(pli_context* context, const char* path, const char* f
     pli_status status = obj_read_lines(&reader);
     if (status == PLI_OK) { status = obj_write(&reader, triangles); }
     plii_text_close(&reader.text);
-    plii_release(context, reader.points, (size_t)reader.point_capacity * sizeof *reader.points);
-    plii_release(context, reader.indices, (size_t)reader.index_capacity * sizeof *reader.indices);
+    PLII_RELEASE(context, reader.points, reader.point_capacity);
+    PLII_RELEASE(context, reader.indices, reader.index_capacity);
     return status;
 }
 

@@ -292,8 +292,8 @@ pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh
         status = tetgen_read_file(context, base, ".face", __func__, &has_no_faces, tetgen_read_faces, &read);
     }
     if (status == PLI_OK) { status = tetgen_make(context, &read, __func__, mesh); }
-    plii_release(context, read.points, (size_t)read.point_count * sizeof *read.points);
-    plii_release(context, read.tetras, (size_t)read.tetra_count * 4 * sizeof *read.tetras);
-    plii_release(context, read.faces, (size_t)read.face_count * 3 * sizeof *read.faces);
+    PLII_RELEASE(context, read.points, read.point_count);
+    PLII_RELEASE(context, read.tetras, read.tetra_count * 4);
+    PLII_RELEASE(context, read.faces, read.face_count * 3);
     return status;
 }

@@ -63,23 +63,26 @@ static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_mat
 
 // -------------------------------------------------------------------------------------------------- topology
 
-static size_t topology_faces_size(const plii_topology* topology) {
-    return (size_t)topology->face_count * sizeof *topology->faces;
-}
-
-static size_t topology_materials_size(const plii_topology* topology) {
-    return (size_t)topology->face_count * sizeof *topology->face_materials;
-}
-
-static size_t topology_tetras_size(const plii_topology* topology) {
-    return (size_t)topology->tetra_count * sizeof *topology->tetras;
+plii_topology* plii_topology_create(pli_context* context, int face_count, int tetra_count, bool has_materials) {
+    plii_topology* topology = plii_allocate(context, sizeof *topology);
+    if (topology == NULL) { return NULL; }
+    topology->reference_count = 1;
+    topology->face_count = face_count;
+    topology->tetra_count = tetra_count;
+    if (!PLII_ALLOCATE(context, &topology->faces, face_count) ||
+        !PLII_ALLOCATE(context, &topology->tetras, tetra_count) ||
+        !PLII_ALLOCATE(context, &topology->face_materials, has_materials ? face_count : 0)) {
+        plii_topology_release(context, topology);
+        return NULL;
+    }
+    return topology;
 }
 
 void plii_topology_release(pli_context* context, plii_topology* topology) {
     if (topology == NULL || --topology->reference_count > 0) { return; }
-    plii_release(context, topology->faces, topology_faces_size(topology));
-    plii_release(context, topology->face_materials, topology_materials_size(topology));
-    plii_release(context, topology->tetras, topology_tetras_size(topology));
+    PLII_RELEASE(context, topology->faces, topology->face_count);
+    PLII_RELEASE(context, topology->face_materials, topology->face_count);
+    PLII_RELEASE(context, topology->tetras, topology->tetra_count);
     plii_release(context, topology, sizeof *topology);
 }
 
@@ -95,22 +98,10 @@ static bool topology_needs_materials(const pli_mesh* mesh) {
     return false;
 }
 
-static plii_topology* topology_create(const pli_mesh* mesh, pli_context* context) {
-    plii_topology* topology = plii_allocate(context, sizeof *topology);
-    if (topology == NULL) { return NULL; }
-    topology->reference_count = 1;
-    topology->face_count = mesh->face_count;
-    topology->tetra_count = mesh->tetra_count;
-    topology->faces = plii_allocate(context, topology_faces_size(topology));
-    topology->tetras = plii_allocate(context, topology_tetras_size(topology));
+static plii_topology* mesh_make_topology(const pli_mesh* mesh, pli_context* context) {
     const bool needs_materials = topology_needs_materials(mesh);
-    if (needs_materials) { topology->face_materials = plii_allocate(context, topology_materials_size(topology)); }
-    if ((topology->face_count > 0 && topology->faces == NULL) ||
-        (topology->tetra_count > 0 && topology->tetras == NULL) ||
-        (needs_materials && topology->face_materials == NULL)) {
-        plii_topology_release(context, topology);
-        return NULL;
-    }
+    plii_topology* topology = plii_topology_create(context, mesh->face_count, mesh->tetra_count, needs_materials);
+    if (topology == NULL) { return NULL; }
     for (int i = 0; i < mesh->face_count; ++i) {
         memcpy(topology->faces[i], mesh->faces[i].nodes, sizeof topology->faces[i]);
         if (needs_materials) { topology->face_materials[i] = (uint16_t)mesh->faces[i].material; }
@@ -122,8 +113,8 @@ static plii_topology* topology_create(const pli_mesh* mesh, pli_context* context
 }
 
 plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) {
-    if (context != mesh->context) { return topology_create(mesh, context); }
-    if (mesh->topology == NULL) { mesh->topology = topology_create(mesh, context); }
+    if (context != mesh->context) { return mesh_make_topology(mesh, context); }
+    if (mesh->topology == NULL) { mesh->topology = mesh_make_topology(mesh, context); }
     if (mesh->topology != NULL) { ++mesh->topology->reference_count; }
     return mesh->topology;
 }

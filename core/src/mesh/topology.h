@@ -16,6 +16,8 @@ typedef struct plii_topology {
     int (*tetras)[4];
 } plii_topology;
 
+/* With one reference, zeroed; NULL when out of memory. */
+plii_topology* plii_topology_create(pli_context* context, int face_count, int tetra_count, bool has_materials);
 void plii_topology_release(pli_context* context, plii_topology* topology);
 
 #endif

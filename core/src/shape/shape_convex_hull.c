@@ -190,9 +190,9 @@ typedef struct hull_shape {
 static void hull_destroy(void* user) {
     hull_shape* shape = user;
     hull_data* hull = &shape->hull;
-    plii_release(hull->context, hull->points, (size_t)shape->point_capacity * sizeof *hull->points);
-    plii_release(hull->context, hull->triangles, (size_t)shape->triangle_capacity * sizeof *hull->triangles);
-    plii_release(hull->context, hull->planes, (size_t)shape->triangle_capacity * sizeof *hull->planes);
+    PLII_RELEASE(hull->context, hull->points, shape->point_capacity);
+    PLII_RELEASE(hull->context, hull->triangles, shape->triangle_capacity);
+    PLII_RELEASE(hull->context, hull->planes, shape->triangle_capacity);
     plii_bvh_free(hull->context, &hull->tree);
 }
 
@@ -204,11 +204,10 @@ static pli_status hull_create(pli_context* context, const plii_convex_hull* sour
     hull->radius = radius;
     made.point_capacity = point_count;
     made.triangle_capacity = source->triangle_count;
-    hull->points = plii_allocate(context, (size_t)point_count * sizeof *hull->points);
-    hull->triangles = plii_allocate(context, (size_t)source->triangle_count * sizeof *hull->triangles);
-    hull->planes = plii_allocate(context, (size_t)source->triangle_count * sizeof *hull->planes);
     pli_status status = PLI_OK;
-    if (hull->points == NULL || hull->triangles == NULL || hull->planes == NULL) {
+    if (!PLII_ALLOCATE(context, &hull->points, point_count) ||
+        !PLII_ALLOCATE(context, &hull->triangles, source->triangle_count) ||
+        !PLII_ALLOCATE(context, &hull->planes, source->triangle_count)) {
         status =
             plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
     }

@@ -220,8 +220,8 @@ static pli_bounds lattice_bounds(const void* user) {
 static void lattice_destroy(void* user) {
     lattice_data* lattice = user;
     lattice_cache* cache = lattice->cache;
-    plii_release(lattice->context, cache->cells, (size_t)cache->cell_capacity * sizeof *cache->cells);
-    plii_release(lattice->context, cache->buckets, (size_t)cache->bucket_count * sizeof *cache->buckets);
+    PLII_RELEASE(lattice->context, cache->cells, cache->cell_capacity);
+    PLII_RELEASE(lattice->context, cache->buckets, cache->bucket_count);
     plii_release(lattice->context, cache, sizeof *cache);
     plii_shape_release(lattice->source);
 }

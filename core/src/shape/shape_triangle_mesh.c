@@ -409,8 +409,8 @@ typedef struct surface_shape {
 static void surface_destroy(void* user) {
     surface_shape* shape = user;
     surface_data* surface = &shape->surface;
-    plii_release(surface->context, surface->vertices, (size_t)shape->point_capacity * sizeof *surface->vertices);
-    plii_release(surface->context, surface->triangles, (size_t)shape->triangle_capacity * sizeof *surface->triangles);
+    PLII_RELEASE(surface->context, surface->vertices, shape->point_capacity);
+    PLII_RELEASE(surface->context, surface->triangles, shape->triangle_capacity);
     plii_bvh_free(surface->context, &surface->tree);
 }
 
@@ -426,10 +426,9 @@ pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count,
     surface->thickness = thickness;
     made.point_capacity = point_count;
     made.triangle_capacity = triangle_count;
-    surface->vertices = plii_allocate(context, (size_t)point_count * sizeof *surface->vertices);
-    surface->triangles = plii_allocate(context, (size_t)triangle_count * sizeof *surface->triangles);
     pli_status status = PLI_OK;
-    if (surface->vertices == NULL || surface->triangles == NULL ||
+    if (!PLII_ALLOCATE(context, &surface->vertices, point_count) ||
+        !PLII_ALLOCATE(context, &surface->triangles, triangle_count) ||
         !surface_build(surface, point_count, points, triangle_count, triangles)) {
         status = PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d triangles", triangle_count);
     } else if (surface->triangle_count == 0) {

@@ -56,10 +56,10 @@ void pli_world_destroy(pli_world* world) {
     while (world->rigid_count > 0) {
         pli_rigid_destroy(world->rigids[world->rigid_count - 1]);
     }
-    plii_release(context, world->bodies, (size_t)world->body_capacity * sizeof *world->bodies);
-    plii_release(context, world->sweep, (size_t)world->sweep_capacity * sizeof *world->sweep);
-    plii_release(context, world->rigids, (size_t)world->rigid_capacity * sizeof *world->rigids);
-    plii_release(context, world->events, (size_t)world->event_capacity * sizeof *world->events);
+    PLII_RELEASE(context, world->bodies, world->body_capacity);
+    PLII_RELEASE(context, world->sweep, world->sweep_capacity);
+    PLII_RELEASE(context, world->rigids, world->rigid_capacity);
+    PLII_RELEASE(context, world->events, world->event_capacity);
     plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
 }
 
@@ -125,18 +125,6 @@ static void world_forget_rigid(pli_world* world, const pli_rigid* rigid) {
     }
 }
 
-static void world_forget_body(pli_world* world, const pli_body* gone) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count; ++k) {
-            const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->on_body_removed != NULL) {
-                feature->klass->on_body_removed(body, feature->state, gone);
-            }
-        }
-    }
-}
-
 /* Those that name a body or a rigid body that is going. */
 static void world_drop_events(pli_world* world, const pli_body* body, const pli_rigid* rigid) {
     int kept = 0;
@@ -149,7 +137,7 @@ static void world_drop_events(pli_world* world, const pli_body* body, const pli_
 }
 
 void plii_world_remove_body(pli_world* world, pli_body* body) {
-    world_forget_body(world, body);
+    plii_features_notify(body, PLII_BODY_REMOVED);
     for (int i = body->world_index; i + 1 < world->body_count; ++i) {
         world->bodies[i] = world->bodies[i + 1];
         world->bodies[i]->world_index = i;
