@@ -431,7 +431,7 @@ static void test_bad_input_is_refused(void** unused) {
 
     pli_anchor_def def = anchor_def(0, box);
     assert_int_equal(pli_body_add_anchor(NULL, &def, &id), PLI_ERROR_NULL_ARGUMENT);
-    check_anchor_refused(pli_body_add_anchor(rope, NULL, &id), PLI_ERROR_NULL_ARGUMENT, "def is null");
+    check_anchor_refused(pli_body_add_anchor(rope, NULL, &id), PLI_ERROR_NULL_ARGUMENT, "definition is null");
     def.cookie = 1;
     check_anchor_refused(pli_body_add_anchor(rope, &def, &id), PLI_ERROR_INVALID_DEF, "pli_anchor_def_default");
     def = anchor_def(6, box);

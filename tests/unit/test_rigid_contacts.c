@@ -342,7 +342,7 @@ static void test_rigid_contacts_refuse_bad_input(void** state) {
     check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_INVALID_VALUE, "static_hardness is -0.5");
     def = pli_rigid_contacts_def_default();
     def.static_hardness = NAN;
-    check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_NOT_FINITE, "not finite");
+    check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_NOT_FINITE, "static_hardness is nan");
     def.cookie = 0;
     check_refused(f, pli_body_enable_rigid_contacts(body, &def), PLI_ERROR_INVALID_DEF, "default");
     assert_int_equal(pli_body_get_rigid_contacts(NULL, 3, NULL), 0);

@@ -343,15 +343,15 @@ static void test_soft_contacts_refuse_bad_input(void** state) {
     pli_soft_contacts_def def = pli_soft_contacts_def_default();
     assert_int_equal(pli_body_enable_soft_contacts(NULL, &def), PLI_ERROR_NULL_ARGUMENT);
     def.friction = -2;
-    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "friction -2");
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "friction is -2");
     def.friction = NAN;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_NOT_FINITE, "friction");
     def = pli_soft_contacts_def_default();
     def.hardness = 2;
-    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "hardness 2");
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "hardness is 2");
     def.hardness = 1;
     def.recovery_speed = -1;
-    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "recovery_speed -1");
+    check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_INVALID_VALUE, "recovery_speed is -1");
     def.recovery_speed = NAN;
     check_refused(f, pli_body_enable_soft_contacts(node, &def), PLI_ERROR_NOT_FINITE, "recovery_speed");
     def.cookie = 7;

@@ -30,8 +30,3 @@ int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generat
     const plii_id_slot* slot = &pool->slots[index1 - 1];
     return slot->generation == generation ? slot->item : PLI_NULL_INDEX;
 }
-
-void plii_id_pool_release(pli_context* context, plii_id_pool* pool) {
-    plii_release(context, pool->slots, plii_id_pool_bytes(pool));
-    *pool = (plii_id_pool){0};
-}

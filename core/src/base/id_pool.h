@@ -26,10 +26,5 @@ int plii_id_pool_alloc(plii_id_pool* pool, int item);
 void plii_id_pool_free(plii_id_pool* pool, int slot);
 /* The item of a public id, or PLI_NULL_INDEX when it is stale. */
 int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation);
-void plii_id_pool_release(pli_context* context, plii_id_pool* pool);
-
-static inline size_t plii_id_pool_bytes(const plii_id_pool* pool) {
-    return (size_t)pool->capacity * sizeof *pool->slots;
-}
 
 #endif

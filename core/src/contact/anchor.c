@@ -9,9 +9,7 @@
 #include "body/node_constraint.h"
 #include "body/world_state.h"
 #include "contact/anchor_impl.h"
-#include "math/range.h"
-
-#include <string.h>
+#include "math/definition.h"
 
 PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const plii_anchor* anchor, plii_float4 offset, float dt) {
     return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
@@ -146,51 +144,26 @@ static pli_status anchor_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-static void anchor_disable(pli_body* body, void* state) {
-    plii_anchors* anchors = state;
-    plii_release(body->context, anchors->items, (size_t)anchors->item_capacity * sizeof *anchors->items);
-    plii_id_pool_release(body->context, &anchors->ids);
-    anchor_release_marks(body);
-}
-
-static size_t anchor_bytes(const pli_body* body, const void* state) {
-    const plii_anchors* anchors = state;
-    const size_t marks = body->anchored != NULL ? (size_t)body->node_count * sizeof *body->anchored : 0;
-    return marks + (size_t)anchors->item_capacity * sizeof *anchors->items + plii_id_pool_bytes(&anchors->ids);
-}
-
-static int anchor_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                  size_t* sizes) {
-    (void)state;
-    sizes[0] = body->anchored != NULL ? (size_t)change->node_count * sizeof *body->anchored : 0;
-    return 1;
-}
-
 /* Anchors stay with their node; a copy of the node is free. */
-static void anchor_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    (void)state;
-    if (body->anchored == NULL) { return; }
-    const size_t old_size = (size_t)change->old_node_count * sizeof *body->anchored;
-    memcpy(blocks[0], body->anchored, old_size);
-    plii_release(body->context, body->anchored, old_size);
-    body->anchored = blocks[0];
-}
+static const plii_feature_array anchor_arrays[] = {
+    {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true},
+    {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true},
+    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_optional = true, .is_kept = true},
+    {0},
+};
 
 enum { ANCHOR_ORDER = 10 }; /* before contacts */
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
+    .arrays = anchor_arrays,
     .stages =
         {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
     .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
-    .disable = anchor_disable,
     .list_constraints = anchor_list_constraints,
     .on_rigid_removed = anchor_on_rigid_removed,
-    .bytes = anchor_bytes,
-    .topology_blocks = anchor_topology_blocks,
-    .topology_commit = anchor_topology_commit,
 };
 
 pli_anchor_def pli_anchor_def_default(void) {
@@ -200,33 +173,23 @@ pli_anchor_def pli_anchor_def_default(void) {
     return def;
 }
 
+static const plii_field anchor_fields[] = {
+    PLII_FIELD(pli_anchor_def, influence, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_anchor_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
+
 static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const char* function) {
     pli_context* context = body->context;
-    if (def == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "def is null"); }
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "def was not made by pli_anchor_def_default");
-    }
+    PLII_TRY_DEF(context, pli_anchor_def, def, anchor_fields, function);
     PLII_TRY(plii_check_node(body, def->node, function));
     PLII_TRY(plii_check_handle(def->rigid, PLII_HANDLE_RIGID, context, "def->rigid", function));
     if (def->rigid->world != body->world) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->rigid is in another world than the body");
     }
-    if (def->local_pivot != NULL && !plii_vec3_is_finite(*def->local_pivot)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "local_pivot is (%g, %g, %g)",
-                         (double)def->local_pivot->x, (double)def->local_pivot->y, (double)def->local_pivot->z);
-    }
-    if (!plii_is_finite(def->influence)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "influence is %g", (double)def->influence);
-    }
-    if (def->influence < 0.0f) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "influence is %g, at least 0 is allowed",
-                         (double)def->influence);
-    }
-    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
     if (def->local_pivot != NULL) {
         PLII_TRY(plii_check_vec3_within(context, *def->local_pivot, PLI_MAX_COORDINATE, "local_pivot", function));
     }
-    return plii_check_within(context, def->influence, PLI_MAX_FACTOR, "influence", function);
+    return PLI_OK;
 }
 
 /* Rounded as btTransform::inverse() times the point. */
@@ -302,12 +265,7 @@ int pli_body_anchor_count(const pli_body* body) {
 
 pli_status pli_body_set_anchor_hardness(pli_body* body, float hardness) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    if (!plii_is_finite(hardness)) {
-        return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "hardness is %g", (double)hardness);
-    }
-    if (hardness < 0.0f || hardness > 1.0f) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "hardness is %g, 0 to 1 is allowed", (double)hardness);
-    }
+    PLII_TRY(plii_check_between(body->context, hardness, 0.0f, 1.0f, "hardness", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
     ((plii_anchors*)state)->hardness = hardness;

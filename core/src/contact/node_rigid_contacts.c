@@ -11,7 +11,7 @@
 #include "contact/contact_order.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
@@ -352,16 +352,18 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
-    plii_rigid_contacts* state = data;
-    plii_release(body->context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
-    plii_rigid_substeps_release(body, state);
+    plii_rigid_substeps_release(body, data);
 }
 
 static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
-    const plii_rigid_contacts* state = data;
     (void)body;
-    return (size_t)state->capacity * sizeof *state->contacts + plii_rigid_substeps_bytes(&state->substeps);
+    return plii_rigid_substeps_bytes(&((const plii_rigid_contacts*)data)->substeps);
 }
+
+static const plii_feature_array rigid_contacts_arrays[] = {
+    {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity)},
+    {0},
+};
 
 static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                            void** blocks) {
@@ -377,6 +379,7 @@ enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
+    .arrays = rigid_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
@@ -403,37 +406,18 @@ static const plii_feature_class rigid_contacts_last_class = {
     .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
 };
 
-static pli_status rigid_contacts_check_def(pli_context* context, const pli_rigid_contacts_def* def,
-                                           const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function,
-                         "def was not made by pli_rigid_contacts_def_default");
-    }
-    if (!plii_is_finite(def->friction) || !plii_is_finite(def->dynamic_hardness) ||
-        !plii_is_finite(def->static_hardness)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction or a hardness is not finite");
-    }
-    if (!(def->friction >= 0.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction is %g, it must not be negative",
-                         (double)def->friction);
-    }
-    if (!(def->dynamic_hardness >= 0.0f && def->dynamic_hardness <= 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "dynamic_hardness is %g, not in [0, 1]",
-                         (double)def->dynamic_hardness);
-    }
-    if (!(def->static_hardness >= 0.0f && def->static_hardness <= 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "static_hardness is %g, not in [0, 1]",
-                         (double)def->static_hardness);
-    }
-    PLII_TRY(plii_check_between(context, def->recovery_speed, 0.0f, PLI_MAX_SPEED, "recovery_speed", function));
-    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
-    return plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function);
-}
+static const plii_field rigid_contacts_fields[] = {
+    PLII_FIELD(pli_rigid_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_rigid_contacts_def, dynamic_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, static_hardness, 0, 1),
+    PLII_FIELD(pli_rigid_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_rigid_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
 
 pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
-    PLII_TRY(rigid_contacts_check_def(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
     const bool was_enabled = plii_feature_is_enabled(body, &plii_rigid_contacts_class);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_rigid_contacts_class, &state));

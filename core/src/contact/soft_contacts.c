@@ -6,7 +6,7 @@
 #include "contact/soft_contacts_impl.h"
 #include "geometry/fat_aabb.h"
 #include "math/bounds.h"
-#include "math/range.h"
+#include "math/definition.h"
 #include "pliant/bullet_reference.h"
 
 // ------------------------------------------------------------------------------------------------------ Bullet's boxes
@@ -68,8 +68,8 @@ static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_
 }
 
 static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
-    plii_release(body->context, state->node_boxes, (size_t)body->node_count * sizeof *state->node_boxes);
-    plii_release(body->context, state->face_boxes, (size_t)body->topology->face_count * sizeof *state->face_boxes);
+    PLII_RELEASE(body->context, state->node_boxes, body->node_count);
+    PLII_RELEASE(body->context, state->face_boxes, body->topology->face_count);
     state->node_boxes = NULL;
     state->face_boxes = NULL;
     state->has_boxes = false;
@@ -78,54 +78,37 @@ static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state
 
 static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
-    pli_context* context = body->context;
-    soft_contacts_release_boxes(body, state);
-    plii_release(context, state->contacts, (size_t)state->capacity * sizeof *state->contacts);
+    body->soft_node_boxes = NULL;
     plii_soft_substeps_release(body, state);
-    plii_release(context, state->faces, (size_t)state->face_capacity * sizeof *state->faces);
-    plii_release(context, state->boxes, (size_t)state->box_capacity * sizeof *state->boxes);
-    plii_release(context, state->hits, (size_t)state->hit_capacity * sizeof *state->hits);
-    plii_release(context, state->nodes, (size_t)state->node_capacity * sizeof *state->nodes);
-    plii_bvh_free(context, &state->tree);
-    plii_bvh4_free(context, &state->near);
-    plii_release(context, state->face_order, (size_t)state->order_capacity * sizeof *state->face_order);
+    plii_bvh_free(body->context, &state->tree);
+    plii_bvh4_free(body->context, &state->near);
 }
 
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
-    size_t bytes = plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near);
-    bytes += plii_soft_substeps_bytes(&state->substeps);
-    bytes += (size_t)state->node_capacity * sizeof *state->nodes;
-    bytes += (size_t)state->order_capacity * sizeof *state->face_order;
-    bytes += (size_t)state->capacity * sizeof *state->contacts;
-    bytes += (size_t)state->face_capacity * sizeof *state->faces + (size_t)state->box_capacity * sizeof *state->boxes;
-    bytes += (size_t)state->hit_capacity * sizeof *state->hits;
-    if (state->node_boxes != NULL) {
-        bytes += ((size_t)body->node_count + (size_t)body->topology->face_count) * sizeof(pli_bounds);
-    }
-    return bytes;
+    (void)body;
+    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near) + plii_soft_substeps_bytes(&state->substeps);
 }
 
-static int soft_contacts_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                         size_t* sizes) {
-    const plii_soft_contacts_state* state = data;
-    (void)body;
-    if (state->node_boxes == NULL) { return 0; }
-    sizes[0] = (size_t)change->node_count * sizeof *state->node_boxes;
-    sizes[1] = (size_t)change->face_count * sizeof *state->face_boxes;
-    return 2;
-}
+static const plii_feature_array soft_contacts_arrays[] = {
+    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true},
+    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true},
+    {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity)},
+    {0},
+};
 
 /* Boxes start anew with the next step. */
 static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                           void** blocks) {
+    (void)change;
+    (void)blocks;
     plii_soft_contacts_state* state = data;
     state->count = state->order_count = 0;
-    if (state->node_boxes == NULL) { return; }
-    plii_release(body->context, state->node_boxes, (size_t)change->old_node_count * sizeof *state->node_boxes);
-    plii_release(body->context, state->face_boxes, (size_t)change->old_face_count * sizeof *state->face_boxes);
-    state->node_boxes = blocks[0];
-    state->face_boxes = blocks[1];
     state->has_boxes = false;
     body->soft_node_boxes = NULL;
 }
@@ -136,6 +119,7 @@ enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
+    .arrays = soft_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
@@ -146,7 +130,6 @@ const plii_feature_class plii_soft_contacts_class = {
         {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
     .bytes = soft_contacts_bytes,
     .reserve = plii_soft_contacts_reserve,
-    .topology_blocks = soft_contacts_topology_blocks,
     .topology_commit = soft_contacts_topology_commit,
 };
 
@@ -160,35 +143,18 @@ pli_soft_contacts_def pli_soft_contacts_def_default(void) {
     return def;
 }
 
-static pli_status soft_contacts_check_def(pli_context* context, const pli_soft_contacts_def* def,
-                                          const char* function) {
-    if (def->cookie != PLII_DEF_COOKIE) {
-        return plii_fail(context, PLI_ERROR_INVALID_DEF, function, "start from pli_soft_contacts_def_default()");
-    }
-    if (!plii_is_finite(def->friction) || !plii_is_finite(def->hardness) || !plii_is_finite(def->recovery_speed)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "friction, hardness or recovery_speed is not finite");
-    }
-    if (!(def->recovery_speed >= 0.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "recovery_speed %g is negative",
-                         (double)def->recovery_speed);
-    }
-    if (!(def->friction >= 0.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "friction %g is negative", (double)def->friction);
-    }
-    if (!(def->hardness >= 0.0f && def->hardness <= 1.0f)) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "hardness %g is not in [0, 1]",
-                         (double)def->hardness);
-    }
-    PLII_TRY(plii_check_within(context, def->friction, PLI_MAX_FACTOR, "friction", function));
-    PLII_TRY(plii_check_between(context, def->compliance, 0.0f, PLI_MAX_COEFFICIENT, "compliance", function));
-    return plii_check_within(context, def->recovery_speed, PLI_MAX_SPEED, "recovery_speed", function);
-}
+static const plii_field soft_contacts_fields[] = {
+    PLII_FIELD(pli_soft_contacts_def, friction, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_soft_contacts_def, hardness, 0, 1),
+    PLII_FIELD(pli_soft_contacts_def, recovery_speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_soft_contacts_def, compliance, 0, PLI_MAX_COEFFICIENT),
+};
 
 static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contacts_state* state) {
-    const size_t faces = (size_t)body->topology->face_count;
-    state->node_boxes = plii_allocate(body->context, (size_t)body->node_count * sizeof *state->node_boxes);
-    state->face_boxes = plii_allocate(body->context, faces * sizeof *state->face_boxes);
-    if (state->node_boxes != NULL && (state->face_boxes != NULL || faces == 0)) { return PLI_OK; }
+    if (PLII_ALLOCATE(body->context, &state->node_boxes, body->node_count) &&
+        PLII_ALLOCATE(body->context, &state->face_boxes, body->topology->face_count)) {
+        return PLI_OK;
+    }
     soft_contacts_release_boxes(body, state);
     return PLI_ERROR_OUT_OF_MEMORY;
 }
@@ -196,7 +162,7 @@ static pli_status soft_contacts_allocate_boxes(pli_body* body, plii_soft_contact
 pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_soft_contacts_def used = def != NULL ? *def : pli_soft_contacts_def_default();
-    PLII_TRY(soft_contacts_check_def(body->context, &used, __func__));
+    PLII_TRY_DEF(body->context, pli_soft_contacts_def, &used, soft_contacts_fields, __func__);
     const bool was_enabled = plii_feature_state(body, &plii_soft_contacts_class) != NULL;
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_soft_contacts_class, &data));
@@ -211,9 +177,7 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
 }
 
 pli_status pli_body_disable_soft_contacts(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &plii_soft_contacts_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_soft_contacts_class);
 }
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
