@@ -1,5 +1,5 @@
 /* Colours of links: quads in the order in which they were found, then links that are in none, each with the lowest
-   colour that is free at its nodes. Linear time. */
+   colour that is free at its nodes, one whose last group has lanes left before others. Linear time. */
 
 #include "solver/coloring/link_coloring.h"
 #include "math/simd_float8.h"
@@ -17,6 +17,8 @@ typedef struct link_colors_work {
     int node_count, link_count, tag_count; /* tags as key: material, then bending */
     plii_link_quads quads;
     uint64_t* masks;     /* [node_count] colours of the links around */
+    uint64_t* open;      /* [tag_count] colours whose last group of that tag has lanes left */
+    uint8_t* lanes;      /* [tag_count][LINK_COLORS_MAX] how many it has taken */
     int* counts;         /* [max(node_count, tag_count) + 1] */
     int *order, *sorted; /* [link_count] */
     int count;           /* of them */
@@ -72,6 +74,8 @@ static void link_colors_carve_work(link_colors_carver* carver, link_colors_work*
     quads->marks = link_colors_carve(carver, nodes * sizeof *quads->marks);
     quads->is_used = link_colors_carve(carver, links * sizeof *quads->is_used);
     work->masks = link_colors_carve(carver, nodes * sizeof *work->masks);
+    work->open = link_colors_carve(carver, tags * sizeof *work->open);
+    work->lanes = link_colors_carve(carver, LINK_COLORS_MAX * tags * sizeof *work->lanes);
     work->counts = link_colors_carve(carver, ((nodes > tags ? nodes : tags) + 1) * sizeof *work->counts);
     work->order = link_colors_carve(carver, links * sizeof *work->order);
     work->sorted = link_colors_carve(carver, links * sizeof *work->sorted);
@@ -127,6 +131,23 @@ static int link_colors_tag_key(const link_colors_work* work, int index) {
     return 2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0);
 }
 
+/* One bit, that of the colour which an item gets at nodes whose colours are `used`; 0 when none is free. */
+static uint64_t link_colors_take_color(link_colors_work* work, int index, uint64_t used) {
+    const int tag = link_colors_tag_key(work, index);
+    const uint64_t open = ~used & work->open[tag], free = open != 0 ? open : ~used;
+    const uint64_t lowest = free & (~free + 1);
+    if (lowest == 0) { return 0; }
+    uint8_t color = 0;
+    for (uint64_t bit = lowest; bit > 1; bit >>= 1) {
+        ++color;
+    }
+    work->colors[index] = color;
+    uint8_t* lanes = &work->lanes[LINK_COLORS_MAX * tag + color];
+    *lanes = (uint8_t)((*lanes + 1) % PLII_LINK_LANES);
+    work->open[tag] = *lanes != 0 ? work->open[tag] | lowest : work->open[tag] & ~lowest;
+    return lowest;
+}
+
 /* Lists what gets a colour in `order`, the links of the rest as serial. */
 static int link_colors_assign(link_colors_work* work) {
     const plii_link_quads* quads = &work->quads;
@@ -138,21 +159,16 @@ static int link_colors_assign(link_colors_work* work) {
         for (int k = 0; k < 4; ++k) {
             used |= work->masks[item.nodes[k]];
         }
-        const uint64_t lowest = ~used & (used + 1);
-        if (lowest == 0) {
+        const uint64_t color = link_colors_take_color(work, i, used);
+        if (color == 0) {
             for (int k = 0; k < link_colors_link_count(item.pairs); ++k) {
                 work->serial_links[serial_count++] = item.links[k];
             }
             continue;
         }
         for (int k = 0; k < 4; ++k) {
-            work->masks[item.nodes[k]] |= lowest;
+            work->masks[item.nodes[k]] |= color;
         }
-        uint8_t color = 0;
-        for (uint64_t bit = lowest; bit > 1; bit >>= 1) {
-            ++color;
-        }
-        work->colors[i] = color;
         work->order[work->count++] = i;
     }
     return serial_count;
