@@ -9,7 +9,7 @@
 namespace demos {
 
 // Lets the chosen solver step a new body, with links, tetrahedra and volume as its own constraints. To be called after
-// contacts and forces were enabled and before anchors are added. Throws Error.
+// forces were enabled. Throws Error.
 void enable_solver(pli_body* body, const SoftRecord& record, const SolverRun& run);
 
 // Self-collision of the kind that the record names, none included. Throws Error.
