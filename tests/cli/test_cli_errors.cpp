@@ -66,7 +66,7 @@ static void test_cli_solvers(void**) {
     for (const char* value : {"0", "-0.1", "1e-9", "2", "nan", "inf", "soon"}) {
         expect_failure("run Bunny --dt " + std::string(value), 2, "--dt: ");
     }
-    expect_failure("run ClothAttach --solver implicit --iterations 0", 1, "0 sweeps are not stable, take 1, 3, 5");
+    expect_failure("run ClothAttach --solver implicit --iterations 0", 1, "sweeps is 0, at least 1 is needed");
     expect_failure("run ClothAttach --solver xpbd --iterations 0", 1, "sweeps is 0, at least 1 is needed");
     expect_failure("run ClothAttach --iterations 0", 1, "--iterations 0 would leave links and contacts unsolved");
     expect_failure("run ClothAttach --substeps 4", 1, "--substeps are those of --solver xpbd");

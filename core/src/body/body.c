@@ -245,10 +245,24 @@ float pli_body_get_rest_length(const pli_body* body, int link) {
     return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
 }
 
+/* "position of node 3" */
+typedef struct body_name {
+    char text[40];
+} body_name;
+
+static body_name body_name_of(const char* what, int index) {
+    body_name name;
+    snprintf(name.text, sizeof name.text, "%s %d", what, index);
+    return name;
+}
+
 pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_link(body, link, __func__));
-    PLII_TRY(plii_check_between(body->context, rest_length, 0.0f, PLI_MAX_COORDINATE, "the rest length", __func__));
+    if (!(rest_length >= 0.0f && rest_length <= PLI_MAX_COORDINATE)) {
+        const body_name name = body_name_of("rest length of link", link);
+        return plii_check_between(body->context, rest_length, 0.0f, PLI_MAX_COORDINATE, name.text, __func__);
+    }
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     return PLI_OK;
@@ -279,10 +293,16 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
     return PLI_OK;
 }
 
+static pli_status body_check_vec3_of_node(const pli_body* body, int node, pli_vec3 value, float limit, const char* what,
+                                          const char* function) {
+    if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
+    return plii_check_vec3_within(body->context, value, limit, body_name_of(what, node).text, function);
+}
+
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(plii_check_vec3_within(body->context, position, PLI_MAX_COORDINATE, "position", __func__));
+    PLII_TRY(body_check_vec3_of_node(body, node, position, PLI_MAX_COORDINATE, "position of node", __func__));
     plii_set_xyz(&body->positions[node], position);
     plii_body_update_bounds(body);
     return PLI_OK;
@@ -291,7 +311,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(plii_check_vec3_within(body->context, velocity, PLI_MAX_SPEED, "velocity", __func__));
+    PLII_TRY(body_check_vec3_of_node(body, node, velocity, PLI_MAX_SPEED, "velocity of node", __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return PLI_OK;
 }
@@ -299,7 +319,9 @@ pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocit
 pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(plii_check_mass(body->context, mass, __func__));
+    if (mass != 0.0f && !(mass >= PLI_MIN_MASS && mass <= PLI_MAX_MASS)) {
+        return plii_check_mass(body->context, mass, body_name_of("mass of node", node).text, __func__);
+    }
     body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;
     return PLI_OK;
@@ -349,7 +371,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(plii_check_vec3_within(body->context, force, PLI_MAX_FORCE, "force", __func__));
+    PLII_TRY(body_check_vec3_of_node(body, node, force, PLI_MAX_FORCE, "force of node", __func__));
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);

@@ -11,6 +11,10 @@ static pli_status definition_check_field(pli_context* context, const void* value
         int number;
         memcpy(&number, place, sizeof number);
         if ((double)number >= (double)field->lowest && (double)number <= (double)field->highest) { return PLI_OK; }
+        if (field->highest >= (float)INT_MAX) {
+            return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %d, at least %g is needed", field->name,
+                             number, (double)field->lowest);
+        }
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %d, the limits are %g and %g", field->name,
                          number, (double)field->lowest, (double)field->highest);
     }

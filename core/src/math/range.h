@@ -53,6 +53,6 @@ static inline pli_status plii_check_vec3_within(pli_context* context, pli_vec3 v
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,
                                     const char* function);
 /* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
-pli_status plii_check_mass(pli_context* context, float mass, const char* function);
+pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function);
 
 #endif
