@@ -166,8 +166,8 @@ static void test_masses_keep_to_their_limits(void** unused) {
     check_refused(pli_mesh_set_total_mass(mesh, 1e-45f), "the mass is 1.4013e-45");
     check_refused(pli_mesh_set_node_mass(mesh, 3, below(PLI_MIN_MASS)), "the mass is 1e-09");
     CHECK_OK(pli_body_create(world, mesh, NULL, &body));
-    check_refused(pli_body_set_node_mass(body, 3, beyond(PLI_MAX_MASS)), "the mass is 1e+12");
-    check_refused(pli_body_set_node_mass(body, 3, 1e-45f), "the mass is 1.4013e-45");
+    check_refused(pli_body_set_node_mass(body, 3, beyond(PLI_MAX_MASS)), "mass of node 3 is 1e+12");
+    check_refused(pli_body_set_node_mass(body, 3, 1e-45f), "mass of node 3 is 1.4013e-45");
     /* The lightest and the heaviest side by side. */
     for (int i = 0; i < 16; ++i) {
         CHECK_OK(pli_body_set_node_mass(body, i, i % 2 == 0 ? PLI_MIN_MASS : PLI_MAX_MASS));
@@ -207,11 +207,12 @@ static void test_states_keep_to_their_limits(void** unused) {
     places[5].y = 0;
     speeds[7].z = -v;
     check_refused(pli_body_set_state(body, places, speeds), "node 7");
-    check_refused(pli_body_set_node_position(body, 1, pli_vec3_make(c, 0, 0)), "position is (1e+06, 0, 0), the limit");
-    check_refused(pli_body_set_node_velocity(body, 1, pli_vec3_make(v, 0, 0)), "velocity is");
-    check_refused(pli_body_add_velocity(body, pli_vec3_make(3e38f, 0, 0)), "velocity is");
-    check_refused(pli_body_add_node_force(body, 1, pli_vec3_make(3e38f, 0, 0)), "force is");
-    check_refused(pli_body_set_rest_length(body, 0, c), "the rest length is");
+    check_refused(pli_body_set_node_position(body, 1, pli_vec3_make(c, 0, 0)),
+                  "position of node 1 is (1e+06, 0, 0), the limit");
+    check_refused(pli_body_set_node_velocity(body, 1, pli_vec3_make(v, 0, 0)), "velocity of node 1 is");
+    check_refused(pli_body_add_velocity(body, pli_vec3_make(3e38f, 0, 0)), "velocity of node 1 is");
+    check_refused(pli_body_add_node_force(body, 1, pli_vec3_make(3e38f, 0, 0)), "force of node 1 is");
+    check_refused(pli_body_set_rest_length(body, 0, c), "rest length of link 0 is");
     check_refused(pli_body_set_collision_margin(body, c), "the collision margin is");
     pli_transform far = pli_transform_identity();
     far.origin.x = 3e38f;

@@ -6,6 +6,7 @@
 #include "math/definition.h"
 #include "mesh/mesh_impl.h"
 
+#include <stdio.h>
 #include <string.h>
 
 // --------------------------------------------------------------------------------------------------- checks

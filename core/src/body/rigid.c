@@ -136,8 +136,10 @@ static pli_status rigid_check_shapes(pli_context* context, int count, pli_shape*
             return plii_handle_refuse(shapes[i], PLII_HANDLE_SHAPE, context, name, function);
         }
         _Static_assert(offsetof(pli_rigid_state, pose) == 0, "a pose is where a state begins");
-        if (poses != NULL) {
-            PLII_TRY(plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function));
+        const pli_status status =
+            poses != NULL ? plii_check_fields(context, &poses[i], RIGID_POSE_FIELDS, rigid_fields, function) : PLI_OK;
+        if (status != PLI_OK) {
+            return plii_fail(context, status, function, "the pose of shape %d is beyond the limits or not finite", i);
         }
     }
     return PLI_OK;
