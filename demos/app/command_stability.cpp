@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <thread>
 
 namespace app {
 
@@ -30,7 +31,8 @@ static std::vector<const StabilityCase*> choose_cases(const std::vector<Stabilit
     std::string known;
     for (const StabilityCase& each : all) {
         if (known.find(each.group) == std::string::npos) { known += (known.empty() ? "" : ", ") + each.group; }
-        const bool is_wanted = groups.empty() || std::find(groups.begin(), groups.end(), each.group) != groups.end();
+        const bool is_named = std::find(groups.begin(), groups.end(), each.group) != groups.end();
+        const bool is_wanted = groups.empty() ? !each.is_asked_for_only : is_named;
         if (is_wanted) { chosen.push_back(&each); }
     }
     for (const std::string& group : groups) {
@@ -138,6 +140,7 @@ int run_stability(const StabilityOptions& options) {
     namespace fs = std::filesystem;
     demos::StabilityOptions settings;
     if (options.rest_steps > 0) { settings.rest_steps = options.rest_steps; }
+    settings.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::thread::hardware_concurrency());
     const std::vector<StabilityCase> all = stability_cases(settings);
     const std::vector<const StabilityCase*> chosen = choose_cases(all, options.groups);
     if (!options.folder.empty()) { report::make_folder(options.folder); }
@@ -148,15 +151,13 @@ int run_stability(const StabilityOptions& options) {
     std::vector<MapRow> rows;
     {
         Progress progress(options.json);
-        for (const StabilityCase* which : chosen) {
-            progress.start(which->name + " [" + std::to_string(rows.size() + 1) + "/" + std::to_string(chosen.size()) +
-                           "]");
-            MapRow row{which, {}};
-            for (const demos::Column column : demos::all_columns) {
-                progress.show(static_cast<int>(row.cells.size()), static_cast<int>(std::size(demos::all_columns)));
-                row.cells.push_back(run_cell(*which, column, settings));
-            }
-            rows.push_back(std::move(row));
+        int done = 0;
+        const std::vector<std::vector<Cell>> cells = run_cells(chosen, settings, [&](const StabilityCase& which) {
+            progress.start(which.name);
+            progress.show(++done, static_cast<int>(chosen.size() * std::size(demos::all_columns)), "cell");
+        });
+        for (size_t i = 0; i < chosen.size(); ++i) {
+            rows.push_back({chosen[i], cells[i]});
         }
     }
     csv.write(csv_text(rows));

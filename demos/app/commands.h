@@ -80,6 +80,7 @@ struct ViewOptions {
 struct StabilityOptions {
     std::vector<std::string> groups; // none: all
     int rest_steps = 0;              // 0: the default
+    int jobs = 0;                    // cells at a time; 0: as many as there are processors
     std::string folder;              // empty: no files
     bool json = false;
 };

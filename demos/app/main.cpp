@@ -195,9 +195,12 @@ static void add_view(CLI::App& program, ViewOptions& options, std::function<int(
 static void add_stability(CLI::App& program, StabilityOptions& options, SoakOptions& soak,
                           std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("stability", "Run extreme cases with btSoftBody and the three solvers");
-    command->add_option("groups", options.groups, "Groups of cases (default: all)")->type_name("GROUP");
+    command->add_option("groups", options.groups, "Groups of cases (default: all but heavy)")->type_name("GROUP");
     command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
         ->check(CLI::Range(2000, 10000000).description(""))
+        ->type_name("N");
+    command->add_option("--jobs", options.jobs, "Cells that run at the same time (default: one per processor)")
+        ->check(CLI::Range(1, 256).description(""))
         ->type_name("N");
     command
         ->add_option("--out", options.folder,

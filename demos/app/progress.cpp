@@ -19,12 +19,12 @@ void Progress::start(const std::string& what) {
     what_ = what;
 }
 
-void Progress::show(int done, int total) {
+void Progress::show(int done, int total, const char* unit) {
     const auto interval = is_terminal_ ? Clock::duration(100ms) : Clock::duration(3s);
     const Clock::time_point now = Clock::now();
     if (now - last_ < interval || (is_quiet_ && !is_terminal_)) { return; }
     last_ = now;
-    std::fprintf(stderr, "%s%s: frame %d of %d%s", is_terminal_ ? "\r\033[K" : "", what_.c_str(), done, total,
+    std::fprintf(stderr, "%s%s: %s %d of %d%s", is_terminal_ ? "\r\033[K" : "", what_.c_str(), unit, done, total,
                  is_terminal_ ? "" : "\n");
     std::fflush(stderr);
     is_line_open_ = is_terminal_;

@@ -19,7 +19,7 @@ public:
 
     // What is being done from now on, for example "Bunny on pliant".
     void start(const std::string& what);
-    void show(int done, int total);
+    void show(int done, int total, const char* unit = "frame");
     // Removes the line from the terminal, so that other text can follow.
     void clear();
 

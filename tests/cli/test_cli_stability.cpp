@@ -45,10 +45,14 @@ static void test_groups_are_named(void**) {
     assert_int_equal(text.status, 0);
     assert_true(text.output.find("hanging sheet, 1000 m/s2") != std::string::npos);
     assert_true(text.output.find(" of 2") != std::string::npos);
+    assert_true(cli::run("stability gravity --jobs 1").output == text.output);
+    assert_int_equal(cli::run("stability gravity --jobs 0").status, 2);
+    assert_true(cli::run("stability --help").output.find("all but heavy") != std::string::npos);
     const cli::Result unknown = cli::run("stability gravitas");
     assert_int_equal(unknown.status, 1);
     assert_true(unknown.errors.find("no group of cases named gravitas; there are: stiffness, mass ratio") !=
                 std::string::npos);
+    assert_true(unknown.errors.find("input, heavy") != std::string::npos);
 }
 
 static void test_soak_counts_what_it_survives(void**) {

@@ -44,6 +44,26 @@ static void children_answer_or_are_ended(void**) {
     assert_true(answer.end == ChildEnd::crashed && answer.signal == 0);
 }
 
+static void several_children_answer(void**) {
+    std::vector<demos::ChildWork> works;
+    for (int i = 0; i < 7; ++i) {
+        works.push_back({[i] { return std::string(static_cast<size_t>(20000 * i), 'a'); }, 10});
+    }
+    works[3] = {[]() -> std::string {
+                    for (;;) {
+                        pause();
+                    }
+                },
+                0.2};
+    std::vector<int> answers(works.size());
+    demos::run_in_children(works, 3, [&](size_t index, const ChildAnswer& answer) {
+        ++answers[index];
+        assert_true(answer.end == (index == 3 ? ChildEnd::timed_out : ChildEnd::answered));
+        if (index != 3) { assert_int_equal(answer.text.size(), 20000 * index); }
+    });
+    assert_true(std::count(answers.begin(), answers.end(), 1) == 7);
+}
+
 static StabilityCase sheet_case(const char* name) {
     StabilityCase made;
     made.group = "test";
@@ -154,6 +174,7 @@ static void cases_have_names_of_their_own(void**) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(children_answer_or_are_ended),
+        cmocka_unit_test(several_children_answer),
         cmocka_unit_test(cells_are_judged),
         cmocka_unit_test(solvers_survive),
         cmocka_unit_test(bodies_come_to_rest),

@@ -81,6 +81,7 @@ StabilityCase rest_case(const std::string& name, int steps, std::function<void(s
     made.figure_name = "creep, mm";
     made.build = std::move(build);
     made.seconds = static_cast<float>(steps) * frame_seconds;
+    made.more_time = 0.01 * steps;
     made.watch = [steps] { return std::make_unique<RestWatcher>(steps); };
     return made;
 }

@@ -37,27 +37,19 @@ namespace {
     _exit(status);
 }
 
-// Reads until the end of the pipe; false when the time is over.
-bool read_all(int in, double seconds, std::string& text) {
-    const Stopwatch watch;
-    for (;;) {
-        const double left = 1000.0 * seconds - watch.milliseconds();
-        if (left <= 0.0) { return false; }
-        pollfd ready{in, POLLIN, 0};
-        const int count = poll(&ready, 1, static_cast<int>(std::min(left, 1e6)) + 1);
-        if (count == 0 || (count < 0 && errno == EINTR)) { continue; }
-        if (count < 0) { return false; }
-        char bytes[4096];
-        const ssize_t size = read(in, bytes, sizeof bytes);
-        if (size < 0 && errno == EINTR) { continue; }
-        if (size <= 0) { return true; }
-        text.append(bytes, static_cast<size_t>(size));
-    }
-}
+// A copy of this process at work, and what it has written so far.
+struct Child {
+    size_t index = 0;
+    pid_t id = 0;
+    int in = -1;
+    double limit = 0; // ms
+    Stopwatch watch{};
+    std::string text{};
 
-} // namespace
+    double left() const { return limit - watch.milliseconds(); }
+};
 
-ChildAnswer run_in_child(const std::function<std::string()>& work, double seconds) {
+Child start_child(const ChildWork& work, size_t index) {
     int ends[2];
     if (pipe(ends) != 0) { throw Error(std::string("no pipe to a process: ") + std::strerror(errno)); }
     std::fflush(nullptr); // else the copy would hold it too
@@ -70,15 +62,30 @@ ChildAnswer run_in_child(const std::function<std::string()>& work, double second
     }
     if (id == 0) {
         close(ends[0]);
-        child(work, ends[1]);
+        child(work.work, ends[1]);
     }
     close(ends[1]);
-    ChildAnswer answer;
-    const bool is_in_time = read_all(ends[0], seconds, answer.text);
-    close(ends[0]);
-    if (!is_in_time) { kill(id, SIGKILL); }
+    return {index, id, ends[0], 1000.0 * work.seconds};
+}
+
+// What there is to read; false at the end of the pipe.
+bool read_some(Child& from) {
+    char bytes[4096];
+    const ssize_t size = read(from.in, bytes, sizeof bytes);
+    if (size < 0 && errno == EINTR) { return true; }
+    if (size <= 0) { return false; }
+    from.text.append(bytes, static_cast<size_t>(size));
+    return true;
+}
+
+ChildAnswer end_child(Child& ended, bool is_in_time) {
+    close(ended.in);
+    if (!is_in_time) { kill(ended.id, SIGKILL); }
     int status = 0;
-    while (waitpid(id, &status, 0) < 0 && errno == EINTR) {}
+    while (waitpid(ended.id, &status, 0) < 0 && errno == EINTR) {}
+    ChildAnswer answer;
+    answer.text = std::move(ended.text);
+    answer.seconds = 0.001 * ended.watch.milliseconds();
     if (!is_in_time) {
         answer.end = ChildEnd::timed_out;
     } else if (WIFEXITED(status) && WEXITSTATUS(status) == 0) {
@@ -86,6 +93,53 @@ ChildAnswer run_in_child(const std::function<std::string()>& work, double second
     } else if (WIFSIGNALED(status)) {
         answer.signal = WTERMSIG(status);
     }
+    return answer;
+}
+
+// Until one of them has written something, or the time of one is over.
+std::vector<pollfd> wait_for(const std::vector<Child>& children) {
+    std::vector<pollfd> ready;
+    double left = 1e6;
+    for (const Child& each : children) {
+        ready.push_back({each.in, POLLIN, 0});
+        left = std::min(left, each.left());
+    }
+    if (poll(ready.data(), static_cast<nfds_t>(ready.size()), static_cast<int>(std::max(left, 0.0)) + 1) < 0) {
+        for (pollfd& each : ready) {
+            each.revents = 0; // a signal came
+        }
+    }
+    return ready;
+}
+
+} // namespace
+
+void run_in_children(const std::vector<ChildWork>& works, int jobs,
+                     const std::function<void(size_t, const ChildAnswer&)>& done) {
+    std::vector<Child> running;
+    for (size_t next = 0; next < works.size() || !running.empty();) {
+        while (next < works.size() && running.size() < static_cast<size_t>(std::max(jobs, 1))) {
+            running.push_back(start_child(works[next], next));
+            ++next;
+        }
+        const std::vector<pollfd> ready = wait_for(running);
+        std::vector<Child> still_running;
+        for (size_t i = 0; i < running.size(); ++i) {
+            Child& each = running[i];
+            const bool has_ended = ready[i].revents != 0 && !read_some(each);
+            if (has_ended || each.left() <= 0.0) {
+                done(each.index, end_child(each, has_ended));
+            } else {
+                still_running.push_back(std::move(each));
+            }
+        }
+        running = std::move(still_running);
+    }
+}
+
+ChildAnswer run_in_child(const std::function<std::string()>& work, double seconds) {
+    ChildAnswer answer;
+    run_in_children({{work, seconds}}, 1, [&](size_t, const ChildAnswer& given) { answer = given; });
     return answer;
 }
 

@@ -6,7 +6,6 @@
 #include "engines/bullet_engine.h"
 #include "engines/pliant_engine.h"
 #include "engines/solvers.h"
-#include "engines/stopwatch.h"
 #include "measure/measure.h"
 #include "stability.h"
 
@@ -24,8 +23,9 @@ const char* column_name(Column column) {
 }
 
 const char* verdict_name(Verdict verdict) {
-    static const char* const names[] = {"ok",           "refused",        "NaN",         "frozen", "gains energy",
-                                        "out of reach", "passes through", "never rests", "hangs",  "crashes"};
+    static const char* const names[] = {"ok",           "refused",        "NaN",         "frozen",  "gains energy",
+                                        "out of reach", "passes through", "never rests", "wanders", "lags",
+                                        "hangs",        "crashes"};
     return names[static_cast<int>(verdict)];
 }
 
@@ -57,8 +57,6 @@ namespace {
 
 // ------------------------------------------------------------------------------------------------ making a case
 
-constexpr int most_gradients = 1000; // a few per node; as a rule the tolerance ends them before
-
 EngineOptions options_of(const StabilityCase& which, Column column) {
     EngineOptions options;
     options.solver.filter_compression = which.filter_compression;
@@ -67,7 +65,7 @@ EngineOptions options_of(const StabilityCase& which, Column column) {
     if (column == Column::gradients) {
         options.solver.kind = SolverKind::implicit;
         options.solver.implicit_method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
-        options.solver.iterations = most_gradients;
+        options.solver.iterations = which.most_gradients;
     }
     if (column == Column::xpbd) { options.solver.kind = SolverKind::xpbd; }
     if (column == Column::bullet) { options.solver.kind = SolverKind::bullet; }
@@ -78,7 +76,9 @@ template <typename Enable> void enable_for_all(Engine& engine, const Enable& ena
     if (engine.kind() != EngineKind::pliant) { return; }
     auto& pliant = static_cast<PliantEngine&>(engine);
     for (int i = 0; i < pliant.soft_count(); ++i) {
-        if (enable(pliant.body(i)) != PLI_OK) { throw Error(pli_last_error(pliant.bridge().context())); }
+        if (enable(pliant.body(i), static_cast<size_t>(i)) != PLI_OK) {
+            throw Error(pli_last_error(pliant.bridge().context()));
+        }
     }
 }
 
@@ -90,6 +90,7 @@ bool is_tethered(const StabilityCase& which, Column column) {
 std::string extras_of(const StabilityCase& which, Column column) {
     if (column == Column::bt_soft_body) { return ""; }
     const bool is_implicit = column == Column::implicit || column == Column::gradients;
+    if (is_tethered(which, column) && which.has_face_contacts) { return "with tethers and contacts of faces"; }
     if (is_tethered(which, column)) { return "with tethers"; }
     if (which.has_face_contacts) { return "with contacts of faces"; }
     if (which.smooths_steps) { return "with step smoothing"; }
@@ -98,16 +99,17 @@ std::string extras_of(const StabilityCase& which, Column column) {
 
 void enable_extras(Engine& engine, const StabilityCase& which, Column column) {
     if (which.has_face_contacts) {
-        enable_for_all(engine, [](pli_body* body) {
-            const pli_rigid_face_contacts_def def = pli_rigid_face_contacts_def_default();
+        enable_for_all(engine, [&engine](pli_body* body, size_t index) {
+            pli_rigid_face_contacts_def def = pli_rigid_face_contacts_def_default();
+            def.friction = engine.description().softs[index].def.rigid_contacts.friction;
             return pli_body_enable_rigid_face_contacts(body, &def);
         });
     }
     if (which.smooths_steps) {
-        enable_for_all(engine, [](pli_body* body) { return pli_body_enable_step_smoothing(body); });
+        enable_for_all(engine, [](pli_body* body, size_t) { return pli_body_enable_step_smoothing(body); });
     }
     if (is_tethered(which, column)) {
-        enable_for_all(engine, [](pli_body* body) {
+        enable_for_all(engine, [](pli_body* body, size_t) {
             const pli_tethers_def def = pli_tethers_def_default();
             return pli_body_enable_tethers(body, &def);
         });
@@ -218,7 +220,7 @@ public:
         if (out > which_.reach) { return lose(Verdict::out_of_reach, figure_text(out) + " m out"); }
         const Energy energy = energy_of(engine);
         const double had = start_.kinetic + start_.potential - energy.potential;
-        if (energy.kinetic > 1.25 * std::max(had, 0.0) + slack_) {
+        if (which_.has_loose_energy_rule && energy.kinetic > 1.25 * std::max(had, 0.0) + slack_) {
             return lose(Verdict::gains_energy, figure_text(energy.kinetic) + " J of " +
                                                    figure_text(1.25 * std::max(had, 0.0) + slack_) + " J");
         }
@@ -260,13 +262,16 @@ Cell run_here(const StabilityCase& which, Column column) {
     }
     const Judge judge(which, *engine);
     const std::unique_ptr<Watcher> watcher = which.watch ? which.watch() : nullptr;
+    if (watcher != nullptr) { watcher->start(*engine, column); }
     double time = 0;
     for (int step = 1; time < static_cast<double>(which.seconds) - 1e-4; ++step) {
         if (which.step_seconds) { engine->set_step_seconds(which.step_seconds(step)); }
         time += static_cast<double>(which.step_seconds ? which.step_seconds(step) : frame_seconds);
         engine->step();
         if ((step < 2000 || step % 100 == 0) && !judge.look(*engine, step, cell)) { return cell; }
-        if (watcher != nullptr) { watcher->after_step(*engine, step); }
+        if (watcher == nullptr) { continue; }
+        watcher->after_step(*engine, step);
+        if (watcher->is_decided()) { break; }
     }
     if (watcher == nullptr) {
         const Measures measures = measure(*engine);
@@ -301,10 +306,7 @@ bool from_text(const std::string& text, Cell& cell) {
 
 } // namespace
 
-Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions& options) {
-    const Stopwatch watch;
-    const double limit = options.time_limit + (which.group == "rest" ? 0.01 * options.rest_steps : 0.0);
-    const ChildAnswer answer = run_in_child([&] { return to_text(run_here(which, column)); }, limit);
+static Cell cell_of(const ChildAnswer& answer, double limit) {
     Cell cell;
     if (answer.end == ChildEnd::timed_out) {
         cell.verdict = Verdict::hangs;
@@ -313,8 +315,32 @@ Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions&
         cell.verdict = Verdict::crashes;
         cell.note = answer.signal != 0 ? strsignal(answer.signal) : "no answer";
     }
-    cell.seconds = 0.001 * watch.milliseconds();
+    cell.seconds = answer.seconds;
     return cell;
+}
+
+std::vector<std::vector<Cell>> run_cells(const std::vector<const StabilityCase*>& cases,
+                                         const StabilityOptions& options,
+                                         const std::function<void(const StabilityCase&)>& done) {
+    constexpr size_t columns = std::size(all_columns);
+    std::vector<ChildWork> works;
+    for (const StabilityCase* which : cases) {
+        for (const Column column : all_columns) {
+            works.push_back(
+                {[which, column] { return to_text(run_here(*which, column)); }, options.time_limit + which->more_time});
+        }
+    }
+    std::vector<std::vector<Cell>> rows(cases.size(), std::vector<Cell>(columns));
+    run_in_children(works, options.jobs, [&](size_t index, const ChildAnswer& answer) {
+        rows[index / columns][index % columns] = cell_of(answer, works[index].seconds);
+        done(*cases[index / columns]);
+    });
+    return rows;
+}
+
+Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions& options) {
+    const double limit = options.time_limit + which.more_time;
+    return cell_of(run_in_child([&] { return to_text(run_here(which, column)); }, limit), limit);
 }
 
 } // namespace demos

@@ -28,6 +28,8 @@ enum class Verdict {
     out_of_reach,   // nodes where they cannot get
     passes_through, // a body, or itself
     never_rests,    // what should lie still moves or creeps
+    wanders,        // what lies does not stay where it is
+    lags,           // anchored nodes are not where they are held
     hangs,
     crashes
 };
@@ -53,7 +55,10 @@ struct Finding {
 class Watcher {
 public:
     virtual ~Watcher() = default;
+    virtual void start(const Engine&, Column) {}
     virtual void after_step(const Engine&, int) {}
+    // The run need not go on.
+    virtual bool is_decided() const { return false; }
     virtual Finding end(const Engine& engine) = 0;
 };
 
@@ -62,8 +67,12 @@ struct StabilityCase {
     std::function<void(scene_builder*)> build;
     std::function<float(int)> step_seconds{}; // of each step; empty: 1/60 s
     float seconds = 5;                        // simulated
+    double more_time = 0;                     // s of wall time beyond the limit of all cells
     double reach = 10;                        // m, how far beyond their bounds at the start nodes can get at most
     double given_energy = 0;                  // J, that the start has beside links and motion (pressure, volume)
+    int most_gradients = 1000;                // iterations; as a rule the tolerance ends them before
+    bool has_loose_energy_rule = true;        // false: its watcher has another one, or none holds
+    bool is_asked_for_only = false;           // not run when no group is named
     bool has_face_contacts = false;           // faces of Pliant's bodies meet rigid bodies (continuous test)
     bool filter_compression = false;          // of the implicit solver
     bool smooths_steps = false;               // Pliant's bodies do
@@ -74,7 +83,8 @@ struct StabilityCase {
 
 struct StabilityOptions {
     int rest_steps = 20000; // of the cases at rest
-    double time_limit = 20; // s of wall time per cell, beside what those at rest may take
+    double time_limit = 20; // s of wall time per cell, beside what a case may take more
+    int jobs = 1;           // cells that run at the same time
 };
 
 // All cases, in the order of the table.
@@ -82,6 +92,11 @@ std::vector<StabilityCase> stability_cases(const StabilityOptions& options);
 
 // Runs one cell in a process of its own.
 Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions& options);
+
+// Cells by case and column; `done` is called after each one.
+std::vector<std::vector<Cell>> run_cells(const std::vector<const StabilityCase*>& cases,
+                                         const StabilityOptions& options,
+                                         const std::function<void(const StabilityCase&)>& done);
 
 // ------------------------------------------------------------------------------------- for cases of their own
 
