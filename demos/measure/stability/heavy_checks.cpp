@@ -55,6 +55,7 @@ double link_length(const SoftState& state, size_t link) {
 // ------------------------------------------------------------------------------------------------------- energy
 
 constexpr double largest_gain = 0.02; // of the work of gravity
+constexpr double lost_gain = 10;      // of the same: nothing is left to be learned from such a run
 constexpr double slack = 1e-4;        // m, that contacts may lift everything beside
 
 struct Energies {
@@ -85,6 +86,8 @@ public:
         note_ = text_of("gains %.3g J (motion %.3g J, springs %.3g J), gravity did %.3g J, at %.2f s", excess,
                         now.kinetic, now.springs, work_, step.seconds);
     }
+
+    bool is_decided() const override { return worst_ > lost_gain * (work_ + slack * start_.weight); }
 
     Finding finding() const override { return {note_.empty() ? Verdict::survives : Verdict::gains_energy, -1, note_}; }
 
