@@ -348,7 +348,7 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (body->world->rigid_count == 0) { return; }
     const int room = plii_body_contact_bound(body);
     (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
-    if (body->solver_class->has_substeps) { plii_rigid_substeps_make_room(body, &state->substeps, room); }
+    if (body->solver_class->has_substeps) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {

@@ -13,10 +13,10 @@ enum { PLII_RIGID_GROUP_SIZE = 8 };
    that is not full repeats its last contact: both get the same results. */
 typedef struct plii_rigid_group {
     float normal[3 * PLII_RIGID_GROUP_SIZE];
-    float offset[PLII_RIGID_GROUP_SIZE];    /* m: gap = dot(normal, node) + offset, at the start of the step */
-    float friction[PLII_RIGID_GROUP_SIZE];  /* Coulomb's coefficient */
-    uint32_t places[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
-    int surface;                            /* index of what moves, PLI_NULL_INDEX: all stand still */
+    float offset[PLII_RIGID_GROUP_SIZE];            /* m: gap = dot(normal, node) + offset, at the start of the step */
+    float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
+    uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
+    int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
 } plii_rigid_group;
 
 typedef struct plii_rigid_surface {

@@ -28,52 +28,53 @@ PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
 
 /* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
 
-PLII_SIMD_INLINE plii_float8 groups_start(const groups_pass* pass, const uint32_t* places) {
-    return plii_float8_add(plii_simd_load_two(pass->positions, places),
-                           plii_simd_load_two(pass->start_displacements, places));
+PLII_SIMD_INLINE plii_float8 groups_start(const groups_pass* pass, const uint32_t* scaled_indices) {
+    return plii_float8_add(plii_simd_load_two(pass->positions, scaled_indices),
+                           plii_simd_load_two(pass->start_displacements, scaled_indices));
 }
 /* Where the nodes were at the start of the substep, against the start of the step; w: 2 / mass. */
-PLII_SIMD_INLINE plii_nodes8 groups_starts(const groups_pass* pass, const uint32_t* places) {
-    plii_float8 r[4] = {groups_start(pass, places), groups_start(pass, places + 2), groups_start(pass, places + 4),
-                        groups_start(pass, places + 6)};
+PLII_SIMD_INLINE plii_nodes8 groups_starts(const groups_pass* pass, const uint32_t* scaled_indices) {
+    plii_float8 r[4] = {groups_start(pass, scaled_indices), groups_start(pass, scaled_indices + 2),
+                        groups_start(pass, scaled_indices + 4), groups_start(pass, scaled_indices + 6)};
     plii_float8_transpose4(r);
     return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
 
-PLII_SIMD_INLINE plii_float8 groups_motion(const groups_pass* pass, const uint32_t* places) {
-    return plii_float8_sub(plii_simd_load_two(pass->displacements, places),
-                           plii_simd_load_two(pass->start_displacements, places));
+PLII_SIMD_INLINE plii_float8 groups_motion(const groups_pass* pass, const uint32_t* scaled_indices) {
+    return plii_float8_sub(plii_simd_load_two(pass->displacements, scaled_indices),
+                           plii_simd_load_two(pass->start_displacements, scaled_indices));
 }
 /* How far they have come since then. */
-PLII_SIMD_INLINE plii_vec3x8 groups_motions(const groups_pass* pass, const uint32_t* places) {
-    plii_float8 r[4] = {groups_motion(pass, places), groups_motion(pass, places + 2), groups_motion(pass, places + 4),
-                        groups_motion(pass, places + 6)};
+PLII_SIMD_INLINE plii_vec3x8 groups_motions(const groups_pass* pass, const uint32_t* scaled_indices) {
+    plii_float8 r[4] = {groups_motion(pass, scaled_indices), groups_motion(pass, scaled_indices + 2),
+                        groups_motion(pass, scaled_indices + 4), groups_motion(pass, scaled_indices + 6)};
     plii_float8_transpose4(r);
     return (plii_vec3x8){r[0], r[1], r[2]};
 }
 
-PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* places, plii_float8 by) {
-    return plii_float8_add(plii_simd_load_two(records, places), by);
+PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* scaled_indices, plii_float8 by) {
+    return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
 }
 /* Stores come after all loads, as a node may be there more than once. */
-PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* places, plii_vec3x8 by) {
+PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indices, plii_vec3x8 by) {
     plii_float8 r[4] = {by.x, by.y, by.z, plii_float8_all(0.0f)};
     plii_float8_transpose4(r);
-    const plii_float8 moved[4] = {groups_moved(records, places, r[0]), groups_moved(records, places + 2, r[1]),
-                                  groups_moved(records, places + 4, r[2]), groups_moved(records, places + 6, r[3])};
-    plii_simd_store_two(records, places, moved[0]);
-    plii_simd_store_two(records, places + 2, moved[1]);
-    plii_simd_store_two(records, places + 4, moved[2]);
-    plii_simd_store_two(records, places + 6, moved[3]);
+    const plii_float8 moved[4] = {
+        groups_moved(records, scaled_indices, r[0]), groups_moved(records, scaled_indices + 2, r[1]),
+        groups_moved(records, scaled_indices + 4, r[2]), groups_moved(records, scaled_indices + 6, r[3])};
+    plii_simd_store_two(records, scaled_indices, moved[0]);
+    plii_simd_store_two(records, scaled_indices + 2, moved[1]);
+    plii_simd_store_two(records, scaled_indices + 4, moved[2]);
+    plii_simd_store_two(records, scaled_indices + 6, moved[3]);
 }
 
 PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_group* group,
                                   const plii_rigid_surface* surface, plii_rigid_sum* sum) {
     const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_nodes8 start = groups_starts(pass, group->places);
+    const plii_nodes8 start = groups_starts(pass, group->scaled_indices);
     const plii_float8 weight = plii_float8_mul(start.w, plii_float8_all(0.5f));
     const plii_vec3x8 normal = groups_load(group->normal);
-    plii_vec3x8 from = {start.x, start.y, start.z}, motion = groups_motions(pass, group->places);
+    plii_vec3x8 from = {start.x, start.y, start.z}, motion = groups_motions(pass, group->scaled_indices);
     if (surface != NULL) {
         const plii_vec3x8 velocity = groups_load(surface->velocity);
         from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
@@ -121,10 +122,10 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_grou
         const plii_float8 depth = plii_float8_max(plii_float8_sub(zero, gap), zero);
         const plii_float8 recovered = plii_float8_min(depth, plii_float8_all(pass->recovery));
         const plii_vec3x8 shift = plii_vec3x8_scale(normal, plii_float8_where_greater(weight, zero, recovered));
-        groups_move(pass->start_displacements, group->places, shift);
+        groups_move(pass->start_displacements, group->scaled_indices, shift);
         moves = plii_vec3x8_add(moves, shift);
     }
-    groups_move(pass->displacements, group->places, moves);
+    groups_move(pass->displacements, group->scaled_indices, moves);
 }
 
 static void groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,

@@ -28,7 +28,7 @@ static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int 
 }
 
 /* For `count` contacts, all with dynamic bodies or all with others. */
-void plii_rigid_substeps_make_room(pli_body* body, plii_rigid_substeps* substeps, int count) {
+void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     int dynamic_count = 0, surface_count = 0, shape_count = 0;
     for (int i = 0; i < body->world->rigid_count; ++i) {
         const pli_rigid* rigid = body->world->rigids[i];
@@ -90,14 +90,14 @@ static void rigid_groups_close(plii_rigid_groups* groups) {
         }
         group->offset[lane] = group->offset[last];
         group->friction[lane] = group->friction[last];
-        group->places[groups->filled] = group->places[groups->filled - 1];
+        group->scaled_indices[groups->filled] = group->scaled_indices[groups->filled - 1];
     }
 }
 
 static bool rigid_groups_takes(const plii_rigid_groups* groups, const plii_rigid_contact* contact) {
     if (groups->count == 0 || groups->filled == PLII_RIGID_GROUP_SIZE) { return false; }
     const plii_rigid_group* group = &groups->groups[groups->count - 1];
-    return group->places[groups->filled - 1] < plii_scaled_index(contact->node) &&
+    return group->scaled_indices[groups->filled - 1] < plii_scaled_index(contact->node) &&
            (group->surface == PLI_NULL_INDEX) == contact->is_still;
 }
 
@@ -120,7 +120,7 @@ static void rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pl
     rigid_groups_put(group->normal, lane, plii_xyz(from->normal));
     group->offset[lane] = from->normal.w;
     group->friction[lane] = friction;
-    group->places[groups->filled++] = plii_scaled_index(from->node);
+    group->scaled_indices[groups->filled++] = plii_scaled_index(from->node);
     if (from->is_still) { return; }
     const pli_rigid* rigid = from->rigid;
     const pli_vec3 offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), rigid->state.pose.origin);
@@ -210,17 +210,6 @@ static bool rigid_substep_is_fixed(const pli_rigid* rigid) {
     return rigid->state.inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world);
 }
 
-/* m/s; a node that moves so slowly stands still. */
-#define RIGID_SUBSTEP_STILL 1e-20f
-
-/* A node that sticks keeps a ten millionth of its velocity in each substep, the rounding of dt * (1 / dt), until it is
-   a subnormal number, with which processors are slow. */
-static void rigid_substep_calm(pli_vec4* velocity) {
-    if (fabsf(velocity->x) < RIGID_SUBSTEP_STILL) { velocity->x = 0.0f; }
-    if (fabsf(velocity->y) < RIGID_SUBSTEP_STILL) { velocity->y = 0.0f; }
-    if (fabsf(velocity->z) < RIGID_SUBSTEP_STILL) { velocity->z = 0.0f; }
-}
-
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
@@ -234,7 +223,6 @@ static void rigid_substep_begin(pli_body* body, void* data) {
             is_fixed = rigid_substep_is_fixed(rigid);
         }
         const float friction = found->def.friction * rigid->friction;
-        rigid_substep_calm(&body->velocities[contact->node]);
         if (is_fixed) {
             rigid_groups_add(body, &substeps->groups, contact, friction);
         } else {

@@ -22,7 +22,7 @@ typedef struct plii_links_task {
     const float* rest;                  /* by slot; squared on positions, m^2, else m */
     pli_vec4* moved;                    /* positions, or displacements under XPBD; w = inverse mass */
     /* XPBD only. */
-    const float* apart;                  /* see plii_links_start; NULL: links on positions */
+    const float* vectors;                /* see plii_links_start; NULL: links on positions */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */
     float* multipliers;                  /* by slot */
     bool reads_multipliers, writes_multipliers;
@@ -34,13 +34,13 @@ typedef struct plii_links_start {
     const pli_body* body;
     const plii_link_colors* colors;
     const pli_vec4* positions;
-    float* apart; /* [3 * slot count] */
+    float* vectors; /* [3 * slot count] */
 } plii_links_start;
 
 typedef struct plii_links_kernel {
-    void (*groups)(const plii_links_task* task, int begin, int end);       /* all of one colour */
-    void (*serial)(const plii_links_task* task);                           /* the serial list */
-    void (*take_apart)(const plii_links_start* start, int begin, int end); /* groups */
+    void (*groups)(const plii_links_task* task, int begin, int end);           /* all of one colour */
+    void (*serial)(const plii_links_task* task);                               /* the serial list */
+    void (*gather_vectors)(const plii_links_start* start, int begin, int end); /* groups */
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;

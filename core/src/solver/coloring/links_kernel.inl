@@ -102,9 +102,9 @@ PLII_SIMD_INLINE void links_scatter(const links_quads* quads, int node, const pl
 
 /* From the first nodes of eight links to their second ones, as they are at the start of the step. */
 PLII_SIMD_INLINE plii_vec3x8 links_apart(const plii_links_task* task, ptrdiff_t slot) {
-    const float* apart = task->apart + 3 * slot;
-    return (plii_vec3x8){plii_float8_load(apart), plii_float8_load(apart + PLII_LINK_LANES),
-                         plii_float8_load(apart + 2 * PLII_LINK_LANES)};
+    const float* vectors = task->vectors + 3 * slot;
+    return (plii_vec3x8){plii_float8_load(vectors), plii_float8_load(vectors + PLII_LINK_LANES),
+                         plii_float8_load(vectors + 2 * PLII_LINK_LANES)};
 }
 
 /* From node a to node b of eight links. */
@@ -217,7 +217,7 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
 }
 
 PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) {
-    if (task->apart == NULL) { return LINKS_POSITIONS; }
+    if (task->vectors == NULL) { return LINKS_POSITIONS; }
     const plii_link_softness* softness = links_softness(task, tag);
     if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
     return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
@@ -270,13 +270,13 @@ static void links_serial(const plii_links_task* task) {
     const plii_link_colors* colors = task->colors;
     enum { LAST = PLII_LINK_LANES - 1 };
     uint32_t scaled_indices[2][PLII_LINK_LANES];
-    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f}, apart[3 * PLII_LINK_LANES] = {0.0f};
+    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f}, vectors[3 * PLII_LINK_LANES] = {0.0f};
     const plii_link_colors one = {.scaled_indices = scaled_indices};
     plii_links_task own = *task;
     own.colors = &one;
     own.rest = rest;
     own.multipliers = multipliers;
-    own.apart = task->apart != NULL ? apart : NULL;
+    own.vectors = task->vectors != NULL ? vectors : NULL;
     for (int lane = 0; lane < LAST; ++lane) {
         rest[lane] = PLII_LINKS_NO_LINK;
     }
@@ -289,8 +289,8 @@ static void links_serial(const plii_links_task* task) {
         }
         rest[LAST] = task->rest[slot];
         if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }
-        for (int k = 0; k < 3 && task->apart != NULL; ++k) {
-            apart[k * PLII_LINK_LANES + LAST] = task->apart[3 * slot + k];
+        for (int k = 0; k < 3 && task->vectors != NULL; ++k) {
+            vectors[k * PLII_LINK_LANES + LAST] = task->vectors[3 * slot + k];
         }
         links_first_batch(&own, &group, 1);
         if (task->multipliers != NULL) { task->multipliers[slot] = multipliers[LAST]; }
@@ -300,31 +300,31 @@ static void links_serial(const plii_links_task* task) {
 // -------------------------------------------------------------------------------------------------- start of a step
 
 /* Of pair `pair` of the nodes, where they have links; returns where those of the next pair go. */
-PLII_SIMD_INLINE float* links_take_row(float* apart, const plii_nodes8 nodes[4], int pairs, int pair) {
-    if ((pairs >> pair & 1) == 0) { return apart; }
+PLII_SIMD_INLINE float* links_gather_row(float* vectors, const plii_nodes8 nodes[4], int pairs, int pair) {
+    if ((pairs >> pair & 1) == 0) { return vectors; }
     const plii_nodes8 *a = &nodes[plii_link_pair_nodes[pair][0]], *b = &nodes[plii_link_pair_nodes[pair][1]];
-    plii_float8_store(apart, plii_float8_sub(b->x, a->x));
-    plii_float8_store(apart + PLII_LINK_LANES, plii_float8_sub(b->y, a->y));
-    plii_float8_store(apart + 2 * PLII_LINK_LANES, plii_float8_sub(b->z, a->z));
-    return apart + 3 * PLII_LINK_LANES;
+    plii_float8_store(vectors, plii_float8_sub(b->x, a->x));
+    plii_float8_store(vectors + PLII_LINK_LANES, plii_float8_sub(b->y, a->y));
+    plii_float8_store(vectors + 2 * PLII_LINK_LANES, plii_float8_sub(b->z, a->z));
+    return vectors + 3 * PLII_LINK_LANES;
 }
 
-static void links_take_apart(const plii_links_start* start, int begin, int end) {
+static void links_gather_vectors(const plii_links_start* start, int begin, int end) {
     const plii_link_colors* colors = start->colors;
     for (const plii_link_group* group = &colors->groups[begin]; group < &colors->groups[end]; ++group) {
         const links_indices scaled_indices = (links_indices)&colors->scaled_indices[group->first_scaled_index];
-        float* apart = start->apart + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
+        float* vectors = start->vectors + (ptrdiff_t)3 * PLII_LINK_LANES * group->first_row;
         plii_nodes8 nodes[4];
         nodes[0] = plii_nodes8_gather(start->positions, scaled_indices[0]);
         nodes[1] = plii_nodes8_gather(start->positions, scaled_indices[1]);
-        apart = links_take_row(apart, nodes, group->pairs, 0);
+        vectors = links_gather_row(vectors, nodes, group->pairs, 0);
         if (group->pairs == PLII_LINK_SINGLE) { continue; }
         nodes[2] = plii_nodes8_gather(start->positions, scaled_indices[2]);
         nodes[3] = plii_nodes8_gather(start->positions, scaled_indices[3]);
-        apart = links_take_row(apart, nodes, group->pairs, 1);
-        apart = links_take_row(apart, nodes, group->pairs, 2);
-        apart = links_take_row(apart, nodes, group->pairs, 3);
-        apart = links_take_row(apart, nodes, group->pairs, 4);
-        links_take_row(apart, nodes, group->pairs, 5);
+        vectors = links_gather_row(vectors, nodes, group->pairs, 1);
+        vectors = links_gather_row(vectors, nodes, group->pairs, 2);
+        vectors = links_gather_row(vectors, nodes, group->pairs, 3);
+        vectors = links_gather_row(vectors, nodes, group->pairs, 4);
+        links_gather_row(vectors, nodes, group->pairs, 5);
     }
 }

@@ -54,18 +54,18 @@ typedef struct links_start_part {
 
 static void links_start_range(int begin, int end, void* data) {
     const links_start_part* part = data;
-    part->kernel->take_apart(part->start, begin, end);
+    part->kernel->gather_vectors(part->start, begin, end);
 }
 
 void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start) {
     const plii_link_colors* colors = start->colors;
     links_start_part part = {kernel, start};
     plii_parallel_for(context, links_start_range, &part, colors->group_count, LINKS_SHARED / PLII_LINK_LANES);
-    float* apart = start->apart + 3 * plii_link_colors_first_serial_slot(colors);
+    float* vectors = start->vectors + 3 * plii_link_colors_first_serial_slot(colors);
     for (int i = 0; i < colors->serial_count; ++i) {
         const int* nodes = start->body->links[colors->serial_links[i]].nodes;
         const pli_vec3 vector =
             pli_vec3_sub(plii_xyz(start->positions[nodes[1]]), plii_xyz(start->positions[nodes[0]]));
-        memcpy(&apart[3 * i], &vector, sizeof vector);
+        memcpy(&vectors[3 * i], &vector, sizeof vector);
     }
 }

@@ -10,7 +10,7 @@ typedef struct xpbd_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
     plii_link_slots rest_lengths, multipliers;
-    plii_link_slots apart;        /* see plii_links_start */
+    plii_link_slots vectors;      /* see plii_links_start */
     plii_link_softness* softness; /* [2 * material_count] */
     uint32_t link_revision;
     bool is_stale; /* the rest lengths are to be taken anew */
@@ -44,7 +44,7 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* s
         state->softness[i] = (plii_link_softness){.alpha = alpha, .gamma = gamma};
     }
     if (substep->has_new_positions) {
-        const plii_links_start start = {body, state->colors, body->positions, state->apart.values};
+        const plii_links_start start = {body, state->colors, body->positions, state->vectors.values};
         plii_links_start_colors(body->context, state->kernel, &start);
     }
 }
@@ -56,7 +56,7 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
                                   .softness = state->softness,
                                   .rest = state->rest_lengths.values,
                                   .moved = substep->displacements,
-                                  .apart = state->apart.values,
+                                  .vectors = state->vectors.values,
                                   .start_displacements = substep->start_displacements,
                                   .multipliers = state->multipliers.values,
                                   .reads_multipliers = !substep->is_first_sweep,
@@ -74,7 +74,7 @@ static void xpbd_links_disable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     plii_link_slots_release(body, &state->rest_lengths);
     plii_link_slots_release(body, &state->multipliers);
-    plii_link_slots_release(body, &state->apart);
+    plii_link_slots_release(body, &state->vectors);
     plii_release(body->context, state->softness, xpbd_links_softness_size(body));
 }
 
@@ -86,7 +86,7 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
     state->is_stale = true;
     if (state->softness == NULL || !plii_link_slots_make(body, state->colors, 1, &state->rest_lengths) ||
         !plii_link_slots_make(body, state->colors, 1, &state->multipliers) ||
-        !plii_link_slots_make(body, state->colors, 3, &state->apart)) {
+        !plii_link_slots_make(body, state->colors, 3, &state->vectors)) {
         xpbd_links_disable(body, state);
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -95,7 +95,7 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
 
 static size_t xpbd_links_bytes(const pli_body* body, const void* data) {
     const xpbd_links_state* state = data;
-    return state->rest_lengths.size + state->multipliers.size + state->apart.size + xpbd_links_softness_size(body);
+    return state->rest_lengths.size + state->multipliers.size + state->vectors.size + xpbd_links_softness_size(body);
 }
 
 static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
@@ -110,7 +110,7 @@ static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_to
     xpbd_links_state* state = data;
     plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[0], &state->rest_lengths);
     plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[1], &state->multipliers);
-    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[2], &state->apart);
+    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[2], &state->vectors);
     state->is_stale = true;
 }
 

@@ -46,6 +46,10 @@ PLII_SIMD_INLINE void nodes_move_at(const plii_xpbd_nodes* nodes, int node, bool
               nodes_load(nodes->start_displacements, node, are_two));
 }
 
+/* m/s; a node that moves so slowly stands still. One that sticks to a surface keeps a ten millionth of its velocity in
+   each substep, the rounding of dt * (1 / dt), and would come to subnormal numbers, with which processors are slow. */
+#define NODES_STILL 1e-20f
+
 /* Velocities get what constraints changed, exactly nothing where they did nothing: the whole motion over dt would give
    them its rounding in every substep. Pinned nodes keep theirs. */
 PLII_SIMD_INLINE plii_float8 nodes_velocity(const plii_xpbd_nodes* nodes, int node, bool are_two,
@@ -55,7 +59,10 @@ PLII_SIMD_INLINE plii_float8 nodes_velocity(const plii_xpbd_nodes* nodes, int no
     const plii_float8 free = plii_float8_add(nodes_load(nodes->start_displacements, node, are_two), free_motion);
     const plii_float8 change = plii_float8_sub(displacement, free);
     const plii_float8 added = plii_float8_mul(change, plii_float8_all(nodes->inverse_dt));
-    return nodes_where_free(displacement, plii_float8_add(velocity, added), velocity);
+    const plii_float8 changed = plii_float8_add(velocity, added);
+    const plii_float8 speeds = plii_float8_max(changed, plii_float8_sub(plii_float8_all(0.0f), changed));
+    const plii_float8 kept = plii_float8_where_greater(speeds, plii_float8_all(NODES_STILL), changed);
+    return nodes_where_free(displacement, kept, velocity);
 }
 
 /* The displacement from where the position is then. */
