@@ -14,6 +14,7 @@ enum { PLII_RIGID_GROUP_SIZE = 8 };
 typedef struct plii_rigid_group {
     float normal[3 * PLII_RIGID_GROUP_SIZE];
     float offset[PLII_RIGID_GROUP_SIZE];            /* m: gap = dot(normal, node) + offset, at the start of the step */
+    float height[PLII_RIGID_GROUP_SIZE];            /* m: the gap at the positions that displacements count from */
     float friction[PLII_RIGID_GROUP_SIZE];          /* Coulomb's coefficient */
     uint32_t scaled_indices[PLII_RIGID_GROUP_SIZE]; /* of the nodes, see plii_scaled_index */
     int surface;                                    /* index of what moves, PLI_NULL_INDEX: all stand still */
@@ -42,7 +43,7 @@ typedef struct plii_rigid_groups_settings {
 } plii_rigid_groups_settings;
 
 /* One sweep with the instructions of every processor of the target or with more; all with the same results. */
-typedef void plii_rigid_groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
+typedef void plii_rigid_groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
                                      const pli_vec4* positions, const plii_substep* substep);
 plii_rigid_groups_sweep plii_rigid_groups_sweep_base, plii_rigid_groups_sweep_avx2;
 

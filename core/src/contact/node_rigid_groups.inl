@@ -12,7 +12,7 @@ typedef struct groups_pass {
     float dt, moved_time; /* s, of the substep and of those before */
     float alpha;          /* compliance / dt^2, 1/kg */
     float recovery;       /* m, in a substep at most */
-    bool is_first, is_last;
+    bool is_first, is_last, has_new_positions;
 } groups_pass;
 
 /* Components of vectors, one after the other. */
@@ -28,14 +28,10 @@ PLII_SIMD_INLINE void groups_store(float* components, plii_vec3x8 a) {
 
 /* Loops over the four pairs of nodes are written out: compilers would keep the vectors in memory. */
 
-PLII_SIMD_INLINE plii_float8 groups_start(const groups_pass* pass, const uint32_t* scaled_indices) {
-    return plii_float8_add(plii_simd_load_two(pass->positions, scaled_indices),
-                           plii_simd_load_two(pass->start_displacements, scaled_indices));
-}
-/* Where the nodes were at the start of the substep, against the start of the step; w: 2 / mass. */
-PLII_SIMD_INLINE plii_nodes8 groups_starts(const groups_pass* pass, const uint32_t* scaled_indices) {
-    plii_float8 r[4] = {groups_start(pass, scaled_indices), groups_start(pass, scaled_indices + 2),
-                        groups_start(pass, scaled_indices + 4), groups_start(pass, scaled_indices + 6)};
+PLII_SIMD_INLINE plii_nodes8 groups_gather(const pli_vec4* records, const uint32_t* scaled_indices) {
+    plii_float8 r[4] = {plii_simd_load_two(records, scaled_indices), plii_simd_load_two(records, scaled_indices + 2),
+                        plii_simd_load_two(records, scaled_indices + 4),
+                        plii_simd_load_two(records, scaled_indices + 6)};
     plii_float8_transpose4(r);
     return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
@@ -68,19 +64,24 @@ PLII_SIMD_INLINE void groups_move(pli_vec4* records, const uint32_t* scaled_indi
     plii_simd_store_two(records, scaled_indices + 6, moved[3]);
 }
 
-PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_group* group,
-                                  const plii_rigid_surface* surface, plii_rigid_sum* sum) {
+PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* group, const plii_rigid_surface* surface,
+                                  plii_rigid_sum* sum) {
     const plii_float8 zero = plii_float8_all(0.0f);
-    const plii_nodes8 start = groups_starts(pass, group->scaled_indices);
-    const plii_float8 weight = plii_float8_mul(start.w, plii_float8_all(0.5f));
+    const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
+    const plii_float8 weight = start.w;
     const plii_vec3x8 normal = groups_load(group->normal);
+    if (pass->is_first && pass->has_new_positions) {
+        const plii_nodes8 x = groups_gather(pass->positions, group->scaled_indices);
+        const plii_float8 along = plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z});
+        plii_float8_store(group->height, plii_float8_add(along, plii_float8_load(group->offset)));
+    }
     plii_vec3x8 from = {start.x, start.y, start.z}, motion = groups_motions(pass, group->scaled_indices);
     if (surface != NULL) {
         const plii_vec3x8 velocity = groups_load(surface->velocity);
         from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
         motion = plii_vec3x8_sub(motion, plii_vec3x8_scale(velocity, plii_float8_all(pass->dt)));
     }
-    const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->offset));
+    const plii_float8 gap = plii_float8_add(plii_vec3x8_dot(normal, from), plii_float8_load(group->height));
     const plii_float8 along = plii_vec3x8_dot(normal, motion);
     const plii_float8 c = plii_float8_add(plii_float8_max(gap, zero), along);
     if (pass->is_first && (plii_float8_less_bits(c, zero) | plii_float8_less_bits(gap, zero)) == 0) {
@@ -128,7 +129,7 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, const plii_rigid_grou
     groups_move(pass->displacements, group->scaled_indices, moves);
 }
 
-static void groups_sweep(const plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
+static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
                          const pli_vec4* positions, const plii_substep* substep) {
     const groups_pass pass = {.positions = positions,
                               .displacements = substep->displacements,
@@ -137,10 +138,11 @@ static void groups_sweep(const plii_rigid_groups* groups, const plii_rigid_group
                               .moved_time = (float)substep->index * substep->dt,
                               .alpha = settings->compliance * substep->inverse_dt * substep->inverse_dt,
                               .recovery = settings->recovery_speed * substep->dt,
+                              .has_new_positions = substep->has_new_positions,
                               .is_first = substep->is_first_sweep,
                               .is_last = substep->is_last_sweep};
     for (int i = 0; i < groups->count; ++i) {
-        const plii_rigid_group* group = &groups->groups[i];
+        plii_rigid_group* group = &groups->groups[i];
         const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;
         groups_solve(&pass, group, surface, &groups->sums[i]);
     }

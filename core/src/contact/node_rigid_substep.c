@@ -234,7 +234,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
 
 /* What cannot yield has the last word. */
 static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    const plii_rigid_contacts* found = data;
+    plii_rigid_contacts* found = data;
     const plii_rigid_groups_settings settings = {found->def.compliance,
                                                  plii_contact_recovery_speed(found->def.recovery_speed)};
     const float alpha = settings.compliance * substep->inverse_dt * substep->inverse_dt;
