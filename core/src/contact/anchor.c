@@ -39,6 +39,20 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
+static void anchor_note_start(plii_anchor* anchor) {
+    anchor->start = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
+    anchor->pose_version = anchor->rigid->pose_version;
+}
+
+static void anchor_note_starts(pli_body* body, void* state, const plii_step* step) {
+    plii_anchors* anchors = state;
+    (void)step;
+    if (!body->solver_class->has_substeps) { return; }
+    for (int i = 0; i < anchors->item_count; ++i) {
+        anchor_note_start(&anchors->items[i]);
+    }
+}
+
 static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     const plii_anchors* anchors = state;
     const plii_float4 hardness = plii_float4_all(anchors->hardness);
@@ -152,14 +166,15 @@ static const plii_feature_array anchor_arrays[] = {
     {0},
 };
 
-enum { ANCHOR_ORDER = 10 }; /* before contacts */
+enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10 }; /* before contacts */
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
     .arrays = anchor_arrays,
-    .stages =
-        {[PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER}, [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
+    .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
+               [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
+               [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
     .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
@@ -230,6 +245,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
                                              : anchor_present_pivot(def->rigid, plii_xyz(body->positions[def->node]));
     anchor->influence = def->influence;
     anchor->compliance = def->compliance;
+    anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
     if (id != NULL) {

@@ -14,7 +14,10 @@ typedef struct plii_anchor {
     float influence;
     float compliance; /* m/N */
     bool is_idle;     /* in this step: the rigid body is not present */
-    union {           /* for one step */
+    /* For substeps: at the prediction, after which the host may move the rigid body. */
+    pli_vec3 start; /* of the goal */
+    unsigned pose_version;
+    union { /* for one step */
         struct {
             pli_vec4 offset;      /* from the centre of the rigid body, world axes; w: of the node per impulse */
             pli_vec4 goal;        /* of the node */
@@ -23,9 +26,10 @@ typedef struct plii_anchor {
         } step;
         struct {
             plii_substep_rigid_point point;
-            pli_vec3 goal;       /* of the node, at the start of the step */
-            pli_mat3 inverse;    /* of the sum of both inverse masses and the compliance */
-            pli_vec3 multiplier; /* kg m */
+            pli_vec3 goal;        /* of the node, at the start of the step */
+            pli_vec3 goal_motion; /* in the step, of a rigid body that takes no impulses */
+            pli_mat3 inverse;     /* of the sum of both inverse masses and the compliance */
+            pli_vec3 multiplier;  /* kg m */
         } substeps;
     };
 } plii_anchor;

@@ -3,9 +3,19 @@
 #include "contact/anchor_impl.h"
 #include "math/range.h"
 
+/* Where the rigid body takes the goal in this step: where its host has put it since the prediction, else where its
+   velocities lead it. */
+static pli_vec3 anchor_goal_motion(const plii_anchor* anchor, float dt) {
+    const pli_rigid_state* state = &anchor->rigid->state;
+    const bool is_moved_by_host = anchor->pose_version != anchor->rigid->pose_version;
+    const pli_transform end =
+        is_moved_by_host ? state->pose
+                         : plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+    return pli_vec3_sub(pli_transform_point(end, anchor->pivot), anchor->start);
+}
+
 static void anchor_substeps_begin(pli_body* body, void* data) {
     plii_anchors* anchors = data;
-    (void)body;
     for (int i = 0; i < anchors->item_count; ++i) {
         plii_anchor* anchor = &anchors->items[i];
         pli_rigid* rigid = anchor->rigid;
@@ -15,6 +25,10 @@ static void anchor_substeps_begin(pli_body* body, void* data) {
         anchor->substeps.goal = pli_transform_point(pose, anchor->pivot);
         anchor->substeps.point =
             (plii_substep_rigid_point){.rigid = rigid, .offset = pli_mat3_mul_vec3(pose.rotation, anchor->pivot)};
+        if (rigid->kind != PLI_RIGID_DYNAMIC) {
+            anchor->substeps.goal = anchor->start;
+            anchor->substeps.goal_motion = anchor_goal_motion(anchor, body->step.dt);
+        }
         plii_rigid_touch(rigid);
     }
 }
@@ -39,14 +53,24 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
     }
 }
 
+/* At the end of the substep. */
+static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, const plii_substep* substep) {
+    if (anchor->rigid->kind != PLI_RIGID_DYNAMIC) {
+        const float time = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
+        return pli_vec3_add(anchor->substeps.goal, pli_vec3_scale(anchor->substeps.goal_motion, time));
+    }
+    const plii_substep_rigid_point* point = &anchor->substeps.point;
+    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, point->moved),
+                        plii_substep_rigid_point_motion(point, substep));
+}
+
 static void anchor_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const plii_anchors* anchors = data;
     for (int i = 0; i < anchors->item_count; ++i) {
         plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
         const plii_substep_rigid_point* point = &anchor->substeps.point;
-        const pli_vec3 goal = pli_vec3_add(pli_vec3_add(anchor->substeps.goal, point->moved),
-                                           plii_substep_rigid_point_motion(point, substep));
+        const pli_vec3 goal = anchor_goal(body, anchor, substep);
         const pli_vec3 error = pli_vec3_add(pli_vec3_sub(plii_substep_position(body, substep, anchor->node), goal),
                                             pli_vec3_scale(anchor->substeps.multiplier, anchor_alpha(anchor, substep)));
         const pli_vec3 change = pli_vec3_neg(pli_mat3_mul_vec3(anchor->substeps.inverse, error));
