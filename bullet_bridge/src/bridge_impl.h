@@ -86,7 +86,7 @@ private:
     void begin_step(btScalar dt);
     void collide_pairs();
     void take_part(RigidProxy& proxy);
-    void finish_step(btScalar dt);
+    void finish_step();
     void look_for_new_pinned();
     void look_for_pinned();
     void take_part_of_pinned();

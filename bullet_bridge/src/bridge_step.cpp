@@ -44,7 +44,7 @@ void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     if (!is_stepping()) { begin_step(dt); }
     if (!is_stepping()) { return; }
     collide_pairs();
-    finish_step(dt);
+    finish_step();
 }
 
 void Bridge::Impl::collide_pairs() {
@@ -98,7 +98,7 @@ void Bridge::Impl::take_part_of_pinned() {
     }
 }
 
-void Bridge::Impl::finish_step(btScalar dt) {
+void Bridge::Impl::finish_step() {
     take_part_of_pinned();
     for (RigidProxy* proxy : touched_) {
         note(proxy->set_present_state());
@@ -110,7 +110,7 @@ void Bridge::Impl::finish_step(btScalar dt) {
     note(pli_world_solve(world));
     let_go_of_removed(); // the solve calls joint controllers and the profile
     for (RigidProxy* proxy : touched_) {
-        if (!proxy->is_let_go) { proxy->write_back(dt); }
+        if (!proxy->is_let_go) { proxy->write_back(); }
     }
     touched_.clear();
     finish_let_go();

@@ -243,7 +243,7 @@ pli_status RigidProxy::set_present_state() {
     return status;
 }
 
-void RigidProxy::write_back(btScalar dt) {
+void RigidProxy::write_back() {
     if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
@@ -256,11 +256,10 @@ void RigidProxy::write_back(btScalar dt) {
         body->setAngularVelocity(
             with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
     }
-    if (pli_rigid_needs_reintegration(rigid_)) {
-        const btVector3 linear = to_bullet(pli_vec3_sub(after.linear_velocity, present_.linear_velocity));
-        const btVector3 angular = to_bullet(pli_vec3_sub(after.angular_velocity, present_.angular_velocity));
+    pli_vec3 shift, rotation;
+    if (pli_rigid_get_shift(rigid_, &shift, &rotation)) {
         btTransform moved;
-        btTransformUtil::integrateTransform(body->getWorldTransform(), linear, angular, dt, moved);
+        btTransformUtil::integrateTransform(body->getWorldTransform(), to_bullet(shift), to_bullet(rotation), 1, moved);
         body->proceedToTransform(moved);
     }
     body->activate();

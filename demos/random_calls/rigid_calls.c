@@ -46,7 +46,7 @@ void calls_change_rigid(calls* c) {
         CALL(c, home, pli_rigid_integrate(rigid, gravity, bytes_float(&c->bytes, 0.002f, 0.05f)));
     }
     (void)pli_rigid_was_touched(rigid);
-    (void)pli_rigid_needs_reintegration(rigid);
+    (void)pli_rigid_get_shift(rigid, NULL, NULL);
     if (pli_rigid_get_user_data(rigid) != c) { calls_finding(c, "a rigid body does not know its data"); }
 }
 

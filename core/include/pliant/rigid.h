@@ -100,11 +100,13 @@ PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 /// True when a contact or an anchor acted on the body in the last step: the host should wake it.
 PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 
-/// True when a contact of a face, or an anchor or contact of a body with the implicit solver, acted on the body in the
-/// last step. A host that had moved its bodies before pli_world_solve, as Bullet does, should then move this one once
-/// more, by (change of velocities in the solve) * dt: face contacts count on it to keep fast bodies on their side of a
-/// surface, the implicit solver to keep heavy ones where they hang.
-PLI_API bool pli_rigid_needs_reintegration(const pli_rigid* rigid);
+/// Where soft bodies have left a dynamic body in the last step, against where it was in pli_world_solve. A host that had
+/// moved its bodies before, as Bullet does, should move this one once more by that: the implicit solver, XPBD and
+/// contacts of faces move rigid bodies along while they solve, and count on it. pli_rigid_integrate does so.
+/// @param shift    m, world axes; zero where it returns false; may be NULL
+/// @param rotation rad, axis times angle, world axes, about the centre of mass; likewise
+/// @return false when there is no need to
+PLI_API bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation);
 
 /// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
 /// with it. For C programs without a rigid-body engine; call after pli_world_step. Kinematic bodies move without

@@ -77,6 +77,7 @@ struct pli_body {
     uint8_t* anchored; /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
+    pli_rigid* followed_rigids; /* list by path.next, see body/substep_rigid.h */
     const pli_rigid** ignored_rigids;
     int ignored_rigid_count, ignored_rigid_capacity;
 };

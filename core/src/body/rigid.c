@@ -293,8 +293,28 @@ void* pli_rigid_get_user_data(const pli_rigid* rigid) {
 bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
 }
-bool pli_rigid_needs_reintegration(const pli_rigid* rigid) {
-    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->needs_reintegration;
+
+/* To be called after the solve. */
+void plii_rigid_end_path(pli_rigid* rigid, float dt) {
+    plii_rigid_path* path = &rigid->path;
+    if (!rigid->needs_reintegration || !path->has_begun) { return; }
+    const pli_vec3 linear = pli_vec3_sub(rigid->state.linear_velocity, rigid->start_linear_velocity);
+    const pli_vec3 angular = pli_vec3_sub(rigid->state.angular_velocity, rigid->start_angular_velocity);
+    path->shift = pli_vec3_add(path->shift, pli_vec3_scale(pli_vec3_sub(linear, path->carried_linear), dt));
+    path->shift_rotation =
+        pli_vec3_add(path->shift_rotation, pli_vec3_scale(pli_vec3_sub(angular, path->carried_angular), dt));
+    path->carried_linear = linear;
+    path->carried_angular = angular;
+}
+
+bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation) {
+    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
+    const bool is_rigid = plii_check_rigid(rigid, __func__) == PLI_OK;
+    const plii_rigid_path* path = is_rigid && rigid->path.has_begun ? &rigid->path : NULL;
+    const pli_vec3 linear = path != NULL ? path->shift : zero, angular = path != NULL ? path->shift_rotation : zero;
+    if (shift != NULL) { *shift = linear; }
+    if (rotation != NULL) { *rotation = angular; }
+    return !plii_vec3_is_zero(linear) || !plii_vec3_is_zero(angular);
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
@@ -315,6 +335,20 @@ static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
 
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
     return rigid_bounds_at(rigid, rigid->state.pose);
+}
+
+pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
+    const pli_rigid_state* state = &rigid->state;
+    const plii_rigid_path* path = &rigid->path;
+    pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
+    if (plii_rigid_is_moved_by_host(rigid)) {
+        linear = pli_vec3_sub(linear, rigid->given_linear_velocity);
+        angular = pli_vec3_sub(angular, rigid->given_angular_velocity);
+    }
+    linear = pli_vec3_add(pli_vec3_sub(linear, path->carried_linear), pli_vec3_scale(path->shift, 1.0f / dt));
+    angular =
+        pli_vec3_add(pli_vec3_sub(angular, path->carried_angular), pli_vec3_scale(path->shift_rotation, 1.0f / dt));
+    return plii_rigid_advance(state->pose, linear, angular, dt);
 }
 
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
@@ -360,12 +394,20 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     if (rigid->kind == PLI_RIGID_DYNAMIC) {
         state.linear_velocity = pli_vec3_add(state.linear_velocity, pli_vec3_scale(gravity, dt));
     }
-    state.pose = plii_rigid_advance(state.pose, state.linear_velocity, state.angular_velocity, dt);
-    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(state.angular_velocity, dt));
+    const plii_rigid_path* path = &rigid->path;
+    pli_vec3 linear = state.linear_velocity, angular = state.angular_velocity;
+    if (path->has_begun) {
+        linear = pli_vec3_add(pli_vec3_sub(linear, path->carried_linear), pli_vec3_scale(path->shift, 1.0f / dt));
+        angular =
+            pli_vec3_add(pli_vec3_sub(angular, path->carried_angular), pli_vec3_scale(path->shift_rotation, 1.0f / dt));
+    }
+    state.pose = plii_rigid_advance(state.pose, linear, angular, dt);
+    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(angular, dt));
     state.inverse_inertia_world =
         pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
+    rigid->path.has_begun = false;
     ++rigid->pose_version;
     return PLI_OK;
 }

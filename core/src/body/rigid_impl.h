@@ -7,6 +7,26 @@
 #include "math/vec.h"
 #include "pliant/rigid.h"
 
+#include <string.h>
+
+/* A rigid body on its way through the substeps of a step. Its host moves it by one velocity per step; what its way ends
+   with beside that is the shift, m and rad, of which the host is told. */
+typedef struct plii_rigid_path {
+    pli_transform begin; /* of the step: before the host moved it */
+    pli_vec3 begin_linear, begin_angular;
+    unsigned begin_version; /* of the pose */
+    bool has_begun;
+    pli_vec3 shift, shift_rotation;           /* by the soft bodies that have been solved */
+    pli_vec3 carried_linear, carried_angular; /* changes of velocity that the shift has in it */
+    /* Of the soft body that is solved now. */
+    bool is_followed, is_pushed;
+    pli_rigid* next;                      /* that it has to do with */
+    pli_vec3 start_linear, start_angular; /* velocities before its substeps */
+    pli_vec3 gain_linear, gain_angular;   /* of velocity in a substep: what the host did to it in the step */
+    pli_vec3 drift_linear, drift_angular; /* velocity with which it comes to the shift from before */
+    pli_vec3 moved, rotated;              /* in the substeps before this one; m, rad */
+} plii_rigid_path;
+
 struct pli_rigid {
     uint32_t magic;
     pli_world* world;
@@ -23,6 +43,7 @@ struct pli_rigid {
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
+    plii_rigid_path path;
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -38,6 +59,10 @@ pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 /* Where velocities bring a body. */
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
+/* After the solve of a step: puts into the shift what else has changed its velocities. */
+void plii_rigid_end_path(pli_rigid* rigid, float dt);
+/* Where it ends up in the step, as far as that is known. */
+pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt);
 /* Of the body here and there. */
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
 
@@ -51,8 +76,23 @@ static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
     rigid->start_linear_velocity = rigid->state.linear_velocity;
     rigid->start_angular_velocity = rigid->state.angular_velocity;
 }
+/* To be called where a feature first has to do with it in a step, if possible before its host moves it. */
+static inline void plii_rigid_begin_path(pli_rigid* rigid) {
+    plii_rigid_path* path = &rigid->path;
+    if (path->has_begun) { return; }
+    memset(path, 0, sizeof *path);
+    path->begin = rigid->state.pose;
+    path->begin_linear = rigid->state.linear_velocity;
+    path->begin_angular = rigid->state.angular_velocity;
+    path->begin_version = rigid->pose_version;
+    path->has_begun = true;
+}
+static inline bool plii_rigid_is_moved_by_host(const pli_rigid* rigid) {
+    return rigid->path.begin_version != rigid->pose_version;
+}
 /* To be called before the first impulse of a step. */
 static inline void plii_rigid_touch(pli_rigid* rigid) {
+    plii_rigid_begin_path(rigid);
     if (rigid->was_touched) { return; }
     rigid->was_touched = true;
     plii_rigid_keep_velocities(rigid);

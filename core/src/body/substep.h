@@ -30,6 +30,9 @@ typedef struct plii_substep_class {
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
     plii_substep_fn* sweep;
     plii_substep_fn* finish; /* after a substep, velocities are those of its end; optional */
+    /* How far what cannot move at all lets a node go along a unit vector, m; INFINITY: nothing is in its way. A rigid
+       body that presses on the node meets with that, which light nodes between would be many sweeps about. Optional. */
+    float (*room)(const pli_body* body, const void* state, const plii_substep* substep, int node, pli_vec3 direction);
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const pli_body* body, const void* state);
     /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.
@@ -56,5 +59,8 @@ static inline void plii_substep_shift(const plii_substep* substep, int node, pli
     plii_set_xyz(displacement, pli_vec3_add(plii_xyz(*displacement), shift));
     plii_set_xyz(start, pli_vec3_add(plii_xyz(*start), shift));
 }
+
+/* The least that features leave. */
+float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction);
 
 #endif

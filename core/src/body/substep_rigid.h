@@ -1,36 +1,43 @@
 #ifndef PLII_SUBSTEP_RIGID_H
 #define PLII_SUBSTEP_RIGID_H
 
-/* A point of a rigid body during the substeps of a step. The body itself is moved by its owner, after the step; until
-   then its points move with its velocities, which constraints change at once. */
+/* Rigid bodies during the substeps of a step. Their owner moves them, before or after the solve; meanwhile they are on
+   a path of their own, from where the step began, with the velocities that constraints change at once. What the owner
+   did to their velocities in the step, gravity and contacts among rigid bodies, comes in equal parts. */
 
 #include "body/rigid_impl.h"
 #include "body/substep.h"
 
+/* Before the first substep, of each that the body may push. */
+void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid);
+/* At the start of every substep, and after the last one. */
+void plii_substep_rigids_restart(const pli_body* body, const plii_substep* substep);
+void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep);
+
 typedef struct plii_substep_rigid_point {
     pli_rigid* rigid;
     pli_vec3 offset; /* from the centre of mass, world axes */
-    pli_vec3 moved;  /* m, in the substeps before this one */
 } plii_substep_rigid_point;
 
-/* To be called at the start of every substep. */
-static inline void plii_substep_rigid_point_restart(plii_substep_rigid_point* point, const plii_substep* substep) {
-    if (substep->index == 0) {
-        point->moved = pli_vec3_make(0, 0, 0);
-        return;
-    }
-    point->moved =
-        pli_vec3_add(point->moved, pli_vec3_scale(plii_rigid_velocity_at(point->rigid, point->offset), substep->dt));
+/* m, in the substeps before this one */
+static inline pli_vec3 plii_substep_rigid_point_moved(const plii_substep_rigid_point* point) {
+    const plii_rigid_path* path = &point->rigid->path;
+    return pli_vec3_add(path->moved, pli_vec3_cross(path->rotated, point->offset));
 }
 /* m, within the substep */
 static inline pli_vec3 plii_substep_rigid_point_motion(const plii_substep_rigid_point* point,
                                                        const plii_substep* substep) {
-    return pli_vec3_scale(plii_rigid_velocity_at(point->rigid, point->offset), substep->dt);
+    const pli_rigid_state* state = &point->rigid->state;
+    const plii_rigid_path* path = &point->rigid->path;
+    const pli_vec3 linear = pli_vec3_add(state->linear_velocity, path->drift_linear);
+    const pli_vec3 angular = pli_vec3_add(state->angular_velocity, path->drift_angular);
+    return pli_vec3_scale(pli_vec3_add(linear, pli_vec3_cross(angular, point->offset)), substep->dt);
 }
 /* A correction in kg m, as the multiplier times a gradient; the opposite of what the node gets. */
 static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point* point, pli_vec3 push,
                                                  const plii_substep* substep) {
     plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_dt), point->offset);
+    point->rigid->path.is_pushed = true;
 }
 /* Inverse of the mass that the point shows along a unit vector, 1/kg. */
 static inline float plii_substep_rigid_point_weight(const plii_substep_rigid_point* point, pli_vec3 direction) {

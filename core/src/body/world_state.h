@@ -12,6 +12,7 @@ struct pli_world {
     pli_context* context;
     pli_world_def def;
     bool is_stepping;
+    float dt;           /* s, of the step in progress, or of the last one */
     bool needs_reserve; /* what features make room for has changed since the last step, or there was no memory for it */
     /* As of when room was made. */
     int most_nodes, most_faces; /* of a body */

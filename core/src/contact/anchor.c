@@ -40,6 +40,7 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
 }
 
 static void anchor_note_start(plii_anchor* anchor) {
+    plii_rigid_begin_path(anchor->rigid);
     anchor->start = pli_transform_point(anchor->rigid->state.pose, anchor->pivot);
     anchor->pose_version = anchor->rigid->pose_version;
 }

@@ -21,14 +21,13 @@ static void anchor_substeps_begin(pli_body* body, void* data) {
         pli_rigid* rigid = anchor->rigid;
         anchor->is_idle = rigid->is_absent;
         if (anchor->is_idle) { continue; }
-        const pli_transform pose = rigid->state.pose;
-        anchor->substeps.goal = pli_transform_point(pose, anchor->pivot);
-        anchor->substeps.point =
-            (plii_substep_rigid_point){.rigid = rigid, .offset = pli_mat3_mul_vec3(pose.rotation, anchor->pivot)};
+        anchor->substeps.goal = anchor->start;
+        anchor->substeps.point = (plii_substep_rigid_point){
+            .rigid = rigid, .offset = pli_mat3_mul_vec3(rigid->path.begin.rotation, anchor->pivot)};
         if (rigid->kind != PLI_RIGID_DYNAMIC) {
-            anchor->substeps.goal = anchor->start;
             anchor->substeps.goal_motion = anchor_goal_motion(anchor, body->step.dt);
         }
+        plii_substep_follow_rigid(body, rigid);
         plii_rigid_touch(rigid);
     }
 }
@@ -44,8 +43,7 @@ static void anchor_substep_restart(pli_body* body, void* data, const plii_subste
         plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
         const pli_rigid* rigid = anchor->rigid;
-        plii_substep_rigid_point* point = &anchor->substeps.point;
-        plii_substep_rigid_point_restart(point, substep);
+        const plii_substep_rigid_point* point = &anchor->substeps.point;
         anchor->substeps.multiplier = pli_vec3_make(0, 0, 0);
         anchor->substeps.inverse =
             plii_effective_mass(1.0f, substep->displacements[anchor->node].w + anchor_alpha(anchor, substep),
@@ -60,7 +58,7 @@ static pli_vec3 anchor_goal(const pli_body* body, const plii_anchor* anchor, con
         return pli_vec3_add(anchor->substeps.goal, pli_vec3_scale(anchor->substeps.goal_motion, time));
     }
     const plii_substep_rigid_point* point = &anchor->substeps.point;
-    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, point->moved),
+    return pli_vec3_add(pli_vec3_add(anchor->substeps.goal, plii_substep_rigid_point_moved(point)),
                         plii_substep_rigid_point_motion(point, substep));
 }
 

@@ -27,19 +27,6 @@ pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
 
 // --------------------------------------------------------------------------------------------------- elements in reach
 
-/* One that has a new pose since the collision was moved by its host, and will once more be moved by what the solve
-   changed; see pli_rigid_needs_reintegration. */
-pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_candidate* candidate, float dt) {
-    const pli_rigid* rigid = candidate->rigid;
-    const pli_rigid_state* state = &rigid->state;
-    if (rigid->pose_version == candidate->pose_version) {
-        return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
-    }
-    const pli_vec3 linear = pli_vec3_sub(state->linear_velocity, rigid->given_linear_velocity);
-    const pli_vec3 angular = pli_vec3_sub(state->angular_velocity, rigid->given_angular_velocity);
-    return plii_rigid_advance(state->pose, linear, angular, dt);
-}
-
 /* How far a point at the distance `reach` from the centre may leave the box around both ends of its way. */
 static float rigid_faces_bulge(float reach, float angle) {
     return angle < 3.0f ? reach * (1.0f - cosf(0.5f * angle)) : 2.0f * reach;
@@ -54,7 +41,7 @@ plii_rigid_faces_pass plii_rigid_faces_make_pass(pli_body* body, plii_rigid_face
                                   .candidate_index = candidate_index,
                                   .has_links = body->topology->face_count == 0,
                                   .begin = candidate->begin,
-                                  .end = plii_rigid_faces_end_pose(candidate, body->step.dt),
+                                  .end = plii_rigid_end_pose(candidate->rigid, body->step.dt),
                                   .radius = shape->def.support != NULL ? shape->def.radius : 0.0f};
     const pli_bounds local = plii_bounds_transform(shape->def.bounds(shape->def.user), candidate->shape_pose);
     pass.core =
@@ -318,6 +305,12 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }
 
+/* Substeps have solved the contacts already, but for what their planes do not know: only what is about to pass the core
+   is left. */
+static float rigid_faces_tolerance(const pli_body* body) {
+    return body->solver_class->has_substeps ? 0.5f * body->collision_margin : 0.0f;
+}
+
 /* A face that passed the core where no point told so on its way. */
 static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int element, const int* nodes,
                                          const plii_face_sweep* sweep, pli_vec3 side, float target_gap) {
@@ -328,7 +321,7 @@ static pli_status rigid_faces_review_end(const plii_rigid_faces_pass* pass, int 
     if (!plii_face_sweep_end(&end, INFINITY, &moment) || !moment.is_overlapping) { return PLI_OK; }
     if (!plii_face_sweep_weigh(sweep, &moment)) { return PLI_OK; }
     const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
-    if (!(end_gap < target_gap)) { return PLI_OK; }
+    if (!(end_gap < target_gap - rigid_faces_tolerance(pass->body))) { return PLI_OK; }
     return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }
 
@@ -349,7 +342,7 @@ static pli_status rigid_faces_review_element(const plii_rigid_faces_pass* pass, 
             plii_face_moment touch = moment;
             if (rigid_faces_is_covered(pass, sweep, &touch)) { return PLI_OK; }
             const float end_gap = rigid_faces_end_gap(pass, sweep, &touch);
-            if (end_gap < target_gap) {
+            if (end_gap < target_gap - rigid_faces_tolerance(pass->body)) {
                 return rigid_faces_add(pass, element, nodes, sweep, &touch, end_gap, target_gap);
             }
             /* This point of the face gets out of the way in time, others may not. */
@@ -389,8 +382,8 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
                                                             .shape_index = index,
                                                             .shape = rigid->shapes[index],
                                                             .shape_pose = rigid->shape_poses[index],
-                                                            .pose_version = rigid->pose_version,
                                                             .begin = rigid->state.pose};
+    plii_rigid_begin_path(rigid);
     const plii_rigid_faces_pass pass = plii_rigid_faces_make_pass(body, state, count);
     if (!plii_bounds_overlap(plii_bounds_grow(pass.bounds, body->collision_margin), body->bounds)) { return PLI_OK; }
     plii_shape_retain(rigid->shapes[index]);
@@ -448,11 +441,13 @@ static void rigid_faces_disable(pli_body* body, void* data) {
     --body->sweeping_features;
     rigid_faces_clear_all(state);
     plii_pair_cache_release(body->context, &state->memory);
+    plii_rigid_faces_release_substeps(body, data);
 }
 
 static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
+    const plii_rigid_faces* state = data;
     (void)body;
-    return plii_pair_cache_bytes(&((const plii_rigid_faces*)data)->memory);
+    return plii_pair_cache_bytes(&state->memory) + (size_t)state->substeps.capacity * sizeof *state->substeps.items;
 }
 
 static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
@@ -471,7 +466,7 @@ static const plii_feature_array rigid_faces_arrays[] = {
     {0},
 };
 
-static const plii_feature_class rigid_faces_class = {
+const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
     .arrays = rigid_faces_arrays,
@@ -479,6 +474,7 @@ static const plii_feature_class rigid_faces_class = {
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},
                [PLII_STAGE_FINISH] = {plii_rigid_faces_finish, RIGID_FACES_ORDER}},
+    .substepped = &plii_rigid_faces_substepped,
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
@@ -498,18 +494,18 @@ pli_status pli_body_enable_rigid_face_contacts(pli_body* body, const pli_rigid_f
     const pli_rigid_face_contacts_def used = def != NULL ? *def : pli_rigid_face_contacts_def_default();
     PLII_TRY_DEF(body->context, pli_rigid_face_contacts_def, &used, rigid_faces_fields, __func__);
     void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &rigid_faces_class, &state));
+    PLII_TRY(plii_feature_enable(body, &plii_rigid_faces_class, &state));
     ((plii_rigid_faces*)state)->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_rigid_face_contacts(pli_body* body) {
-    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &rigid_faces_class);
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_rigid_faces_class);
 }
 
 int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity, pli_rigid_face_contact* contacts) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
-    const plii_rigid_faces* state = plii_feature_state(body, &rigid_faces_class);
+    const plii_rigid_faces* state = plii_feature_state(body, &plii_rigid_faces_class);
     if (state == NULL) { return 0; }
     const bool has_links = body->topology->face_count == 0;
     for (int i = 0; contacts != NULL && i < capacity && i < state->count; ++i) {

@@ -7,6 +7,7 @@
 #include "body/body_impl.h"
 #include "body/rigid_impl.h"
 #include "contact/face_sweep.h"
+#include "contact/point_contacts.h"
 #include "geometry/pair_cache.h"
 #include "pliant/contact.h"
 
@@ -39,7 +40,6 @@ typedef struct plii_rigid_faces_candidate {
     int shape_index;
     pli_shape* shape; /* retained until the end of the step */
     pli_transform shape_pose;
-    unsigned pose_version;
     pli_transform begin; /* pose of the rigid body at the start of the step */
 } plii_rigid_faces_candidate;
 
@@ -50,6 +50,7 @@ typedef struct plii_rigid_faces {
     plii_rigid_faces_candidate* candidates;
     int candidate_count, candidate_capacity;
     plii_pair_cache memory; /* sides of pairs at the end of the last step */
+    plii_point_contacts substeps;
 } plii_rigid_faces;
 
 /* One rigid shape and the elements of the body, at one moment of the solve. */
@@ -78,9 +79,6 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element);
 
-/* Where the body of the meeting will be at the end of the step. */
-pli_transform plii_rigid_faces_end_pose(const plii_rigid_faces_candidate* candidate, float dt);
-
 /* Lever, base and response of a contact, with the rigid body at `end` at the end of the step. */
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact);
@@ -89,6 +87,10 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
 void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step);
 void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step);
 void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step);
+
+/* Of XPBD. */
+extern const plii_substep_class plii_rigid_faces_substepped;
+void plii_rigid_faces_release_substeps(pli_body* body, void* data);
 
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
 

@@ -71,7 +71,7 @@ void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step)
         plii_rigid_face_contact* contact = &state->contacts[i];
         if (contact->candidate != candidate) {
             candidate = contact->candidate;
-            end = plii_rigid_faces_end_pose(&state->candidates[candidate], step->dt);
+            end = plii_rigid_end_pose(state->candidates[candidate].rigid, step->dt);
         }
         plii_rigid_faces_prepare_contact(body, &state->candidates[candidate], end, contact);
     }
@@ -167,6 +167,8 @@ void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) 
     plii_rigid_faces* state = data;
     if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
+    /* Substeps have solved those from before. */
+    if (body->solver_class->has_substeps) { state->count = 0; }
     for (int i = 0;; ++i) {
         plii_rigid_faces_prepare(body, state, step);
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {

@@ -39,6 +39,7 @@ typedef struct rigid_contacts_candidate {
     pli_rigid* rigid;
     int shape;
     bool is_still;           /* see plii_rigid_contact */
+    float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
 
@@ -113,7 +114,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
                                        int count, const int* nodes, const pli_vec3* points) {
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const float margin = body->collision_margin, reach = margin * body->solver_class->contact_reach;
+    const float margin = body->collision_margin, reach = candidate->reach;
     float distances[RIGID_CONTACTS_BATCH];
     pli_vec3 normals[RIGID_CONTACTS_BATCH];
     shape->def.distances(shape->def.user, count, points, margin + reach, distances, normals);
@@ -149,14 +150,27 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
     return PLI_OK;
 }
 
-static pli_status rigid_contacts_collide_shape(const rigid_contacts_candidate* candidate) {
+/* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
+   plane of a contact stands for the shape. */
+static float rigid_contacts_reach(const pli_body* body, const pli_rigid* rigid, pli_bounds shape_bounds) {
+    const float own = body->collision_margin * body->solver_class->contact_reach;
+    if (!body->solver_class->has_substeps) { return own; }
+    const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(shape_bounds.max, shape_bounds.min), 0.5f);
+    const float size = plii_min(half.x, plii_min(half.y, half.z));
+    const float speed = pli_vec3_length(rigid->state.linear_velocity) +
+                        pli_vec3_length(rigid->state.angular_velocity) * pli_vec3_length(half);
+    return own + plii_min(speed * body->step.dt, 0.5f * size);
+}
+
+static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
     const pli_body* body = candidate->body;
     const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
     const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
     const pli_bounds local = shape->def.bounds(shape->def.user);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
-    const plii_float4 reach = plii_float4_all(body->collision_margin * (1.0f + body->solver_class->contact_reach));
+    candidate->reach = rigid_contacts_reach(body, candidate->rigid, local);
+    const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
     const plii_float4 low = plii_float4_sub(bounds.low, reach), high = plii_float4_add(bounds.high, reach);
     const plii_mask4 overlaps = plii_lanes_both(plii_lanes_less_equal(low, plii_lanes_from_vec3(&body->bounds.max)),
                                                 plii_lanes_less_equal(plii_lanes_from_vec3(&body->bounds.min), high));
@@ -362,6 +376,7 @@ static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
 
 static const plii_feature_array rigid_contacts_arrays[] = {
     {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity)},
+    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true},
     {0},
 };
 

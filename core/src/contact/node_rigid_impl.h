@@ -5,6 +5,7 @@
    (node_rigid_substep.c). */
 
 #include "contact/node_rigid_groups.h"
+#include "contact/point_contacts.h"
 #include "pliant/contact.h"
 
 typedef struct plii_rigid_contact {
@@ -25,11 +26,12 @@ enum {
 };
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */
-typedef struct plii_rigid_substep_contact plii_rigid_substep_contact;
 typedef struct plii_rigid_substeps {
-    plii_rigid_groups groups;             /* with bodies that nothing moves */
-    plii_rigid_substep_contact* contacts; /* with others */
-    int count, capacity;
+    plii_rigid_groups groups;     /* with bodies that nothing moves */
+    plii_point_contacts contacts; /* with others */
+    /* Where they may press nodes against bodies that nothing moves. */
+    bool has_fixed_nodes;
+    int* fixed_of_node; /* [node_count] index + 1 of a contact */
 } plii_rigid_substeps;
 
 typedef struct plii_rigid_contacts {

@@ -1,23 +1,10 @@
-/* Contacts of nodes with rigid bodies in substeps. C = n . (node - motion of the surface) + offset >= 0, with Coulomb
-   friction on the motion of the substep. They were found at the predicted positions; their planes move with the rigid
-   body. Those with bodies that nothing moves are solved in groups (node_rigid_groups.h). */
+/* Contacts of nodes with rigid bodies in substeps. They were found at the predicted positions; their planes move with
+   the rigid body. Those with bodies that nothing moves are solved in groups (node_rigid_groups.h). */
 
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "contact/contact_substep.h"
 #include "contact/node_rigid_impl.h"
-
-/* With a body that takes impulses. */
-struct plii_rigid_substep_contact {
-    pli_vec3 normal;
-    float offset; /* of the plane that is kept free, at the start of the step; m */
-    plii_substep_rigid_point point;
-    int node;
-    float coefficient; /* of friction */
-    /* For one substep. */
-    float weight, floor, multiplier;
-    pli_vec3 friction;
-};
 
 // ----------------------------------------------------------------------------------------------------------- memory
 
@@ -36,7 +23,9 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
         surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
         shape_count += rigid->shape_count;
     }
-    if (dynamic_count > 0) { (void)PLII_RESERVE(body->context, &substeps->contacts, &substeps->capacity, count); }
+    if (dynamic_count > 0) {
+        (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
+    }
     if (dynamic_count == body->world->rigid_count) { return; }
     const int starts = shape_count < count ? shape_count : count; /* of groups that are not full */
     const int groups = count / PLII_RIGID_GROUP_SIZE + starts;
@@ -45,8 +34,8 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
 
 size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps) {
     const plii_rigid_groups* groups = &substeps->groups;
-    return (size_t)substeps->capacity * sizeof *substeps->contacts + (size_t)groups->capacity * sizeof *groups->groups +
-           (size_t)groups->sum_capacity * sizeof *groups->sums +
+    return (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items +
+           (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->sum_capacity * sizeof *groups->sums +
            (size_t)groups->surface_capacity * sizeof *groups->surfaces;
 }
 
@@ -54,10 +43,12 @@ void plii_rigid_substeps_release(pli_body* body, void* data) {
     plii_rigid_substeps* substeps = &((plii_rigid_contacts*)data)->substeps;
     const plii_rigid_groups* groups = &substeps->groups;
     pli_context* context = body->context;
-    plii_release(context, substeps->contacts, (size_t)substeps->capacity * sizeof *substeps->contacts);
+    plii_release(context, substeps->contacts.items,
+                 (size_t)substeps->contacts.capacity * sizeof *substeps->contacts.items);
     plii_release(context, groups->groups, (size_t)groups->capacity * sizeof *groups->groups);
     plii_release(context, groups->sums, (size_t)groups->sum_capacity * sizeof *groups->sums);
     plii_release(context, groups->surfaces, (size_t)groups->surface_capacity * sizeof *groups->surfaces);
+    plii_release(context, substeps->fixed_of_node, (size_t)body->node_count * sizeof *substeps->fixed_of_node);
     *substeps = (plii_rigid_substeps){0};
 }
 
@@ -136,84 +127,52 @@ static plii_rigid_groups_sweep* rigid_groups_kernel(const pli_context* context) 
     return plii_rigid_groups_sweep_base;
 }
 
-// ------------------------------------------------------------------------------------- with bodies that take impulses
+// ----------------------------------------------------------------------------------------------------------- sweeps
 
 static void rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
                               float friction) {
-    if (!PLII_RESERVE(body->context, &substeps->contacts, &substeps->capacity, substeps->count + 1)) { return; }
-    plii_rigid_substep_contact* contact = &substeps->contacts[substeps->count++];
-    *contact = (plii_rigid_substep_contact){.normal = plii_xyz(from->normal), .offset = from->normal.w};
-    contact->node = from->node;
+    plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts, from->rigid);
+    if (contact == NULL) { return; }
+    contact->normal = plii_xyz(from->normal);
+    contact->offset = from->normal.w;
+    contact->nodes[0] = from->node;
+    contact->weights[0] = 1.0f;
     contact->coefficient = friction;
-    contact->point.rigid = from->rigid;
-    contact->point.offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), from->rigid->state.pose.origin);
-}
-
-/* Along a unit vector. */
-static float rigid_substep_weight(const plii_substep* substep, const plii_rigid_substep_contact* contact,
-                                  pli_vec3 direction) {
-    return substep->displacements[contact->node].w + plii_substep_rigid_point_weight(&contact->point, direction);
+    contact->surface.offset = pli_vec3_sub(plii_xyz(body->positions[from->node]), from->rigid->path.begin.origin);
 }
 
 static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {
-    const plii_rigid_contacts* found = data;
-    const float recovery_speed = plii_contact_recovery_speed(found->def.recovery_speed);
-    for (int i = 0; i < found->substeps.count; ++i) {
-        plii_rigid_substep_contact* contact = &found->substeps.contacts[i];
-        plii_substep_rigid_point_restart(&contact->point, substep);
-        const pli_vec3 before = pli_vec3_add(plii_xyz(body->positions[contact->node]),
-                                             plii_xyz(substep->start_displacements[contact->node]));
-        const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(before, contact->point.moved)) + contact->offset;
-        contact->floor = plii_contact_recover(substep, contact->node, contact->normal, gap, 1.0f, recovery_speed);
-        contact->weight = rigid_substep_weight(substep, contact, contact->normal);
-        contact->multiplier = 0.0f;
-        contact->friction = pli_vec3_make(0, 0, 0);
-    }
+    plii_rigid_contacts* found = data;
+    plii_point_contacts_restart(body, &found->substeps.contacts, substep,
+                                plii_contact_recovery_speed(found->def.recovery_speed));
 }
-
-static void rigid_substep_push(const plii_substep* substep, const plii_rigid_substep_contact* contact, pli_vec3 push) {
-    plii_substep_move(substep, contact->node, push, 1.0f);
-    plii_substep_rigid_point_push(&contact->point, pli_vec3_neg(push), substep);
-}
-
-static void rigid_substep_press(const pli_body* body, const plii_substep* substep, float alpha,
-                                plii_rigid_substep_contact* contact) {
-    const pli_vec3 surface =
-        pli_vec3_add(contact->point.moved, plii_substep_rigid_point_motion(&contact->point, substep));
-    const pli_vec3 to_node = pli_vec3_sub(plii_substep_position(body, substep, contact->node), surface);
-    const float gap = pli_vec3_dot(contact->normal, to_node) + contact->offset;
-    const float before = contact->multiplier;
-    if (before == 0.0f && !(gap < contact->floor)) { return; }
-    const float change = plii_contact_multiplier(gap - contact->floor, contact->weight, alpha, before);
-    contact->multiplier = plii_max(0.0f, before + change);
-    rigid_substep_push(substep, contact, pli_vec3_scale(contact->normal, contact->multiplier - before));
-}
-
-static void rigid_substep_rub(const plii_substep* substep, plii_rigid_substep_contact* contact) {
-    const pli_vec3 n = contact->normal, before = contact->friction;
-    const pli_vec3 motion = pli_vec3_sub(plii_substep_motion(substep, contact->node),
-                                         plii_substep_rigid_point_motion(&contact->point, substep));
-    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
-    const float length = pli_vec3_length(sliding);
-    if (!(length > 0.0f) || !(contact->weight > 0.0f)) { return; }
-    const float weight = rigid_substep_weight(substep, contact, pli_vec3_scale(sliding, 1.0f / length));
-    const pli_vec3 friction =
-        plii_contact_friction(before, sliding, weight, contact->coefficient * contact->multiplier);
-    if (!plii_vec3_is_finite(friction)) { return; }
-    rigid_substep_push(substep, contact, pli_vec3_sub(friction, before));
-    contact->friction = friction;
-}
-
-// ----------------------------------------------------------------------------------------------------------- sweeps
 
 static bool rigid_substep_is_fixed(const pli_rigid* rigid) {
     return rigid->state.inverse_mass == 0.0f && plii_mat3_is_zero(&rigid->state.inverse_inertia_world);
 }
 
+/* The nearest contact of each node with a body that nothing moves. False without memory. */
+static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found) {
+    const size_t size = (size_t)body->node_count * sizeof *found->substeps.fixed_of_node;
+    int** nearest = &found->substeps.fixed_of_node;
+    if (*nearest == NULL) { *nearest = plii_allocate(body->context, size); }
+    if (*nearest == NULL) { return false; }
+    memset(*nearest, 0, size);
+    for (int i = 0; i < found->count; ++i) {
+        const plii_rigid_contact* contact = &found->contacts[i];
+        int* of_node = &(*nearest)[contact->node];
+        if (!contact->is_still || (*of_node > 0 && !(contact->distance < found->contacts[*of_node - 1].distance))) {
+            continue;
+        }
+        *of_node = i + 1;
+    }
+    return true;
+}
+
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
-    substeps->count = substeps->groups.count = substeps->groups.surface_count = 0;
+    substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
     const pli_rigid* rigid = NULL;
     bool is_fixed = false;
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
@@ -230,6 +189,23 @@ static void rigid_substep_begin(pli_body* body, void* data) {
         }
     }
     rigid_groups_close(&substeps->groups);
+    /* Contacts of faces with rigid bodies ask too. */
+    const bool is_asked = substeps->contacts.count > 0 || body->sweeping_features > 0;
+    substeps->has_fixed_nodes = is_asked && substeps->groups.count > 0 && rigid_substep_find_fixed(body, found);
+}
+
+/* To the surfaces of bodies that nothing moves. */
+static float rigid_substep_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
+                                pli_vec3 direction) {
+    const plii_rigid_contacts* found = data;
+    const int fixed = found->substeps.has_fixed_nodes ? found->substeps.fixed_of_node[node] : 0;
+    if (fixed == 0) { return INFINITY; }
+    const plii_rigid_contact* contact = &found->contacts[fixed - 1];
+    const pli_vec3 normal = plii_xyz(contact->normal);
+    const float approach = -pli_vec3_dot(normal, direction);
+    if (!(approach > 0.0f)) { return INFINITY; }
+    const float gap = pli_vec3_dot(normal, plii_substep_position(body, substep, node)) + contact->normal.w;
+    return plii_max(gap, 0.0f) / approach;
 }
 
 /* What cannot yield has the last word. */
@@ -237,20 +213,14 @@ static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* 
     plii_rigid_contacts* found = data;
     const plii_rigid_groups_settings settings = {found->def.compliance,
                                                  plii_contact_recovery_speed(found->def.recovery_speed)};
-    const float alpha = settings.compliance * substep->inverse_dt * substep->inverse_dt;
-    for (int i = 0; i < found->substeps.count; ++i) {
-        plii_rigid_substep_contact* contact = &found->substeps.contacts[i];
-        rigid_substep_press(body, substep, alpha, contact);
-        const bool rubs = contact->multiplier > 0.0f || pli_vec3_length_squared(contact->friction) > 0.0f;
-        if (rubs) { rigid_substep_rub(substep, contact); }
-    }
+    plii_point_contacts_sweep(body, &found->substeps.contacts, substep, settings.compliance);
     rigid_groups_kernel(body->context)(&found->substeps.groups, &settings, body->positions, substep);
 }
 
 static bool rigid_substep_is_idle(const pli_body* body, const void* data) {
     const plii_rigid_substeps* substeps = &((const plii_rigid_contacts*)data)->substeps;
     (void)body;
-    return substeps->count == 0 && substeps->groups.count == 0;
+    return substeps->contacts.count == 0 && substeps->groups.count == 0;
 }
 
 enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and self-collision of nodes */
@@ -261,6 +231,7 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .begin = rigid_substep_begin,
     .restart = rigid_substep_restart,
     .sweep = rigid_substep_sweep,
+    .room = rigid_substep_room,
     .is_idle = rigid_substep_is_idle,
     .leave = plii_rigid_substeps_release,
 };

@@ -103,12 +103,14 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
             continue;
         }
         if (!PLII_RESERVE(body->context, &state->loads, &state->load_capacity, state->load_count + 1)) { return; }
-        const pli_transform pose = constraint->rigid->state.pose;
+        const pli_transform pose =
+            body->solver_class->has_substeps ? constraint->rigid->path.begin : constraint->rigid->state.pose;
         tether_load* load = &state->loads[state->load_count++];
         *load = (tether_load){.node = constraint->node, .goal = pli_transform_point(pose, constraint->pivot)};
         load->point.rigid = constraint->rigid;
         load->point.offset = pli_mat3_mul_vec3(pose.rotation, constraint->pivot);
         plii_rigid_touch(constraint->rigid);
+        if (body->solver_class->has_substeps) { plii_substep_follow_rigid(body, constraint->rigid); }
     }
 }
 
@@ -168,7 +170,7 @@ static void tether_solve(pli_body* body, void* data, const plii_step* step) {
 // -------------------------------------------------------------------------------------------- solving, substeps
 
 static pli_vec3 tether_load_position(const tether_load* load) {
-    return pli_vec3_add(load->goal, load->point.moved);
+    return pli_vec3_add(load->goal, plii_substep_rigid_point_moved(&load->point));
 }
 
 static void tether_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -176,7 +178,6 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
     for (int i = 0; i < state->load_count; ++i) {
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
-        plii_substep_rigid_point_restart(&load->point, substep);
         const int pinned = tether->pinned_node;
         const pli_vec3 start = pli_vec3_add(plii_xyz(body->positions[pinned]), plii_xyz(substep->start_displacements[pinned]));
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
@@ -220,6 +221,20 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
     }
 }
 
+/* To the sphere around the pinned node. */
+static float tether_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
+                         pli_vec3 direction) {
+    const tether_state* state = data;
+    const pli_tether* tether = tether_of(body, state, node);
+    if (tether == NULL) { return INFINITY; }
+    const pli_vec3 apart = pli_vec3_sub(plii_substep_position(body, substep, node),
+                                        plii_substep_position(body, substep, tether->pinned_node));
+    const float radius = tether->length * (1.0f + state->def.slack);
+    const float along = pli_vec3_dot(apart, direction), beyond = pli_vec3_length_squared(apart) - radius * radius;
+    if (beyond >= 0.0f && along >= 0.0f) { return 0.0f; }
+    return plii_max(sqrtf(plii_max(along * along - beyond, 0.0f)) - along, 0.0f);
+}
+
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static const plii_feature_array tether_arrays[] = {
@@ -249,6 +264,7 @@ static const plii_substep_class tether_kind = {
     .begin = tether_begin,
     .restart = tether_restart,
     .sweep = tether_sweep,
+    .room = tether_room,
 };
 
 static const plii_feature_class tether_class = {

@@ -279,10 +279,12 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
     const uint64_t before = world_begin_call(world);
     world->is_stepping = true;
+    world->dt = dt;
     world->event_count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
         world->rigids[i]->was_touched = false;
         world->rigids[i]->needs_reintegration = false;
+        world->rigids[i]->path.has_begun = false;
     }
     plii_world_profile(world, "predict", NULL, true);
     /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
@@ -404,13 +406,18 @@ static void world_end_trouble(pli_world* world, int events_before) {
     for (int i = 0; i < world->rigid_count; ++i) {
         pli_rigid* rigid = world->rigids[i];
         pli_rigid_state* state = &rigid->state;
-        if (!rigid->was_touched || (plii_rigid_is_slow(rigid) && !has_frozen)) { continue; }
+        if (!rigid->was_touched) { continue; }
+        if (plii_rigid_is_slow(rigid) && !has_frozen) {
+            plii_rigid_end_path(rigid, world->dt);
+            continue;
+        }
         const bool has_changed =
             memcmp(&state->linear_velocity, &rigid->start_linear_velocity, sizeof state->linear_velocity) != 0 ||
             memcmp(&state->angular_velocity, &rigid->start_angular_velocity, sizeof state->angular_velocity) != 0;
         if (!has_changed) { continue; }
         state->linear_velocity = rigid->start_linear_velocity;
         state->angular_velocity = rigid->start_angular_velocity;
+        rigid->path.has_begun = false;
         plii_world_add_event(world,
                              (pli_event){.kind = PLI_EVENT_RIGID_RESTORED, .rigid = rigid, .node = PLI_NULL_INDEX});
     }

@@ -46,6 +46,12 @@ void watch_by(StabilityCase& which, HeavyRules rules) {
     which.watch = watch_heavy(rules);
 }
 
+// Light links need short substeps to be as stiff as they should.
+int substeps_of(float step) {
+    constexpr float substep = 1.0f / 1200; // s
+    return static_cast<int>(std::lround(step / substep));
+}
+
 // Rigid bodies never fall asleep, and where `share` of their speed is lost in 1/60 s they come to rest as nodes do.
 std::function<void(Engine&)> awake(float share) {
     return [share](Engine& engine) {
@@ -139,6 +145,7 @@ void add_dropped_balls(std::vector<StabilityCase>& cases) {
                         build_ball_on_sheet(builder, support.support, mass, 0.2f, damping_of(damping, step));
                     };
                     made.step_seconds = [step](int) { return step; };
+                    made.substeps = substeps_of(step);
                     made.has_face_contacts = has_faces;
                     if (support.support != Support::floor) { made.tethered = {Column::bullet, Column::xpbd}; }
                     made.prepare = awake(damping);

@@ -71,8 +71,11 @@ public:
         CheckedState before = state; // had it moved as fast before
         for (SoftState& soft : before.softs) {
             for (size_t i = 0; i < soft.positions.size(); ++i) {
-                soft.positions[i] = before_step(soft.positions[i], soft.velocities[i], 1);
+                soft.positions[i] = before_step(soft.positions[i], soft.velocities[i]);
             }
+        }
+        for (RigidState& rigid : before.rigids) {
+            rigid.pose.origin = before_step(rigid.pose.origin, rigid.linear_velocity);
         }
         start_ = energies(before, state);
     }
@@ -92,12 +95,11 @@ public:
     Finding finding() const override { return {note_.empty() ? Verdict::survives : Verdict::gains_energy, -1, note_}; }
 
 private:
-    pli_vec3 before_step(pli_vec3 position, pli_vec3 velocity, double part) const {
-        return pli_vec3_sub(position, pli_vec3_scale(velocity, static_cast<float>(part * bodies_.step_seconds)));
+    pli_vec3 before_step(pli_vec3 position, pli_vec3 velocity) const {
+        return pli_vec3_sub(position, pli_vec3_scale(velocity, static_cast<float>(bodies_.step_seconds)));
     }
 
     // Positions of a step and its motion hold at the same time in its middle: a free fall keeps this sum to rounding.
-    // Nodes have been moved with the velocity that contacts left them, rigid bodies without what contacts did since.
     Energies energies(const CheckedState& before, const CheckedState& now) const {
         Energies sum;
         const auto add = [&](double mass, pli_vec3 position, pli_vec3 velocity) {
@@ -118,10 +120,9 @@ private:
         }
         for (size_t i = 0; i < now.rigids.size(); ++i) {
             if (!(bodies_.rigids[i].mass > 0.0)) { continue; }
-            const RigidState& rigid = now.rigids[i];
-            add(bodies_.rigids[i].mass, before_step(rigid.pose.origin, rigid.linear_velocity, 0.5),
-                rigid.linear_velocity);
-            sum.kinetic += rotation_energy(bodies_.rigids[i], rigid);
+            const pli_vec3 from = before.rigids[i].pose.origin, to = now.rigids[i].pose.origin;
+            add(bodies_.rigids[i].mass, halfway(from, to), pli_vec3_scale(pli_vec3_sub(to, from), rate));
+            sum.kinetic += rotation_energy(bodies_.rigids[i], now.rigids[i]);
         }
         return sum;
     }

@@ -61,13 +61,19 @@ EngineOptions options_of(const StabilityCase& which, Column column) {
     EngineOptions options;
     options.solver.filter_compression = which.filter_compression;
     options.unguarded = true;
-    if (column == Column::implicit) { options.solver.kind = SolverKind::implicit; }
+    if (column == Column::implicit) {
+        options.solver.kind = SolverKind::implicit;
+        options.solver.iterations = which.sweeps;
+    }
     if (column == Column::gradients) {
         options.solver.kind = SolverKind::implicit;
         options.solver.implicit_method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
         options.solver.iterations = which.most_gradients;
     }
-    if (column == Column::xpbd) { options.solver.kind = SolverKind::xpbd; }
+    if (column == Column::xpbd) {
+        options.solver.kind = SolverKind::xpbd;
+        options.solver.substeps = which.substeps;
+    }
     if (column == Column::bullet) { options.solver.kind = SolverKind::bullet; }
     return options;
 }

@@ -7,6 +7,7 @@
 #include "engines/engine.h"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,7 @@ struct StabilityCase {
     double reach = 10;                        // m, how far beyond their bounds at the start nodes can get at most
     double given_energy = 0;                  // J, that the start has beside links and motion (pressure, volume)
     int most_gradients = 1000;                // iterations; as a rule the tolerance ends them before
+    std::optional<int> sweeps{}, substeps{};  // of the implicit solver and of XPBD, where the defaults are not enough
     bool has_loose_energy_rule = true;        // false: its watcher has another one, or none holds
     bool is_asked_for_only = false;           // not run when no group is named
     bool has_face_contacts = false;           // faces of Pliant's bodies meet rigid bodies (continuous test)

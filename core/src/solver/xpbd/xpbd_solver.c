@@ -5,6 +5,7 @@
 #include "math/simd_float4.h"
 
 #include "body/pipeline.h"
+#include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "math/definition.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -106,6 +107,7 @@ static void xpbd_predict(pli_body* body, float dt) {
 }
 
 static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
+    plii_substep_rigids_restart(body, substep);
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
     }
@@ -164,6 +166,7 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_ki
         }
     }
     if (nodes.kept < 1.0f) { xpbd_run_pass(body, &nodes, pass->damp); }
+    plii_substep_rigids_finish(body, substep);
 }
 
 /* Those that have something to do in this step. */

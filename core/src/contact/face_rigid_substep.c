@@ -1,0 +1,65 @@
+/* Contacts of faces with rigid shapes in substeps: those that the free motion of the step has shown. */
+
+#include "contact/contact_substep.h"
+#include "contact/face_rigid_impl.h"
+
+extern const plii_feature_class plii_rigid_faces_class;
+
+/* Height of the witness point above the surface at the start of the step, less the margin. */
+static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
+    const plii_dvec3 apart =
+        plii_dvec3_sub(plii_dvec3_from(contact->start), plii_dvec3_from(contact->rigid->path.begin.origin));
+    const plii_dvec3 arm = plii_dvec3_from(contact->arm);
+    const double height = plii_dvec3_dot(plii_dvec3_from(contact->normal), plii_dvec3_sub(apart, arm));
+    return (float)(height - (double)body->collision_margin);
+}
+
+static void faces_begin(pli_body* body, void* data) {
+    plii_rigid_faces* state = data;
+    state->substeps.count = 0;
+    for (int i = 0; i < state->count; ++i) { /* those without memory are left out in this step */
+        const plii_rigid_face_contact* from = &state->contacts[i];
+        plii_point_contact* contact = plii_point_contacts_add(body, &state->substeps, from->rigid);
+        if (contact == NULL) { return; }
+        const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
+        for (int k = 0; k < 3; ++k) {
+            contact->nodes[k] = from->nodes[k];
+            contact->weights[k] = weights[k];
+        }
+        contact->normal = from->normal;
+        contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        contact->coefficient = state->def.friction * from->rigid->friction;
+        contact->surface.offset = from->arm;
+    }
+}
+
+static void faces_restart(pli_body* body, void* data, const plii_substep* substep) {
+    plii_point_contacts_restart(body, &((plii_rigid_faces*)data)->substeps, substep, plii_contact_recovery_speed(0.0f));
+}
+
+static void faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    plii_point_contacts_sweep(body, &((plii_rigid_faces*)data)->substeps, substep, 0.0f);
+}
+
+static bool faces_are_idle(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const plii_rigid_faces*)data)->substeps.count == 0;
+}
+
+void plii_rigid_faces_release_substeps(pli_body* body, void* data) {
+    plii_point_contacts* contacts = &((plii_rigid_faces*)data)->substeps;
+    plii_release(body->context, contacts->items, (size_t)contacts->capacity * sizeof *contacts->items);
+    *contacts = (plii_point_contacts){0};
+}
+
+enum { RIGID_FACES_SUBSTEP_ORDER = 58 }; /* before those of nodes */
+
+const plii_substep_class plii_rigid_faces_substepped = {
+    .order = RIGID_FACES_SUBSTEP_ORDER,
+    .klass = &plii_rigid_faces_class,
+    .begin = faces_begin,
+    .restart = faces_restart,
+    .sweep = faces_sweep,
+    .is_idle = faces_are_idle,
+    .leave = plii_rigid_faces_release_substeps,
+};

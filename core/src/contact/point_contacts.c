@@ -1,0 +1,201 @@
+#include "contact/point_contacts.h"
+
+#include "contact/contact_substep.h"
+
+#include <math.h>
+
+enum { POINT_CONTACTS_HOLD_PASSES = 10 };
+
+plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, pli_rigid* rigid) {
+    if (!PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) { return NULL; }
+    plii_substep_follow_rigid(body, rigid);
+    plii_point_contact* contact = &contacts->items[contacts->count++];
+    *contact = (plii_point_contact){.surface.rigid = rigid};
+    contact->nodes[0] = contact->nodes[1] = contact->nodes[2] = PLI_NULL_INDEX;
+    return contact;
+}
+
+// ------------------------------------------------------------------------------------------------------- the point
+
+static int point_node_count(const plii_point_contact* contact) {
+    int count = 0;
+    while (count < 3 && contact->nodes[count] != PLI_NULL_INDEX) {
+        ++count;
+    }
+    return count;
+}
+
+static pli_vec3 point_position(const pli_body* body, const pli_vec4* displacements, const plii_point_contact* contact) {
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        const int node = contact->nodes[k];
+        const pli_vec3 x = pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(displacements[node]));
+        sum = pli_vec3_add(sum, pli_vec3_scale(x, contact->weights[k]));
+    }
+    return sum;
+}
+
+static pli_vec3 point_motion(const plii_substep* substep, const plii_point_contact* contact) {
+    pli_vec3 sum = pli_vec3_make(0, 0, 0);
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        sum = pli_vec3_add(sum, pli_vec3_scale(plii_substep_motion(substep, contact->nodes[k]), contact->weights[k]));
+    }
+    return sum;
+}
+
+static float point_inverse_mass(const plii_substep* substep, const plii_point_contact* contact) {
+    float sum = 0.0f;
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        sum += contact->weights[k] * contact->weights[k] * substep->displacements[contact->nodes[k]].w;
+    }
+    return sum;
+}
+
+/* How far it can go away from the rigid body: as far as its nodes can, each on its own. */
+static float point_room(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
+    float room = 0.0f;
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        const int node = contact->nodes[k];
+        if (!(contact->weights[k] > 0.0f) || !(substep->displacements[node].w > 0.0f)) { continue; }
+        room += contact->weights[k] * plii_substep_room(body, substep, node, contact->normal);
+    }
+    return room;
+}
+
+static float point_gap(const plii_point_contact* contact, pli_vec3 point, pli_vec3 surface) {
+    return pli_vec3_dot(contact->normal, pli_vec3_sub(point, surface)) + contact->offset;
+}
+
+// ------------------------------------------------------------------------------------------------------- restarting
+
+/* A penetration from before goes by a shift of the nodes, lest it turns into speed. */
+static void point_recover(const pli_body* body, const plii_substep* substep, plii_point_contact* contact, float gap,
+                          float most) {
+    contact->floor = plii_min(gap, 0.0f);
+    if (!(gap < 0.0f) || !(contact->point_weight > 0.0f)) { return; }
+    const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact));
+    if (!(shift > 0.0f)) { return; }
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        const int node = contact->nodes[k];
+        const float share = contact->weights[k] * substep->displacements[node].w / contact->point_weight;
+        plii_substep_shift(substep, node, pli_vec3_scale(contact->normal, share * shift));
+    }
+    contact->floor = gap + shift;
+}
+
+void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
+                                 float recovery_speed) {
+    for (int i = 0; i < contacts->count; ++i) {
+        plii_point_contact* contact = &contacts->items[i];
+        const float gap = point_gap(contact, point_position(body, substep->start_displacements, contact),
+                                    plii_substep_rigid_point_moved(&contact->surface));
+        contact->point_weight = point_inverse_mass(substep, contact);
+        contact->surface_weight = plii_substep_rigid_point_weight(&contact->surface, contact->normal);
+        point_recover(body, substep, contact, gap, recovery_speed * substep->dt);
+        contact->push = contact->held_push = 0.0f;
+        contact->friction = contact->held_friction = pli_vec3_make(0, 0, 0);
+    }
+}
+
+// -------------------------------------------------------------------------------------- what holds the points
+
+static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
+    const float gap = point_gap(contact, point_position(body, substep->displacements, contact),
+                                plii_substep_rigid_point_moved(&contact->surface));
+    const float room = plii_max(point_room(body, substep, contact) + plii_min(gap, 0.0f), 0.0f);
+    const float share = plii_min(substep->dt / PLII_POINT_CONTACTS_BRAKING, 1.0f);
+    return plii_max(gap, 0.0f) + room * share;
+}
+
+/* The rigid body stops there, and is not thrown back. */
+static bool point_hold(const plii_substep* substep, plii_point_contact* contact) {
+    const float approach =
+        pli_vec3_dot(plii_substep_rigid_point_motion(&contact->surface, substep), contact->normal) - contact->allowance;
+    const float push = plii_max(contact->held_push + approach / contact->surface_weight, 0.0f);
+    if (push == contact->held_push || !plii_is_finite(push)) { return false; }
+    plii_substep_rigid_point_push(&contact->surface, pli_vec3_scale(contact->normal, contact->held_push - push),
+                                  substep);
+    contact->held_push = push;
+    return true;
+}
+
+static void point_hold_across(const plii_substep* substep, plii_point_contact* contact) {
+    if (!(contact->held_push > 0.0f) && plii_vec3_is_zero(contact->held_friction)) { return; }
+    const pli_vec3 n = contact->normal, motion = plii_substep_rigid_point_motion(&contact->surface, substep);
+    const pli_vec3 sliding = pli_vec3_sub(pli_vec3_scale(n, pli_vec3_dot(motion, n)), motion);
+    const float length = pli_vec3_length(sliding);
+    if (!(length > 0.0f)) { return; }
+    const float weight = plii_substep_rigid_point_weight(&contact->surface, pli_vec3_scale(sliding, 1.0f / length));
+    const pli_vec3 friction =
+        plii_contact_friction(contact->held_friction, sliding, weight, contact->coefficient * contact->held_push);
+    if (!plii_vec3_is_finite(friction)) { return; }
+    plii_substep_rigid_point_push(&contact->surface, pli_vec3_sub(contact->held_friction, friction), substep);
+    contact->held_friction = friction;
+}
+
+/* These act on a few rigid bodies alone, so that passes are cheap. */
+static void point_contacts_hold(const pli_body* body, plii_point_contacts* contacts, const plii_substep* substep) {
+    for (int i = 0; i < contacts->count; ++i) {
+        contacts->items[i].allowance = point_allowance(body, substep, &contacts->items[i]);
+    }
+    for (int pass = 0; pass < POINT_CONTACTS_HOLD_PASSES; ++pass) {
+        bool has_held = false;
+        for (int i = 0; i < contacts->count; ++i) {
+            plii_point_contact* contact = &contacts->items[i];
+            if (contact->surface_weight > 0.0f && contact->allowance < INFINITY) {
+                has_held = point_hold(substep, contact) || has_held;
+            }
+        }
+        if (!has_held) { break; }
+        for (int i = 0; i < contacts->count; ++i) {
+            point_hold_across(substep, &contacts->items[i]);
+        }
+    }
+}
+
+// ---------------------------------------------------------------------------------------------------------- sweeping
+
+static void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
+    for (int k = 0; k < point_node_count(contact); ++k) {
+        plii_substep_move(substep, contact->nodes[k], push, contact->weights[k]);
+    }
+    plii_substep_rigid_point_push(&contact->surface, pli_vec3_neg(push), substep);
+}
+
+static void point_press(const pli_body* body, const plii_substep* substep, float alpha, plii_point_contact* contact) {
+    const pli_vec3 surface = pli_vec3_add(plii_substep_rigid_point_moved(&contact->surface),
+                                          plii_substep_rigid_point_motion(&contact->surface, substep));
+    const float error =
+        point_gap(contact, point_position(body, substep->displacements, contact), surface) - contact->floor;
+    const float before = contact->push;
+    if (before == 0.0f && !(error < 0.0f)) { return; }
+    const float weight = contact->point_weight + contact->surface_weight;
+    contact->push = plii_max(before + plii_contact_multiplier(error, weight, alpha, before), 0.0f);
+    point_push(substep, contact, pli_vec3_scale(contact->normal, contact->push - before));
+}
+
+static void point_rub(const plii_substep* substep, plii_point_contact* contact) {
+    const pli_vec3 n = contact->normal, before = contact->friction;
+    const pli_vec3 motion =
+        pli_vec3_sub(point_motion(substep, contact), plii_substep_rigid_point_motion(&contact->surface, substep));
+    const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, pli_vec3_dot(motion, n)));
+    const float length = pli_vec3_length(sliding);
+    if (!(length > 0.0f) || !(contact->point_weight + contact->surface_weight > 0.0f)) { return; }
+    const pli_vec3 along = pli_vec3_scale(sliding, 1.0f / length);
+    const float weight = contact->point_weight + plii_substep_rigid_point_weight(&contact->surface, along);
+    const pli_vec3 friction = plii_contact_friction(before, sliding, weight, contact->coefficient * contact->push);
+    if (!plii_vec3_is_finite(friction)) { return; }
+    point_push(substep, contact, pli_vec3_sub(friction, before));
+    contact->friction = friction;
+}
+
+void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
+                               float compliance) {
+    const float alpha = compliance * substep->inverse_dt * substep->inverse_dt;
+    point_contacts_hold(body, contacts, substep);
+    for (int i = 0; i < contacts->count; ++i) {
+        plii_point_contact* contact = &contacts->items[i];
+        point_press(body, substep, alpha, contact);
+        if (contact->push > 0.0f || !plii_vec3_is_zero(contact->friction)) { point_rub(substep, contact); }
+    }
+}

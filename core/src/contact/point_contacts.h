@@ -1,0 +1,43 @@
+#ifndef PLII_POINT_CONTACTS_H
+#define PLII_POINT_CONTACTS_H
+
+/* Contacts of points of a soft body, nodes or points of faces, with rigid bodies in substeps, one after the other.
+   C = n . (point - motion of the surface) + offset >= 0, with Coulomb friction on the motion of the substep.
+
+   A node is light, and pushes a heavy body back by little in a sweep. What it hangs from, or lies on, does not move at
+   all: a rigid body that presses the node against that is held by it directly. Room is how far the node can still go
+   (plii_substep_class.room); within the time PLII_POINT_CONTACTS_BRAKING it is used up at most. */
+
+#include "body/substep_rigid.h"
+
+#define PLII_POINT_CONTACTS_BRAKING 0.1f /* s */
+
+typedef struct plii_point_contact {
+    pli_vec3 normal; /* out of the rigid body */
+    float offset;    /* of the plane that is kept free, at the start of the step; m */
+    plii_substep_rigid_point surface;
+    int nodes[3]; /* PLI_NULL_INDEX after the last one */
+    float weights[3];
+    float coefficient; /* of friction */
+    /* For one substep. */
+    float point_weight, surface_weight; /* inverse masses along the normal, 1/kg */
+    float floor;                        /* m, lowest gap that the sweeps allow */
+    float allowance;                    /* m, that the surface may come nearer to what holds the point */
+    float push, held_push; /* kg m along the normal: between point and surface, and of what holds the point */
+    pli_vec3 friction, held_friction;
+} plii_point_contact;
+
+typedef struct plii_point_contacts {
+    plii_point_contact* items;
+    int count, capacity;
+} plii_point_contacts;
+
+/* One that is not held yet; NULL without memory. `nodes` with `weights` are set by the caller. */
+plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, pli_rigid* rigid);
+/* Hooks of substeps. `recovery_speed`: m/s, `compliance`: m/N */
+void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
+                                 float recovery_speed);
+void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
+                               float compliance);
+
+#endif
