@@ -82,7 +82,17 @@ static void test_a_rope_and_a_box_keep_their_momentum(void** unused) {
     check_at_most(pli_vec3_length(gap), 0.1);
 }
 
-/* One iteration removes `hardness` of the error, and all of the difference of motion. */
+static int setup_reference_world(void** unused) {
+    (void)unused;
+    if (pli_context_create(NULL, &context) != PLI_OK) { return -1; }
+    pli_world_def def = pli_world_def_default();
+    def.gravity = pli_vec3_make(0, 0, 0);
+    def.reference_mode = true;
+    return pli_world_create(context, &def, &world) == PLI_OK ? 0 : -1;
+}
+
+/* One iteration removes `hardness` of the error, and all of the difference of motion. So it is in reference mode;
+   without it a wall has its node at once. */
 static void test_hardness_and_influence_are_shares_of_the_error(void** unused) {
     (void)unused;
     const float hardness[] = {1.0f, 0.7f, 0.25f};
@@ -102,6 +112,92 @@ static void test_hardness_and_influence_are_shares_of_the_error(void** unused) {
         /* The last link then pulls back by half of its stretch, as Bullet's quotient of squares has it. */
         const float correction = (1.0f - link * link) / (2.0f * (1.0f + link * link));
         check_near(position_of(rope, 5).y, moved + moved * correction, 1e-5);
+        pli_body_destroy(rope);
+        pli_rigid_destroy(wall);
+    }
+}
+
+typedef enum solver_choice { POSITION, COLORS, SWEEPS, GRADIENTS, XPBD, SOLVER_COUNT } solver_choice;
+
+static void use_solver(pli_body* body, solver_choice which) {
+    if (which == COLORS) { assert_int_equal(pli_body_enable_colored_links(body), PLI_OK); }
+    if (which == XPBD) {
+        assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
+        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
+        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
+    }
+    if (which == SWEEPS || which == GRADIENTS) {
+        pli_implicit_def def = pli_implicit_def_default();
+        if (which == GRADIENTS) { def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT; }
+        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
+    }
+}
+
+/* A rope hangs on a point 0.5 m beside the centre of a kinematic body that flies at 50 m/s and turns with 20 rad/s,
+   which its host moves within the step or after it. It is cut on the way. */
+static void check_is_where_its_point_is(solver_choice which, bool moves_within, bool is_smoothed) {
+    pli_rigid* hand = make_rigid(world, PLI_RIGID_KINEMATIC, pli_vec3_make(-0.5f, 0, 0));
+    pli_rigid_state state = pli_rigid_get_state(hand);
+    state.pose.rotation = pli_mat3_identity();
+    state.linear_velocity = pli_vec3_make(0, 0, 50);
+    state.angular_velocity = pli_vec3_make(0, 20, 0);
+    assert_int_equal(pli_rigid_set_state(hand, &state), PLI_OK);
+    pli_body* rope = make_rope(0, 8);
+    use_solver(rope, which);
+    pli_solver_settings settings = pli_body_get_solver_settings(rope);
+    settings.velocity_damping = 0.1f;
+    assert_int_equal(pli_body_set_solver_settings(rope, &settings), PLI_OK);
+    if (is_smoothed) { assert_int_equal(pli_body_enable_step_smoothing(rope), PLI_OK); }
+    add_anchor(rope, 0, hand);
+    const pli_vec3 none = pli_vec3_make(0, 0, 0), pivot = pli_vec3_make(0.5f, 0, 0);
+    for (int i = 0; i < 30; ++i) {
+        const float step = is_smoothed && i % 2 == 1 ? 0.25f * dt : dt;
+        assert_int_equal(pli_world_predict(world, step), PLI_OK);
+        if (moves_within) { assert_int_equal(pli_rigid_integrate(hand, none, step), PLI_OK); }
+        assert_int_equal(pli_world_solve(world), PLI_OK);
+        if (!moves_within) { assert_int_equal(pli_rigid_integrate(hand, none, step), PLI_OK); }
+        if (i == 15) { assert_int_equal(pli_body_cut_link(rope, 2, 3, 0.5f), PLI_OK); }
+        state = pli_rigid_get_state(hand);
+        const pli_vec3 goal = pli_transform_point(state.pose, pivot), offset = pli_vec3_sub(goal, state.pose.origin);
+        check_at_most(pli_vec3_length(pli_vec3_sub(position_of(rope, 0), goal)), 1e-5);
+        const pli_vec4 v = pli_body_get_view(rope).velocities[0];
+        const pli_vec3 wanted = pli_vec3_add(state.linear_velocity, pli_vec3_cross(state.angular_velocity, offset));
+        check_at_most(pli_vec3_length(pli_vec3_sub(pli_vec3_make(v.x, v.y, v.z), wanted)), 1e-4);
+    }
+    assert_false(pli_body_is_frozen(rope));
+    pli_body_destroy(rope);
+    pli_rigid_destroy(hand);
+}
+
+static void test_a_node_is_where_its_point_of_a_kinematic_body_is(void** unused) {
+    (void)unused;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        for (int variant = 0; variant < 4; ++variant) {
+            check_is_where_its_point_is((solver_choice)which, variant % 2 == 1, variant / 2 == 1);
+        }
+    }
+}
+
+/* A node that is 2 m off its point is there after one step, at rest; so it is when its wall has jumped. */
+static void test_a_node_is_where_its_point_of_a_wall_is(void** unused) {
+    (void)unused;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        pli_body* rope = make_rope(0, 8);
+        use_solver(rope, (solver_choice)which);
+        pli_rigid* wall = make_rigid(world, PLI_RIGID_STATIC, pli_vec3_make(0, 2, 0));
+        const pli_vec3 pivot = pli_vec3_make(0, 0, 0);
+        pli_anchor_def def = anchor_def(0, wall);
+        def.local_pivot = &pivot;
+        assert_int_equal(pli_body_add_anchor(rope, &def, NULL), PLI_OK);
+        for (int i = 0; i < 10; ++i) {
+            pli_rigid_state state = pli_rigid_get_state(wall);
+            if (i == 5) { state.pose.origin.x = 1; }
+            assert_int_equal(pli_rigid_set_state(wall, &state), PLI_OK);
+            assert_int_equal(pli_world_step(world, dt), PLI_OK);
+            check_near(pli_vec3_length(pli_vec3_sub(position_of(rope, 0), state.pose.origin)), 0, 0);
+            const pli_vec4 v = pli_body_get_view(rope).velocities[0];
+            check_near(pli_vec3_length(pli_vec3_make(v.x, v.y, v.z)), 0, 0);
+        }
         pli_body_destroy(rope);
         pli_rigid_destroy(wall);
     }
@@ -465,7 +561,11 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_a_rope_and_a_box_keep_their_momentum, setup_weightless_world,
                                         teardown_world),
-        cmocka_unit_test_setup_teardown(test_hardness_and_influence_are_shares_of_the_error, setup_weightless_world,
+        cmocka_unit_test_setup_teardown(test_hardness_and_influence_are_shares_of_the_error, setup_reference_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_node_is_where_its_point_of_a_kinematic_body_is, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_node_is_where_its_point_of_a_wall_is, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_a_kinematic_body_pulls_and_is_not_pulled, setup_weightless_world,
                                         teardown_world),

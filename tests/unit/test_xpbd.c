@@ -445,33 +445,6 @@ static void test_anchor_shares_momentum_with_a_rigid_body(void** unused) {
     check_at_most(pli_vec3_length(pli_vec3_sub(position(body, 0), goal)), 0.01);
 }
 
-/* A rope hangs on a point 0.5 m beside the centre of a kinematic body that flies at 50 m/s and turns with 20 rad/s. */
-static void test_anchor_is_rigid_on_a_kinematic_body(void** unused) {
-    (void)unused;
-    for (int by_host = 0; by_host < 2; ++by_host) { /* it moves the body within the step, or after it */
-        pli_rigid* rigid = make_rigid(PLI_RIGID_KINEMATIC, NULL, 0, 0);
-        pli_body* body = make_body(make_rope_mesh(pli_vec3_make(2, 0, 0), 10, 0), 20, 1);
-        enable_links(body, 0, 0);
-        CHECK_OK(pli_body_transform(body, pli_transform_make(pli_quat_identity(), pli_vec3_make(0.5f, 0, 0))));
-        add_anchor(body, 0, rigid, 0.0f);
-        pli_rigid_state state = pli_rigid_get_state(rigid);
-        state.linear_velocity = pli_vec3_make(0, 0, 50);
-        state.angular_velocity = pli_vec3_make(0, 20, 0);
-        CHECK_OK(pli_rigid_set_state(rigid, &state));
-        for (int i = 0; i < 30; ++i) {
-            const float dt = 1.0f / 60.0f;
-            CHECK_OK(pli_world_predict(world, dt));
-            if (by_host != 0) { CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt)); }
-            CHECK_OK(pli_world_solve(world));
-            if (by_host == 0) { CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt)); }
-            const pli_vec3 goal = pli_transform_point(pli_rigid_get_state(rigid).pose, pli_vec3_make(0.5f, 0, 0));
-            check_at_most(pli_vec3_length(pli_vec3_sub(position(body, 0), goal)), 1e-5);
-        }
-        pli_body_destroy(body);
-        pli_rigid_destroy(rigid);
-    }
-}
-
 static void enable_rigid_contacts(pli_body* body, float friction) {
     pli_rigid_contacts_def def = pli_rigid_contacts_def_default();
     def.friction = friction;
@@ -933,7 +906,6 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_closed_surface_takes_its_pressure_ratio, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_yields_by_its_compliance, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_anchor_shares_momentum_with_a_rigid_body, setup_world, teardown_world),
-        cmocka_unit_test_setup_teardown(test_anchor_is_rigid_on_a_kinematic_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_friction_is_coulombs, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_contacts_of_many_nodes_are_those_of_single_ones, setup_world,
                                         teardown_world),

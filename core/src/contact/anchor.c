@@ -11,6 +11,20 @@
 #include "contact/anchor_impl.h"
 #include "math/definition.h"
 
+bool plii_anchor_is_exact(const pli_body* body, const plii_anchor* anchor) {
+    if (anchor->rigid->kind == PLI_RIGID_DYNAMIC || body->world->def.reference_mode) { return false; }
+    return body->solver_class->has_substeps ? !(anchor->compliance > 0.0f) : anchor->influence >= 1.0f;
+}
+
+pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anchor) {
+    const pli_rigid_state* state = &anchor->rigid->state;
+    if (anchor->rigid->kind == PLI_RIGID_STATIC || anchor->pose_version != anchor->rigid->pose_version) {
+        return state->pose;
+    }
+    const float dt = body->step.dt / body->solver.time_scale; /* the host's */
+    return plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
+}
+
 PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const plii_anchor* anchor, plii_float4 offset, float dt) {
     return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
 }
@@ -35,6 +49,9 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         plii_float4_to(&anchor->step.matrix[0], matrix.columns[0]);
         plii_float4_to(&anchor->step.matrix[1], matrix.columns[1]);
         plii_float4_to(&anchor->step.matrix[2], matrix.columns[2]);
+        if (plii_anchor_is_exact(body, anchor)) {
+            plii_set_xyz(&anchor->step.goal, pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot));
+        }
         plii_rigid_touch(rigid);
     }
 }
@@ -47,8 +64,8 @@ static void anchor_note_start(plii_anchor* anchor) {
 
 static void anchor_note_starts(pli_body* body, void* state, const plii_step* step) {
     plii_anchors* anchors = state;
+    (void)body;
     (void)step;
-    if (!body->solver_class->has_substeps) { return; }
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_note_start(&anchors->items[i]);
     }
@@ -61,6 +78,12 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     for (int i = 0; i < anchors->item_count; ++i) {
         const plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle) { continue; }
+        if (plii_anchor_is_exact(body, anchor)) {
+            if (body->positions[anchor->node].w > 0.0f) {
+                plii_set_xyz(&body->positions[anchor->node], plii_xyz(anchor->step.goal));
+            }
+            continue;
+        }
         const bool is_fixed = anchor->rigid->state.inverse_mass == 0.0f;
         const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
         const plii_float4 offset = plii_float4_from(&anchor->step.offset);
@@ -84,10 +107,24 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
+/* After all else that moves nodes or changes velocities. */
+static void anchor_finish(pli_body* body, void* state, const plii_step* step) {
+    const plii_anchors* anchors = state;
+    (void)step;
+    for (int i = 0; i < anchors->item_count; ++i) {
+        const plii_anchor* anchor = &anchors->items[i];
+        if (anchor->is_idle || !plii_anchor_is_exact(body, anchor)) { continue; }
+        if (!(body->positions[anchor->node].w > 0.0f)) { continue; }
+        const pli_transform end = plii_anchor_end_pose(body, anchor);
+        plii_set_xyz(&body->positions[anchor->node], pli_transform_point(end, anchor->pivot));
+        const pli_vec3 offset = pli_mat3_mul_vec3(end.rotation, anchor->pivot);
+        plii_set_xyz(&body->velocities[anchor->node], plii_rigid_velocity_at(anchor->rigid, offset));
+    }
+}
+
 static int anchor_list_constraints(const pli_body* body, const void* state, int capacity,
                                    plii_node_constraint* constraints) {
     const plii_anchors* anchors = state;
-    (void)body;
     int count = 0;
     for (int i = 0; i < anchors->item_count; ++i) {
         const plii_anchor* anchor = &anchors->items[i];
@@ -95,7 +132,7 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){
             .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
-        constraint->hardness = anchors->hardness;
+        constraint->hardness = plii_anchor_is_exact(body, anchor) ? 1.0f : anchors->hardness;
         constraint->influence = plii_min(anchor->influence, 1.0f);
     }
     return count;
@@ -167,7 +204,7 @@ static const plii_feature_array anchor_arrays[] = {
     {0},
 };
 
-enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10 }; /* before contacts */
+enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
 
 const plii_feature_class plii_anchor_class = {
     .name = "anchors",
@@ -175,7 +212,8 @@ const plii_feature_class plii_anchor_class = {
     .arrays = anchor_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {anchor_note_starts, ANCHOR_START_ORDER},
                [PLII_STAGE_PREPARE] = {anchor_prepare, ANCHOR_ORDER},
-               [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER}},
+               [PLII_STAGE_POSITION] = {anchor_solve, ANCHOR_ORDER},
+               [PLII_STAGE_FINISH] = {anchor_finish, ANCHOR_LAST_ORDER}},
     .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,

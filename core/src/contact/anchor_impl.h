@@ -14,7 +14,7 @@ typedef struct plii_anchor {
     float influence;
     float compliance; /* m/N */
     bool is_idle;     /* in this step: the rigid body is not present */
-    /* For substeps: at the prediction, after which the host may move the rigid body. */
+    /* At the prediction, after which the host may move the rigid body. */
     pli_vec3 start; /* of the goal */
     unsigned pose_version;
     union { /* for one step */
@@ -41,6 +41,12 @@ typedef struct plii_anchors {
     int item_count, item_capacity;
     plii_id_pool ids;
 } plii_anchors;
+
+/* The node is where the body's point is at the end of the step, whatever else pulls at it. */
+bool plii_anchor_is_exact(const pli_body* body, const plii_anchor* anchor);
+/* Of a static or kinematic body at the end of the step: where its host has put it since the prediction, else where its
+   velocities lead it. */
+pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anchor);
 
 extern const plii_feature_class plii_anchor_class;
 extern const plii_substep_class plii_anchor_substepped;

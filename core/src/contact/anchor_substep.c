@@ -3,17 +3,6 @@
 #include "contact/anchor_impl.h"
 #include "math/range.h"
 
-/* Where the rigid body takes the goal in this step: where its host has put it since the prediction, else where its
-   velocities lead it. */
-static pli_vec3 anchor_goal_motion(const plii_anchor* anchor, float dt) {
-    const pli_rigid_state* state = &anchor->rigid->state;
-    const bool is_moved_by_host = anchor->pose_version != anchor->rigid->pose_version;
-    const pli_transform end =
-        is_moved_by_host ? state->pose
-                         : plii_rigid_advance(state->pose, state->linear_velocity, state->angular_velocity, dt);
-    return pli_vec3_sub(pli_transform_point(end, anchor->pivot), anchor->start);
-}
-
 static void anchor_substeps_begin(pli_body* body, void* data) {
     plii_anchors* anchors = data;
     for (int i = 0; i < anchors->item_count; ++i) {
@@ -25,7 +14,8 @@ static void anchor_substeps_begin(pli_body* body, void* data) {
         anchor->substeps.point = (plii_substep_rigid_point){
             .rigid = rigid, .offset = pli_mat3_mul_vec3(rigid->path.begin.rotation, anchor->pivot)};
         if (rigid->kind != PLI_RIGID_DYNAMIC) {
-            anchor->substeps.goal_motion = anchor_goal_motion(anchor, body->step.dt);
+            const pli_vec3 end = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
+            anchor->substeps.goal_motion = pli_vec3_sub(end, anchor->start);
         }
         plii_substep_follow_rigid(body, rigid);
         plii_rigid_touch(rigid);
