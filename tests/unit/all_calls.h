@@ -337,7 +337,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_enable_tethers, BODY, CHANGES_IDLE,                                                                     \
       CALL_STATUS(pli_body_enable_tethers(h->body, CALL_DEF(pli_tethers))))                                            \
     X(pli_body_disable_tethers, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_tethers(h->body)))                    \
-    X(pli_body_get_tether, BODY, READS, CALL_VALUE(pli_body_get_tether(h->body, 0).pinned_node == PLI_NULL_INDEX))     \
+    X(pli_body_get_tether, BODY, READS, CALL_VALUE(pli_body_get_tether(h->body, 0).origin == PLI_NULL_INDEX))          \
     X(pli_world_create, CONTEXT, CHANGES,                                                                              \
       CALL_STATUS(pli_world_create(h->context, CALL_DEF(pli_world), (pli_world*[]){NULL})))                            \
     X(pli_world_destroy, WORLD, CHANGES, CALL_VOID(pli_world_destroy(h->world)))                                       \

@@ -10,7 +10,9 @@ typedef struct plii_node_constraint {
     int node;
     pli_rigid* rigid;
     bool is_anchor;
-    pli_vec3 pivot;  /* anchors: the point that the node is held at, in the frame of the rigid body */
+    pli_vec3 pivot; /* anchors: the point that the node is held at, in the frame of the rigid body */
+    bool leads;     /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */
+    pli_vec3 start, end;
     pli_vec3 normal; /* contacts, and what follows: out of the rigid body, unit */
     float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
     float friction;  /* Coulomb's coefficient of the pair */

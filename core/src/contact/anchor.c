@@ -132,7 +132,12 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
         plii_node_constraint* constraint = &constraints[count - 1];
         *constraint = (plii_node_constraint){
             .node = anchor->node, .rigid = anchor->rigid, .is_anchor = true, .pivot = anchor->pivot};
-        constraint->hardness = plii_anchor_is_exact(body, anchor) ? 1.0f : anchors->hardness;
+        constraint->leads = plii_anchor_is_exact(body, anchor);
+        constraint->hardness = constraint->leads ? 1.0f : anchors->hardness;
+        if (constraint->leads) {
+            constraint->start = anchor->start;
+            constraint->end = pli_transform_point(plii_anchor_end_pose(body, anchor), anchor->pivot);
+        }
         constraint->influence = plii_min(anchor->influence, 1.0f);
     }
     return count;

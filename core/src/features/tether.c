@@ -1,6 +1,7 @@
-/* Tethers: an upper limit to the distance of each node from the pinned node that is nearest along the links. After Kim,
-   Chentanez, Mueller, "Long Range Attachments", with one tether per node, and with rigid bodies at the anchors of
-   nodes: a light node cannot hold back a heavy body. */
+/* Tethers: an upper limit to the distance of each node from its origin, the node that is nearest along the links of
+   those that are pinned or anchored to a rigid body that nothing moves. After Kim, Chentanez, Mueller, "Long Range
+   Attachments", with one tether per node, and with rigid bodies at the anchors of nodes: a light node cannot hold back
+   a heavy body. */
 
 #include "pliant/tether.h"
 #include "body/body_impl.h"
@@ -21,12 +22,21 @@ typedef struct tether_load {
     float limit; /* m, in this substep */
 } tether_load;
 
+/* An anchored node that tethers start from. */
+typedef struct tether_origin {
+    int node;
+    bool is_led; /* from `start` to `end` in this step */
+    pli_vec3 start, end;
+} tether_origin;
+
 typedef struct tether_state {
     pli_tethers_def def;
     pli_tether* tethers; /* [node_count] */
     uint32_t link_revision;
     plii_node_constraint* constraints;
-    int constraint_capacity;
+    int constraint_count, constraint_capacity;
+    tether_origin* origins;
+    int origin_count, origin_capacity;
     tether_load* loads;
     int load_count, load_capacity;
 } tether_state;
@@ -34,8 +44,8 @@ typedef struct tether_state {
 // ------------------------------------------------------------------------------------------------------- measuring
 
 static bool tether_shorten(pli_tether* far, const pli_tether* near, float length) {
-    if (near->pinned_node == PLI_NULL_INDEX || !(near->length + length < far->length)) { return false; }
-    *far = (pli_tether){near->pinned_node, near->length + length};
+    if (near->origin == PLI_NULL_INDEX || !(near->length + length < far->length)) { return false; }
+    *far = (pli_tether){near->origin, near->length + length};
     return true;
 }
 
@@ -46,6 +56,10 @@ static void tether_measure(const pli_body* body, tether_state* state) {
     for (int i = 0; i < body->node_count; ++i) {
         const bool is_pinned = !(body->positions[i].w > 0.0f);
         tethers[i] = (pli_tether){is_pinned ? i : PLI_NULL_INDEX, is_pinned ? 0.0f : INFINITY};
+    }
+    for (int i = 0; i < state->origin_count; ++i) {
+        const int node = state->origins[i].node;
+        tethers[node] = (pli_tether){node, 0.0f};
     }
     bool has_changed = true;
     for (int pass = 0; has_changed && pass <= body->node_count; ++pass) {
@@ -66,8 +80,7 @@ static void tether_measure(const pli_body* body, tether_state* state) {
 /* NULL unless the node is held. */
 static const pli_tether* tether_of(const pli_body* body, const tether_state* state, int node) {
     const pli_tether* tether = &state->tethers[node];
-    const bool is_held = tether->pinned_node != PLI_NULL_INDEX && tether->pinned_node != node &&
-                         body->positions[node].w > 0.0f && !(body->positions[tether->pinned_node].w > 0.0f);
+    const bool is_held = tether->origin != PLI_NULL_INDEX && tether->origin != node && body->positions[node].w > 0.0f;
     return is_held ? tether : NULL;
 }
 
@@ -76,27 +89,45 @@ static float tether_limit(const tether_state* state, const pli_tether* tether, f
     return plii_max(tether->length * (1.0f + state->def.slack), start - TETHER_RECOVERY_SPEED * dt);
 }
 
-// ------------------------------------------------------------------------------------------------------------ loads
+// -------------------------------------------------------------------------------------------------------- anchors
 
-static int tether_list_constraints(pli_body* body, tether_state* state) {
-    int count = 0;
+static void tether_list_constraints(pli_body* body, tether_state* state) {
+    state->constraint_count = 0;
+    if (body->anchored == NULL) { return; }
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->list_constraints == NULL) { continue; }
-        const int found = feature->klass->list_constraints(body, feature->state, 0, NULL);
+        const int found = feature->klass->list_constraints(body, feature->state, 0, NULL),
+                  count = state->constraint_count;
         if (found == 0) { continue; }
-        if (!PLII_RESERVE(body->context, &state->constraints, &state->constraint_capacity, count + found)) { break; }
+        if (!PLII_RESERVE(body->context, &state->constraints, &state->constraint_capacity, count + found)) { return; }
         feature->klass->list_constraints(body, feature->state, found, state->constraints + count);
-        count += found;
+        state->constraint_count += found;
     }
-    return count;
+}
+
+/* True when they are other nodes than before. */
+static bool tether_gather_origins(pli_body* body, tether_state* state) {
+    const int before = state->origin_count;
+    bool has_changed = false;
+    state->origin_count = 0;
+    for (int i = 0; i < state->constraint_count; ++i) {
+        const plii_node_constraint* constraint = &state->constraints[i];
+        if (!constraint->is_anchor || constraint->rigid->state.inverse_mass > 0.0f) { continue; }
+        const int place = state->origin_count;
+        if (!PLII_RESERVE(body->context, &state->origins, &state->origin_capacity, place + 1)) { break; }
+        tether_origin* origin = &state->origins[state->origin_count++];
+        has_changed = has_changed || place >= before || origin->node != constraint->node;
+        *origin = (tether_origin){constraint->node, constraint->leads && body->positions[constraint->node].w > 0.0f,
+                                  constraint->start, constraint->end};
+    }
+    return has_changed || state->origin_count != before;
 }
 
 /* Where memory fails some are left out. */
 static void tether_gather_loads(pli_body* body, tether_state* state) {
     state->load_count = 0;
-    const int count = body->anchored != NULL ? tether_list_constraints(body, state) : 0;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < state->constraint_count; ++i) {
         const plii_node_constraint* constraint = &state->constraints[i];
         if (!constraint->is_anchor || !(constraint->rigid->state.inverse_mass > 0.0f) ||
             !tether_of(body, state, constraint->node)) {
@@ -116,7 +147,9 @@ static void tether_gather_loads(pli_body* body, tether_state* state) {
 
 static void tether_begin(pli_body* body, void* data) {
     tether_state* state = data;
-    if (state->link_revision != body->link_revision) { tether_measure(body, state); }
+    tether_list_constraints(body, state);
+    const bool has_changed = tether_gather_origins(body, state);
+    if (has_changed || state->link_revision != body->link_revision) { tether_measure(body, state); }
     tether_gather_loads(body, state);
 }
 
@@ -131,12 +164,12 @@ static void tether_prepare(pli_body* body, void* data, const plii_step* step) {
 static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load,
                               const plii_step* step) {
     const pli_tether* tether = &state->tethers[load->node];
-    const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->pinned_node]));
+    const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->origin]));
     const float distance = pli_vec3_length(apart);
     if (!(distance > 0.0f)) { return; }
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
     const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->point.rigid, load->point.offset),
-                                           plii_xyz(body->velocities[tether->pinned_node]));
+                                           plii_xyz(body->velocities[tether->origin]));
     const float allowed = (tether_limit(state, tether, distance, step->dt) - distance) * step->inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
     const float weight = plii_substep_rigid_point_weight(&load->point, unit);
@@ -149,15 +182,18 @@ static void tether_solve(pli_body* body, void* data, const plii_step* step) {
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
        held after it, no force would reach the rigid bodies. */
     if (body->solver_class->solves_constraints && state->load_count > 0) { return; }
+    for (int i = 0; i < state->origin_count; ++i) {
+        const tether_origin* origin = &state->origins[i];
+        if (origin->is_led) { plii_set_xyz(&body->positions[origin->node], origin->end); } /* links have pulled at it */
+    }
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether == NULL) { continue; }
-        const int pinned = tether->pinned_node;
-        const pli_vec3 origin = plii_xyz(body->positions[pinned]);
+        const pli_vec3 origin = plii_xyz(body->positions[tether->origin]);
         const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->positions[i]), origin);
         const float distance = pli_vec3_length(apart);
         if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { continue; }
-        const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[i]), plii_xyz(body->previous[pinned]));
+        const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[i]), plii_xyz(body->previous[tether->origin]));
         const float limit = tether_limit(state, tether, pli_vec3_length(before), step->dt);
         if (!(distance > limit)) { continue; }
         plii_set_xyz(&body->positions[i], pli_vec3_add(origin, pli_vec3_scale(apart, limit / distance)));
@@ -178,8 +214,9 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
     for (int i = 0; i < state->load_count; ++i) {
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
-        const int pinned = tether->pinned_node;
-        const pli_vec3 start = pli_vec3_add(plii_xyz(body->positions[pinned]), plii_xyz(substep->start_displacements[pinned]));
+        const int origin = tether->origin;
+        const pli_vec3 start =
+            pli_vec3_add(plii_xyz(body->positions[origin]), plii_xyz(substep->start_displacements[origin]));
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
     }
@@ -187,21 +224,31 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
 
 static void tether_sweep_node(pli_body* body, const tether_state* state, const pli_tether* tether, int node,
                               const plii_substep* substep) {
-    const int pinned = tether->pinned_node;
+    const int origin = tether->origin;
     const pli_vec3 apart =
-        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, pinned));
+        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, origin));
     const float distance = pli_vec3_length(apart);
     if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { return; }
     const pli_vec3 before =
-        pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node), plii_substep_motion(substep, pinned)));
+        pli_vec3_sub(apart, pli_vec3_sub(plii_substep_motion(substep, node), plii_substep_motion(substep, origin)));
     const float limit = tether_limit(state, tether, pli_vec3_length(before), substep->dt);
     if (!(distance > limit)) { return; }
     const float way = (limit - distance) / (distance * substep->displacements[node].w);
     plii_substep_move(substep, node, apart, way);
 }
 
+/* To where it is at the end of the substep. */
+static void tether_lead_origin(const pli_body* body, const tether_origin* origin, const plii_substep* substep) {
+    const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
+    const pli_vec3 goal = pli_vec3_add(origin->start, pli_vec3_scale(pli_vec3_sub(origin->end, origin->start), share));
+    plii_set_xyz(&substep->displacements[origin->node], pli_vec3_sub(goal, plii_xyz(body->positions[origin->node])));
+}
+
 static void tether_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const tether_state* state = data;
+    for (int i = 0; i < state->origin_count; ++i) {
+        if (state->origins[i].is_led) { tether_lead_origin(body, &state->origins[i], substep); }
+    }
     for (int i = 0; i < body->node_count; ++i) {
         const pli_tether* tether = tether_of(body, state, i);
         if (tether != NULL) { tether_sweep_node(body, state, tether, i, substep); }
@@ -210,8 +257,8 @@ static void tether_sweep(pli_body* body, void* data, const plii_substep* substep
         const tether_load* load = &state->loads[i];
         const pli_vec3 place =
             pli_vec3_add(tether_load_position(load), plii_substep_rigid_point_motion(&load->point, substep));
-        const int pinned = state->tethers[load->node].pinned_node;
-        const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, pinned));
+        const int origin = state->tethers[load->node].origin;
+        const pli_vec3 apart = pli_vec3_sub(place, plii_substep_position(body, substep, origin));
         const float distance = pli_vec3_length(apart), excess = distance - load->limit;
         if (!(excess > 0.0f)) { continue; }
         const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
@@ -240,6 +287,7 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 static const plii_feature_array tether_arrays[] = {
     {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE},
     {PLII_LIST_OF(tether_state, constraints, constraint_capacity)},
+    {PLII_LIST_OF(tether_state, origins, origin_capacity)},
     {PLII_LIST_OF(tether_state, loads, load_capacity)},
     {0},
 };
@@ -291,6 +339,8 @@ pli_status pli_body_enable_tethers(pli_body* body, const pli_tethers_def* def) {
     PLII_TRY(plii_feature_enable(body, &tether_class, &data));
     tether_state* state = data;
     state->def = used;
+    tether_list_constraints(body, state);
+    (void)tether_gather_origins(body, state);
     tether_measure(body, state);
     return PLI_OK;
 }
@@ -303,6 +353,6 @@ pli_tether pli_body_get_tether(const pli_body* body, int node) {
     const pli_tether none = {PLI_NULL_INDEX, 0.0f};
     if (plii_check_node(body, node, __func__) != PLI_OK) { return none; }
     const tether_state* state = plii_feature_state(body, &tether_class);
-    if (state == NULL || state->tethers[node].pinned_node == PLI_NULL_INDEX) { return none; }
+    if (state == NULL || state->tethers[node].origin == PLI_NULL_INDEX) { return none; }
     return state->tethers[node];
 }
