@@ -103,7 +103,9 @@ void calls_move_body(calls* c) {
     if (kind == 2) { BODY_CALL(c, chosen, pli_body_set_node_velocity(body, node, vector)); }
     if (kind == 3) { BODY_CALL(c, chosen, pli_body_add_node_force(body, node, vector)); }
     if (kind == 4) { BODY_CALL(c, chosen, pli_body_add_force(body, vector)); }
-    if (kind >= 5) { BODY_CALL(c, chosen, pli_body_add_velocity(body, vector)); }
+    if (kind == 5) { BODY_CALL(c, chosen, pli_body_add_velocity(body, vector)); }
+    const bool is_pinned = !(pli_body_get_view(body).positions[node].w > 0.0f);
+    if (kind == 6 && is_pinned) { BODY_CALL(c, chosen, pli_body_move_node(body, node, vector)); }
 }
 
 // ------------------------------------------------------------------------------------------------------ states

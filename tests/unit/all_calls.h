@@ -53,6 +53,12 @@ static const pli_vec3 call_point = {1, 1, 1};
 static const pli_vec3 call_points[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int call_indices[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
+/* The node is not pinned, which is not what a handle or a state is refused for. */
+static inline pli_status call_move_node(const call_handles* h) {
+    const pli_status status = pli_body_move_node(h->body, 0, call_point);
+    return status == PLI_ERROR_INVALID_VALUE ? PLI_OK : status;
+}
+
 static inline pli_status call_add_anchor(const call_handles* h) {
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = h->rigid;
@@ -123,6 +129,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_set_state, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_state(h->body, h->positions, NULL)))            \
     X(pli_body_set_node_position, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_node_position(h->body, 0, call_point))) \
     X(pli_body_set_node_velocity, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_node_velocity(h->body, 0, call_point))) \
+    X(pli_body_move_node, BODY, CHANGES_IDLE, CALL_STATUS(call_move_node(h)))                                          \
     X(pli_body_set_node_mass, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_node_mass(h->body, 0, 0.5f)))               \
     X(pli_body_total_mass, BODY, READS, CALL_VALUE(pli_body_total_mass(h->body) == 0.0f))                              \
     X(pli_body_transform, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_transform(h->body, pli_transform_identity())))      \

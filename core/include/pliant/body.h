@@ -117,15 +117,27 @@ PLI_API pli_status pli_body_set_rest_length(pli_body* body, int link, float rest
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities);
 
-/// Places one node; its velocity and the rest lengths of its links stay. Normals follow in the next step.
+/// Places one node between steps, as if it had been there before; its velocity and the rest lengths of its links stay.
+/// Normals follow in the next step. To lead a pinned node along a path use pli_body_move_node.
 /// @param position m, up to PLI_MAX_COORDINATE
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position);
 
-/// Sets the velocity of one node; a pinned node moves with it, which is how to lead one along a path.
+/// Sets the velocity of one node; a pinned node moves with it in every step from now on.
 /// @param velocity m/s, up to PLI_MAX_SPEED
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity);
+
+/// Leads a pinned node: call it before each step with the place where the node is to be at the end of that step. It goes
+/// there in a straight line at one speed, through the substeps of XPBD too, and is exactly there, with that speed as its
+/// velocity, after the step; links, tethers, contacts and air see it move. Without a call the node stays where it is in
+/// the step after. Called twice before a step, the last call counts. What moves it otherwise is not needed with it:
+/// neither pli_body_set_node_position, which would let it jump, nor pli_body_set_node_velocity.
+/// @param position m, up to PLI_MAX_COORDINATE
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_INVALID_VALUE also for a node that is not pinned,
+///         PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while stepping
+/// Cost: 28 B per node that is led.
+PLI_API pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position);
 
 /// Changes the mass of one node. Rest lengths stay. Bullet name: setMass
 /// @param mass kg, PLI_MIN_MASS to PLI_MAX_MASS; 0 pins the node

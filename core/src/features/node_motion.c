@@ -1,0 +1,106 @@
+/* Pinned nodes that are led: each goes to its target within one step, in a straight line at one speed, so that what
+   looks at positions, motions or velocities sees the same. Afterwards it stays. */
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "math/range.h"
+#include "pliant/body.h"
+
+typedef struct node_motion {
+    int node;
+    pli_vec3 target, velocity; /* of the step in progress or the last one */
+} node_motion;
+
+typedef struct node_motion_state {
+    node_motion* motions; /* first those that have ended with the last step; of one node the last counts */
+    int ended_count, count, capacity;
+} node_motion_state;
+
+static bool node_motion_is_equal(pli_vec3 a, pli_vec3 b) {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+/* A velocity that somebody else has given since stays. */
+static void node_motion_stop(pli_body* body, const node_motion* motion) {
+    const bool is_pinned = !(body->positions[motion->node].w > 0.0f);
+    if (is_pinned && node_motion_is_equal(plii_xyz(body->velocities[motion->node]), motion->velocity)) {
+        body->velocities[motion->node] = (pli_vec4){0};
+    }
+}
+
+static void node_motion_start(pli_body* body, void* data, const plii_step* step) {
+    node_motion_state* state = data;
+    for (int i = 0; i < state->ended_count; ++i) {
+        node_motion_stop(body, &state->motions[i]);
+    }
+    int kept = 0;
+    for (int i = state->ended_count; i < state->count; ++i) {
+        node_motion motion = state->motions[i];
+        if (body->positions[motion.node].w > 0.0f) { continue; } /* no longer pinned */
+        const pli_vec3 way = pli_vec3_sub(motion.target, plii_xyz(body->positions[motion.node]));
+        motion.velocity = pli_vec3_scale(way, step->inverse_dt);
+        plii_set_xyz(&body->velocities[motion.node], motion.velocity);
+        state->motions[kept++] = motion;
+    }
+    state->count = kept;
+    state->ended_count = 0;
+}
+
+static void node_motion_finish(pli_body* body, void* data, const plii_step* step) {
+    node_motion_state* state = data;
+    (void)step;
+    for (int i = 0; i < state->count; ++i) {
+        const node_motion* motion = &state->motions[i];
+        plii_set_xyz(&body->positions[motion->node], motion->target); /* but for rounding it is there */
+        plii_set_xyz(&body->velocities[motion->node], motion->velocity);
+    }
+    state->ended_count = state->count;
+}
+
+static const plii_feature_array node_motion_arrays[] = {
+    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true},
+    {0},
+};
+
+/* Before what looks at velocities, and before anchors have the last word. */
+enum { NODE_MOTION_START_ORDER = 0, NODE_MOTION_FINISH_ORDER = 190 };
+
+static const plii_feature_class node_motion_class = {
+    .name = "node motions",
+    .state_size = sizeof(node_motion_state),
+    .stages = {[PLII_STAGE_FORCES] = {node_motion_start, NODE_MOTION_START_ORDER},
+               [PLII_STAGE_FINISH] = {node_motion_finish, NODE_MOTION_FINISH_ORDER}},
+    .arrays = node_motion_arrays,
+};
+
+/* Only of a list so long that it has some node twice, as that of a body that is called for but not stepped. */
+static node_motion* node_motion_find_same(const pli_body* body, node_motion_state* state, int node) {
+    if (state->count - state->ended_count < body->node_count) { return NULL; }
+    for (int i = state->count - 1; i >= state->ended_count; --i) {
+        if (state->motions[i].node == node) { return &state->motions[i]; }
+    }
+    return NULL;
+}
+
+pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_node(body, node, __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, position, PLI_MAX_COORDINATE, "position", __func__));
+    if (body->positions[node].w > 0.0f) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
+    }
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &node_motion_class, &data));
+    node_motion_state* state = data;
+    const node_motion motion = {.node = node, .target = position};
+    node_motion* same = node_motion_find_same(body, state, node);
+    if (same != NULL) {
+        *same = motion;
+        return PLI_OK;
+    }
+    if (!PLII_RESERVE(body->context, &state->motions, &state->capacity, state->count + 1)) {
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the motion of a node");
+    }
+    state->motions[state->count++] = motion;
+    return PLI_OK;
+}
