@@ -543,6 +543,53 @@ static void test_hosts_that_move_bodies_before_the_solve(void** state) {
     check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].linear_velocity, ends[1].linear_velocity)), 2e-2);
 }
 
+/* The same with substeps, by what the step says; momentum is exact. A host that moves bodies first has given them the
+   velocity of gravity too. */
+static void test_hosts_may_move_bodies_before_substeps(void** state) {
+    fixture* f = *state;
+    const float dt = 1.0f / 60, mass = 0.05f;
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    pli_rigid_state ends[2];
+    for (int moves_early = 0; moves_early < 2; ++moves_early) {
+        pli_body* cloth = make_cloth(f->world, 0, 0.005f, 4);
+        assert_int_equal(pli_body_enable_xpbd(cloth, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_xpbd_links(cloth, NULL), PLI_OK);
+        enable_faces(cloth);
+        enable_nodes(cloth);
+        pli_rigid* ball =
+            make_ball(f->world, 0.02f, mass, pli_vec3_make(0.03f, 0.06f, 0.02f), pli_vec3_make(0.3f, -5, 0));
+        bool is_shifted = false;
+        for (int i = 0; i < 20; ++i) {
+            const pli_rigid_state begin = pli_rigid_get_state(ball);
+            const pli_vec3 before = pli_vec3_add(pli_body_momentum(cloth), pli_vec3_scale(begin.linear_velocity, mass));
+            assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+            assert_int_equal(pli_world_collide_rigid(f->world, cloth, ball), PLI_OK);
+            pli_rigid_state moved = begin;
+            moved.pose.origin = pli_vec3_add(moved.pose.origin, pli_vec3_scale(begin.linear_velocity, dt));
+            if (moves_early != 0) { assert_int_equal(pli_rigid_set_state(ball, &moved), PLI_OK); }
+            assert_int_equal(pli_world_solve(f->world), PLI_OK);
+            pli_rigid_state end = pli_rigid_get_state(ball);
+            const pli_vec3 after = pli_vec3_add(pli_body_momentum(cloth), pli_vec3_scale(end.linear_velocity, mass));
+            check_at_most(pli_vec3_length(pli_vec3_sub(after, before)), 1e-5);
+            pli_vec3 shift;
+            is_shifted = pli_rigid_get_shift(ball, &shift, NULL) || is_shifted;
+            if (moves_early != 0) {
+                end.pose.origin = pli_vec3_add(moved.pose.origin, shift);
+                assert_int_equal(pli_rigid_set_state(ball, &end), PLI_OK);
+            } else {
+                assert_int_equal(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), dt), PLI_OK);
+            }
+        }
+        assert_true(is_shifted);
+        ends[moves_early] = pli_rigid_get_state(ball);
+        pli_rigid_destroy(ball);
+        pli_body_destroy(cloth);
+    }
+    assert_true(ends[0].linear_velocity.y > -4.5f);
+    check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].pose.origin, ends[1].pose.origin)), 1e-4);
+    check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].linear_velocity, ends[1].linear_velocity)), 1e-3);
+}
+
 /* Contacts stay as they were made when the host changes the shapes before the solve. */
 static void test_shapes_may_change_before_the_solve(void** state) {
     fixture* f = *state;
@@ -841,6 +888,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_face_contacts_keep_momentum, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_a_pinned_face_stops_a_ball_at_the_margin, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_hosts_that_move_bodies_before_the_solve, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_hosts_may_move_bodies_before_substeps, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup_fixture, teardown_fixture),

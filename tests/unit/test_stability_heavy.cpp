@@ -242,6 +242,34 @@ static void cells_of_the_group_are_judged(void**) {
     assert_true(wanders.verdict != Verdict::crashes && wanders.figure >= 0.0);
 }
 
+static Cell heavy_cell(const char* name, Column column) {
+    return demos::run_cell(heavy_case(name, 1200), column, {});
+}
+
+// Whatever the ratio of masses: a body is held by what holds the nodes that it presses on.
+static void xpbd_carries_heavy_bodies(void**) {
+    const char* const names[] = {"ball of 100 kg, corners, nodes, 1/60 s",
+                                 "ball of 1000 kg, rim, nodes, 1/60 s",
+                                 "ball of 1000 kg, hammock, nodes, 1/120 s",
+                                 "ball of 1000 kg, floor, nodes, 1/30 s",
+                                 "box on cloth, nodes, start 1",
+                                 "rope with a weight, masses 1 : 10"};
+    for (const char* name : names) {
+        const Cell cell = heavy_cell(name, Column::xpbd);
+        if (cell.verdict != Verdict::survives) { fail_msg("%s: %s", name, cell.note.c_str()); }
+        check_at_most(cell.figure, 12); // %, or mm
+    }
+    const char* const names_of_faces[] = {"ball of 10 kg, hammock, nodes and faces, 1/60 s",
+                                          "ball of 1000 kg, rim, nodes and faces, 1/60 s"};
+    for (const char* name : names_of_faces) { // some tremble
+        const Cell cell = heavy_cell(name, Column::xpbd);
+        if (cell.verdict != Verdict::survives && cell.verdict != Verdict::never_rests) {
+            fail_msg("%s: %s", name, cell.note.c_str());
+        }
+        check_at_most(cell.figure, 12);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(energy_may_not_grow),
@@ -251,6 +279,7 @@ int main(void) {
         cmocka_unit_test(findings_are_summed_up),
         cmocka_unit_test(the_group_is_large_and_run_by_name),
         cmocka_unit_test(cells_of_the_group_are_judged),
+        cmocka_unit_test(xpbd_carries_heavy_bodies),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

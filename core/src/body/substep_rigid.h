@@ -39,6 +39,18 @@ static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point*
     plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_dt), point->offset);
     point->rigid->path.is_pushed = true;
 }
+/* m, of what is left before a rigid body is held hard: a share per time, so that it does not jerk to and fro while
+   light nodes between make that a little more and a little less. */
+static inline float plii_substep_braked(float room, const plii_substep* substep) {
+    const float braking = 0.1f; /* s */
+    return room * plii_min(substep->dt / braking, 1.0f);
+}
+/* Moves the rigid body, m, and leaves its velocity. */
+static inline void plii_substep_rigid_point_shift(const plii_substep_rigid_point* point, pli_vec3 shift) {
+    plii_rigid_path* path = &point->rigid->path;
+    path->moved = pli_vec3_add(path->moved, shift);
+    path->is_pushed = true;
+}
 /* Inverse of the mass that the point shows along a unit vector, 1/kg. */
 static inline float plii_substep_rigid_point_weight(const plii_substep_rigid_point* point, pli_vec3 direction) {
     const pli_rigid* rigid = point->rigid;

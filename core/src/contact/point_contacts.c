@@ -103,8 +103,7 @@ static float point_allowance(const pli_body* body, const plii_substep* substep, 
     const float gap = point_gap(contact, point_position(body, substep->displacements, contact),
                                 plii_substep_rigid_point_moved(&contact->surface));
     const float room = plii_max(point_room(body, substep, contact) + plii_min(gap, 0.0f), 0.0f);
-    const float share = plii_min(substep->dt / PLII_POINT_CONTACTS_BRAKING, 1.0f);
-    return plii_max(gap, 0.0f) + room * share;
+    return plii_max(gap, 0.0f) + plii_substep_braked(room, substep);
 }
 
 /* The rigid body stops there, and is not thrown back. */

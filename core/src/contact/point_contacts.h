@@ -5,12 +5,10 @@
    C = n . (point - motion of the surface) + offset >= 0, with Coulomb friction on the motion of the substep.
 
    A node is light, and pushes a heavy body back by little in a sweep. What it hangs from, or lies on, does not move at
-   all: a rigid body that presses the node against that is held by it directly. Room is how far the node can still go
-   (plii_substep_class.room); within the time PLII_POINT_CONTACTS_BRAKING it is used up at most. */
+   all: a rigid body that presses the node against that is held by it directly, with friction. Room is how far the node
+   can still go (plii_substep_class.room). */
 
 #include "body/substep_rigid.h"
-
-#define PLII_POINT_CONTACTS_BRAKING 0.1f /* s */
 
 typedef struct plii_point_contact {
     pli_vec3 normal; /* out of the rigid body */

@@ -218,7 +218,14 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         const pli_vec3 start =
             pli_vec3_add(plii_xyz(body->positions[origin]), plii_xyz(substep->start_displacements[origin]));
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
-        load->limit = tether_limit(state, tether, pli_vec3_length(apart), substep->dt);
+        const float distance = pli_vec3_length(apart);
+        load->limit = tether_limit(state, tether, distance, substep->dt);
+        if (distance < load->limit) {
+            load->limit = distance + plii_substep_braked(load->limit - distance, substep);
+        } else { /* comes back by a shift, which leaves no speed */
+            const pli_vec3 back = pli_vec3_scale(apart, distance > 0.0f ? load->limit / distance - 1.0f : 0.0f);
+            plii_substep_rigid_point_shift(&load->point, back);
+        }
     }
 }
 
@@ -274,8 +281,8 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
     const tether_state* state = data;
     const pli_tether* tether = tether_of(body, state, node);
     if (tether == NULL) { return INFINITY; }
-    const pli_vec3 apart = pli_vec3_sub(plii_substep_position(body, substep, node),
-                                        plii_substep_position(body, substep, tether->pinned_node));
+    const pli_vec3 apart =
+        pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, tether->origin));
     const float radius = tether->length * (1.0f + state->def.slack);
     const float along = pli_vec3_dot(apart, direction), beyond = pli_vec3_length_squared(apart) - radius * radius;
     if (beyond >= 0.0f && along >= 0.0f) { return 0.0f; }

@@ -27,6 +27,12 @@ float damping_of(float share, float seconds) {
     return 1 - std::pow(1 - share, seconds / frame_seconds);
 }
 
+// Light links need short substeps to be as stiff as they should.
+int substeps_of(float step) {
+    constexpr float substep = 1.0f / 1200; // s
+    return static_cast<int>(std::lround(step / substep));
+}
+
 StabilityCase heavy_case(const std::string& name, const char* figure_name) {
     StabilityCase made;
     made.group = "heavy";
@@ -37,6 +43,7 @@ StabilityCase heavy_case(const std::string& name, const char* figure_name) {
     made.has_loose_energy_rule = false;
     made.most_gradients = most_gradients;
     made.more_time = 600; // of a busy machine
+    made.substeps = substeps_of(frame_seconds);
     return made;
 }
 
@@ -44,12 +51,6 @@ void watch_by(StabilityCase& which, HeavyRules rules) {
     rules.seconds = static_cast<double>(which.seconds);
     if (which.step_seconds) { rules.step_seconds = which.step_seconds(1); }
     which.watch = watch_heavy(rules);
-}
-
-// Light links need short substeps to be as stiff as they should.
-int substeps_of(float step) {
-    constexpr float substep = 1.0f / 1200; // s
-    return static_cast<int>(std::lround(step / substep));
 }
 
 // Rigid bodies never fall asleep, and where `share` of their speed is lost in 1/60 s they come to rest as nodes do.
