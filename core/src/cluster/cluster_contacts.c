@@ -169,8 +169,7 @@ static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
     }
-    if (state->has_neighbours) { bytes += (state->neighbours.mask + 1) * sizeof *state->neighbours.slots; }
-    return bytes;
+    return bytes + plii_key_table_bytes(&state->neighbours);
 }
 
 // ---------------------------------------------------------------------------------------------------------------- room

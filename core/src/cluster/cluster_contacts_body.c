@@ -200,7 +200,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 // -------------------------------------------------------------------------------------------------------- own clusters
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
-    if (state->has_neighbours) { plii_edge_set_destroy(&state->neighbours); }
+    plii_key_table_free(&state->neighbours);
     state->has_neighbours = false;
 }
 
@@ -217,7 +217,8 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
         cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
         pairs += (size_t)state->candidate_count;
     }
-    if (!plii_edge_set_create(body->context, pairs, &state->neighbours)) { return false; }
+    state->neighbours.context = body->context;
+    if (!plii_key_table_reserve(&state->neighbours, pairs)) { return false; }
     state->has_neighbours = true;
     for (int i = 0; i < clusters->count; ++i) {
         cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
@@ -228,7 +229,8 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, i, origin);
             const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
             const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-            if (plii_cluster_contacts_are_near(&a, &b, margin)) { plii_edge_set_insert(&state->neighbours, i, other); }
+            if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
+            (void)plii_key_table_insert(&state->neighbours, plii_edge_key(i, other));
         }
     }
     return true;
@@ -249,7 +251,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || !clusters->items[other].settings.collides ||
-                plii_edge_set_contains(&state->neighbours, i, other)) {
+                plii_key_table_find(&state->neighbours, plii_edge_key(i, other)) != PLI_NULL_INDEX) {
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};

@@ -5,7 +5,7 @@
    cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
    from step to step, cluster_contact.c makes and solves a contact. */
 
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
 #include "geometry/bvh.h"
@@ -94,7 +94,7 @@ typedef struct plii_cluster_contacts {
     plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
     bool has_neighbours;
-    plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
+    plii_key_table neighbours; /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
 
 extern const plii_feature_class plii_cluster_contacts_class;

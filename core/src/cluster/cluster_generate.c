@@ -1,7 +1,7 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "base/scratch.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
@@ -104,10 +104,8 @@ typedef struct ring {
 
 static pli_status generation_collect_ring(pli_body* body, const generation* g, ring* found) {
     const plii_topology* topology = body->topology;
-    plii_edge_set seen;
-    if (!plii_edge_set_create(body->context, 6 * (size_t)topology->face_count, &seen)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    plii_key_table seen = {.context = body->context};
+    if (!plii_key_table_reserve(&seen, 6 * (size_t)topology->face_count)) { return PLI_ERROR_OUT_OF_MEMORY; }
     bool complete = true;
     for (int f = 0; f < topology->face_count && complete; ++f) {
         for (int j = 0; j < 3 && complete; ++j) {
@@ -115,7 +113,8 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
             for (int q = 1; q < 3 && complete; ++q) {
                 const int node = topology->faces[f][(j + q) % 3];
                 /* Groups are numbered past the nodes, so that a pair is never mistaken for its reverse. */
-                if (g->group_of_node[node] == group || !plii_edge_set_insert(&seen, body->node_count + group, node)) {
+                if (g->group_of_node[node] == group ||
+                    !plii_key_table_insert(&seen, plii_edge_key(body->node_count + group, node))) {
                     continue;
                 }
                 complete = PLII_RESERVE(body->context, &found->groups, &found->group_capacity, found->count + 1) &&
@@ -126,7 +125,7 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
             }
         }
     }
-    plii_edge_set_destroy(&seen);
+    plii_key_table_free(&seen);
     return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
