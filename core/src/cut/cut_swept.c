@@ -156,9 +156,7 @@ static pli_status swept_cut(plii_swept_work* work, const plii_swept_blade* blade
 
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
-    const pli_bounds bounds = {plii_vec3_min(corners[0], plii_vec3_min(corners[1], corners[2])),
-                               plii_vec3_max(corners[0], plii_vec3_max(corners[1], corners[2]))};
-    return plii_bounds_overlap(bounds, body->bounds);
+    return plii_bounds_overlap(plii_bounds_of_triangle(corners[0], corners[1], corners[2]), body->bounds);
 }
 
 /* `corners` of two triangles. */

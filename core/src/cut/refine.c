@@ -56,10 +56,6 @@ static bool refine_is_crossed(const refine_work* work, int a, int b) {
     return !(low > -work->def.accuracy) && !(high < work->def.accuracy);
 }
 
-static float refine_lerp(float a, float b, float t) {
-    return a + (b - a) * t;
-}
-
 typedef struct refine_bracket {
     float span[2];   /* shares of the edge */
     float values[2]; /* below and above 0 */
@@ -75,7 +71,7 @@ static void refine_narrow(refine_bracket* bracket, float t, float value) {
 static float refine_bisect(refine_work* work, pli_vec3 a, pli_vec3 b, refine_bracket bracket) {
     float t = bracket.span[1];
     for (int i = 0; i < 64; ++i) {
-        const float middle = refine_lerp(bracket.span[0], bracket.span[1], 0.5f);
+        const float middle = plii_lerp(bracket.span[0], bracket.span[1], 0.5f);
         if (middle == bracket.span[0] || middle == bracket.span[1]) { break; }
         t = middle;
         const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
@@ -94,7 +90,7 @@ static float refine_solve(refine_work* work, int node_a, int node_b) {
     }
     for (int i = 0; i < 256; ++i) {
         const float along = bracket.values[0] / (bracket.values[0] - bracket.values[1]);
-        const float t = refine_lerp(bracket.span[0], bracket.span[1], along);
+        const float t = plii_lerp(bracket.span[0], bracket.span[1], along);
         const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
         if (work->status != PLI_OK || !(t > 0.0f && t < 1.0f)) { break; }
         if (fabsf(value) < work->def.accuracy) { return t; }

@@ -58,6 +58,9 @@ static inline float plii_max(float a, float b) {
 static inline float plii_clamp(float v, float low, float high) {
     return v < low ? low : v > high ? high : v;
 }
+static inline float plii_lerp(float a, float b, float t) {
+    return a + (b - a) * t;
+}
 
 static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_min(a.x, b.x), plii_min(a.y, b.y), plii_min(a.z, b.z));

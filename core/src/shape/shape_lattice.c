@@ -115,10 +115,6 @@ static const lattice_cell* lattice_find(const lattice_data* lattice, const int c
     return found;
 }
 
-static float lattice_lerp(float a, float b, float t) {
-    return a + (b - a) * t;
-}
-
 /* btSparseSdf::Evaluate without its margin. */
 static float lattice_interpolate(const lattice_cell* cell, lattice_position x, lattice_position y, lattice_position z,
                                  pli_vec3* normal) {
@@ -132,14 +128,14 @@ static float lattice_interpolate(const lattice_cell* cell, lattice_position x, l
                         cell->samples[i + 1][j + 1][k + 1],
                         cell->samples[i][j + 1][k + 1]};
     const float fx = x.fraction, fy = y.fraction, fz = z.fraction;
-    const pli_vec3 gradient = pli_vec3_make(
-        lattice_lerp(lattice_lerp(d[1] - d[0], d[2] - d[3], fy), lattice_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
-        lattice_lerp(lattice_lerp(d[3] - d[0], d[2] - d[1], fx), lattice_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
-        lattice_lerp(lattice_lerp(d[4] - d[0], d[5] - d[1], fx), lattice_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
+    const pli_vec3 gradient =
+        pli_vec3_make(plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], fy), plii_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
+                      plii_lerp(plii_lerp(d[3] - d[0], d[2] - d[1], fx), plii_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
+                      plii_lerp(plii_lerp(d[4] - d[0], d[5] - d[1], fx), plii_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
     *normal = plii_vec3_safe_normalize(gradient);
-    const float low = lattice_lerp(lattice_lerp(d[0], d[1], fx), lattice_lerp(d[3], d[2], fx), fy);
-    const float high = lattice_lerp(lattice_lerp(d[4], d[5], fx), lattice_lerp(d[7], d[6], fx), fy);
-    return lattice_lerp(low, high, fz);
+    const float low = plii_lerp(plii_lerp(d[0], d[1], fx), plii_lerp(d[3], d[2], fx), fy);
+    const float high = plii_lerp(plii_lerp(d[4], d[5], fx), plii_lerp(d[7], d[6], fx), fy);
+    return plii_lerp(low, high, fz);
 }
 
 static void lattice_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
@@ -193,12 +189,11 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
     if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
     cache->table.context = context;
     const lattice_data lattice = {context, source, voxel_size, cache};
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = lattice_distances;
-    def.bounds = lattice_bounds;
-    if (source->def.support != NULL) { def.support = lattice_support; }
-    def.radius = source->def.radius;
-    def.destroy = lattice_destroy;
+    const pli_shape_def def = {.distances = lattice_distances,
+                               .bounds = lattice_bounds,
+                               .support = source->def.support != NULL ? lattice_support : NULL,
+                               .radius = source->def.radius,
+                               .destroy = lattice_destroy};
     const pli_status status = plii_shape_create_owning(context, &def, &lattice, sizeof lattice, __func__, shape);
     if (status != PLI_OK) {
         plii_release(context, cache, sizeof *cache);
