@@ -425,16 +425,11 @@ static void groups_finish(plii_contact_batches* groups) {
             plii_cluster* cluster = group->sides[k / PLII_GROUP_LANES].clusters[lane];
             if (cluster == NULL) { continue; }
             if (sums.pushed[lane] > 0.0f) {
-                cluster->velocity_impulse = pli_vec3_add(cluster->velocity_impulse, plii_xyz(linear[k]));
-                cluster->angular_velocity_impulse =
-                    pli_vec3_add(cluster->angular_velocity_impulse, plii_xyz(angular[k]));
-                cluster->velocity_impulse_count += 1;
+                plii_cluster_impulse_add(&cluster->impulse, plii_xyz(linear[k]), plii_xyz(angular[k]), 1);
             }
             if (sums.drift_counts[lane] > 0.0f) {
-                cluster->drift_impulse = pli_vec3_add(cluster->drift_impulse, plii_xyz(drift[k]));
-                cluster->angular_drift_impulse =
-                    pli_vec3_add(cluster->angular_drift_impulse, plii_xyz(angular_drift[k]));
-                cluster->drift_impulse_count += (int)sums.drift_counts[lane];
+                plii_cluster_impulse_add(&cluster->drift, plii_xyz(drift[k]), plii_xyz(angular_drift[k]),
+                                         (int)sums.drift_counts[lane]);
             }
         }
     }

@@ -156,16 +156,14 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts_drop_neighbours(state);
     plii_contact_batches_release(context, &state->groups);
     plii_pair_cache_release(context, &state->memory);
-    plii_bvh4_free(context, &state->other_bvh);
-    plii_bvh_free(context, &state->tree);
+    plii_bvh4_free(context, &state->tree);
 }
 
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
     size_t bytes = plii_contact_batches_bytes(&state->groups) + (size_t)state->hull_count * sizeof *state->hulls +
-                   plii_pair_cache_bytes(&state->memory) + plii_bvh4_bytes(&state->other_bvh) +
-                   plii_bvh_bytes(&state->tree);
+                   plii_pair_cache_bytes(&state->memory) + plii_bvh4_bytes(&state->tree);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
     }

@@ -7,16 +7,13 @@
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 
-#define CLUSTER_CONTACTS_FEW 64 /* clusters, whose boxes are looked at one by one */
-
 // ------------------------------------------------------------------------------------------------------- finding pairs
 
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
-           (count <= CLUSTER_CONTACTS_FEW ? plii_bvh4_reserve(body->context, &state->other_bvh, count)
-                                          : plii_bvh_reserve(body->context, &state->tree, count));
+           plii_bvh4_reserve(body->context, &state->tree, count);
 }
 
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
@@ -28,35 +25,13 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         const pli_bounds nothing = {body->bounds.min, body->bounds.min};
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
-    state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
-                          ? plii_bvh4_build(body->context, &state->other_bvh, clusters->count, state->boxes)
-                          : plii_bvh_build(body->context, &state->tree, clusters->count, state->boxes);
+    state->has_tree = plii_bvh4_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
 
-static void cluster_contacts_visit(int item, void* user) {
-    plii_cluster_contacts* state = user;
-    state->candidates[state->candidate_count++] = item;
-}
-
 /* Clusters of a body near a box, ascending. */
-static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
-    if (clusters->count <= CLUSTER_CONTACTS_FEW) {
-        state->candidate_count = plii_bvh4_overlaps(&state->other_bvh, &box, state->candidates);
-        return;
-    }
-    state->candidate_count = 0;
-    plii_bvh_overlaps(&state->tree, box, cluster_contacts_visit, state);
-    /* Few at a time: insertion sort. */
-    for (int i = 1; i < state->candidate_count; ++i) {
-        const int moved = state->candidates[i];
-        int k = i;
-        while (k > 0 && state->candidates[k - 1] > moved) {
-            state->candidates[k] = state->candidates[k - 1];
-            --k;
-        }
-        state->candidates[k] = moved;
-    }
+static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) {
+    state->candidate_count = plii_bvh4_overlaps(&state->tree, &box, state->candidates);
 }
 
 // ------------------------------------------------------------------------------------------------------------ one pair
@@ -182,7 +157,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
     plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(other_clusters, other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }
@@ -214,14 +189,14 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     }
     size_t pairs = 0;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
         pairs += (size_t)state->candidate_count;
     }
     state->neighbours.context = body->context;
     if (!plii_key_table_reserve(&state->neighbours, pairs)) { return false; }
     state->has_neighbours = true;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i) { continue; }
@@ -247,7 +222,7 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
                                       state->def.soft_hardness, state->def.soft_split};
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(clusters, state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || !clusters->items[other].settings.collides ||

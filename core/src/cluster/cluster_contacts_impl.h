@@ -8,7 +8,6 @@
 #include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
-#include "geometry/bvh.h"
 #include "geometry/bvh4.h"
 #include "geometry/pair_cache.h"
 #include "geometry/support_points.h"
@@ -85,9 +84,8 @@ typedef struct plii_cluster_contacts {
     bool has_hulls;
     plii_support_points* hulls; /* [hull_count] per cluster */
     int hull_count;
-    plii_bvh4 other_bvh; /* the clusters' bounds, where they are few */
-    plii_bvh tree;       /* over them, where they are many */
-    bool has_tree;       /* one of them, of this step */
+    plii_bvh4 tree; /* over the clusters' bounds */
+    bool has_tree;  /* of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;

@@ -70,16 +70,16 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
 enum { NODE_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
 
 static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const pli_vec3* positions) {
-    float way[3] = {0.0f, 0.0f, 0.0f};
+    float lengths[3] = {0.0f, 0.0f, 0.0f};
     for (int i = 1; i < count; i += NODE_HASH_SAMPLE) {
         const pli_vec3 step = pli_vec3_sub(positions[i], positions[i - 1]);
-        way[0] += fabsf(step.x);
-        way[1] += fabsf(step.y);
-        way[2] += fabsf(step.z);
+        lengths[0] += fabsf(step.x);
+        lengths[1] += fabsf(step.y);
+        lengths[2] += fabsf(step.z);
     }
     int last = 2;
     for (int k = 0; k < 2; ++k) {
-        last = way[k] > way[last] ? k : last;
+        last = lengths[k] > lengths[last] ? k : last;
     }
     hash->axes[0] = (last + 1) % 3;
     hash->axes[1] = (last + 2) % 3;
@@ -104,33 +104,22 @@ static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_
 }
 
 static bool spatial_hash_reserve(pli_context* context, plii_spatial_hash* hash, int count, int size) {
-    bool has_room = PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
-                    PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
-                    PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, count + PLII_LANES - 1) &&
-                    PLII_RESERVE(context, &hash->columns, &hash->column_capacity, count + PLII_LANES - 1);
-    for (int k = 0; k < 3; ++k) {
-        has_room = has_room &&
-                   PLII_RESERVE(context, &hash->components[k], &hash->component_capacities[k], count + PLII_LANES - 1);
-    }
-    return has_room;
+    if (count > INT32_MAX / 3 - PLII_LANES) { return false; }
+    hash->stride = count + PLII_LANES - 1;
+    return PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
+           PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
+           PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, hash->stride) &&
+           PLII_RESERVE(context, &hash->columns, &hash->column_capacity, hash->stride) &&
+           PLII_RESERVE(context, &hash->components, &hash->component_capacity, 3 * hash->stride);
 }
 
-static void spatial_hash_put(plii_spatial_hash* hash, int place, int node, pli_vec3 position) {
-    hash->nodes[place] = node;
-    if (!spatial_hash_is_grid(hash)) {
-        hash->columns[place] = spatial_hash_column_name(hash->cells[node].x, hash->cells[node].y);
-    }
-    hash->components[0][place] = position.x;
-    hash->components[1][place] = position.y;
-    hash->components[2][place] = position.z;
-}
-
-static void spatial_hash_clear(plii_spatial_hash* hash, int place) {
-    hash->nodes[place] = 0;
-    if (!spatial_hash_is_grid(hash)) { hash->columns[place] = 0; }
-    for (int k = 0; k < 3; ++k) {
-        hash->components[k][place] = 0.0f;
-    }
+static void spatial_hash_put(plii_spatial_hash* hash, int entry, int node, uint64_t column, pli_vec3 position) {
+    hash->nodes[entry] = node;
+    if (!spatial_hash_is_grid(hash)) { hash->columns[entry] = column; }
+    float* components = hash->components + entry;
+    components[0] = position.x;
+    components[hash->stride] = position.y;
+    components[2 * hash->stride] = position.z;
 }
 
 bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
@@ -154,10 +143,12 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     }
     (void)plii_csr_sum((int)size, hash->starts);
     for (int i = count - 1; i >= 0; --i) {
-        spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, hash->cells[i])], i, positions[i]);
+        const plii_spatial_hash_cell cell = hash->cells[i];
+        spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, cell)], i,
+                         spatial_hash_column_name(cell.x, cell.y), positions[i]);
     }
-    for (int i = count; i < count + PLII_LANES - 1; ++i) {
-        spatial_hash_clear(hash, i);
+    for (int i = count; i < hash->stride; ++i) {
+        spatial_hash_put(hash, i, 0, 0, pli_vec3_make(0, 0, 0));
     }
     return true;
 }
@@ -178,9 +169,9 @@ typedef struct spatial_hash_search {
 } spatial_hash_search;
 
 static plii_float4 spatial_hash_squared_distances(const plii_spatial_hash* hash, int first, plii_vec3x4 p) {
-    const plii_vec3x4 at = {plii_float4_load(hash->components[0] + first),
-                            plii_float4_load(hash->components[1] + first),
-                            plii_float4_load(hash->components[2] + first)};
+    const float* components = hash->components + first;
+    const plii_vec3x4 at = {plii_float4_load(components), plii_float4_load(components + hash->stride),
+                            plii_float4_load(components + 2 * hash->stride)};
     const plii_vec3x4 apart = plii_vec3x4_sub(at, p);
     return plii_vec3x4_dot(apart, apart);
 }
@@ -318,34 +309,4 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b) {
     const plii_spatial_hash_cell i = spatial_hash_cell_of(hash, a), j = spatial_hash_cell_of(hash, b);
     return i.x == j.x && i.y == j.y && i.z == j.z;
-}
-
-void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash) {
-    PLII_RELEASE(context, hash->starts, hash->start_capacity);
-    PLII_RELEASE(context, hash->cells, hash->cell_capacity);
-    PLII_RELEASE(context, hash->nodes, hash->node_capacity);
-    PLII_RELEASE(context, hash->columns, hash->column_capacity);
-    for (int k = 0; k < 3; ++k) {
-        plii_release(context, hash->components[k], (size_t)hash->component_capacities[k] * sizeof(float));
-    }
-    *hash = (plii_spatial_hash){0};
-}
-
-size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash) {
-    size_t bytes =
-        (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->cell_capacity * sizeof *hash->cells +
-        (size_t)hash->node_capacity * sizeof *hash->nodes + (size_t)hash->column_capacity * sizeof *hash->columns;
-    for (int k = 0; k < 3; ++k) {
-        bytes += (size_t)hash->component_capacities[k] * sizeof(float);
-    }
-    return bytes;
-}
-
-void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {
-    PLII_RELEASE(context, pairs->pairs, pairs->capacity);
-    *pairs = (plii_node_pairs){0};
-}
-
-size_t plii_node_pairs_bytes(const plii_node_pairs* pairs) {
-    return (size_t)pairs->capacity * sizeof *pairs->pairs;
 }

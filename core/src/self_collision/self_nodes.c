@@ -291,18 +291,6 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
     return PLI_OK;
 }
 
-static void self_nodes_disable(pli_body* body, void* data) {
-    self_nodes_state* state = data;
-    plii_spatial_hash_free(body->context, &state->pairs.hash);
-    plii_node_pairs_free(body->context, &state->pairs.near);
-}
-
-static size_t self_nodes_bytes(const pli_body* body, const void* data) {
-    const self_nodes_state* state = data;
-    (void)body;
-    return plii_spatial_hash_bytes(&state->pairs.hash) + plii_node_pairs_bytes(&state->pairs.near);
-}
-
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     self_nodes_state* state = data;
     (void)blocks;
@@ -335,6 +323,7 @@ static const plii_feature_array self_nodes_arrays[] = {
     {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
      .more = PLII_SELF_NODES_APART},
     {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE},
+    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.near),
     {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity)},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity)},
     {0},
@@ -350,8 +339,6 @@ static const plii_feature_class self_nodes_class = {
     .substepped = &self_nodes_kind,
     .arrays = self_nodes_arrays,
     .enable = self_nodes_enable,
-    .disable = self_nodes_disable,
-    .bytes = self_nodes_bytes,
     .topology_commit = self_nodes_topology_commit,
 };
 
