@@ -46,22 +46,20 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
     const plii_support_points* own = &state->hulls[info->cluster];
-    if (own->packed != NULL) {
-        pli_vec3 points[PLII_SUPPORT_POINTS_MIN];
-        float heights[PLII_SUPPORT_POINTS_MIN];
+    for (int first = 0; first < own->node_count; first += PLII_SUPPORT_BATCH) {
+        pli_vec3 points[PLII_SUPPORT_BATCH];
+        float heights[PLII_SUPPORT_BATCH];
         const int count =
-            plii_support_points_find_below(own, info->other_witness, info->normal, margin, points, heights);
+            plii_support_points_find_below(own, first, info->other_witness, info->normal, margin, points, heights);
         for (int i = 0; i < count; ++i) {
             plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
         }
-    } else {
-        for (int i = 0; i < item->member_count; ++i) {
-            const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
-            const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
-            if (above < margin) {
-                plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
-            }
-        }
+    }
+    for (int i = 0; own->node_count == 0 && i < item->member_count; ++i) {
+        const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+        const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
+        if (!(above < margin)) { continue; }
+        plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
     }
     for (int i = 1; i < candidates.count; ++i) {
         const plii_near_node* node = &candidates.kept[i];

@@ -18,7 +18,7 @@
 static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->node_count > 0) { return plii_support_points_query(positions, hull->groups, direction); }
+    if (hull->groups->node_count > 0) { return plii_support_points_query(hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     float best = -INFINITY;
     int farthest = members[0].node;
@@ -77,7 +77,7 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides) { continue; }
-        if (!plii_support_points_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
+        if (!plii_support_points_create(body->context, &clusters->members[cluster->first_member].node,
                                         (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
                                         &state->hulls[i])) {
             return false;
@@ -96,7 +96,7 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
 }
 
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
-    if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
+    if (hull->groups->node_count == 0) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
     return plii_support_points_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
 }
 
