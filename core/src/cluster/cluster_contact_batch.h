@@ -4,6 +4,7 @@
 /* Data of contacts that are solved side by side, see cluster_contact_batches.h. */
 
 #include "cluster/joint_end.h"
+#include "math/simd_float4.h"
 
 enum { PLII_GROUP_LANES = 4 };
 
@@ -12,6 +13,9 @@ typedef struct plii_group_vec3 {
     float x[PLII_GROUP_LANES], y[PLII_GROUP_LANES], z[PLII_GROUP_LANES];
 } plii_group_vec3;
 
+static inline plii_vec3x4 plii_group_vec3_load(const plii_group_vec3* v) {
+    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
+}
 static inline void plii_group_vec3_set(plii_group_vec3* target, int lane, pli_vec3 v) {
     target->x[lane] = v.x;
     target->y[lane] = v.y;
@@ -72,10 +76,10 @@ typedef struct plii_contact_batches {
     int count, capacity;
     plii_contact_block* blocks;
     int block_count, block_capacity;
-    plii_group_rigid* rigids; /* [rigid_count] by their place in the world */
+    plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
     int rigid_count, rigid_capacity;
     pli_vec4 still[2];                    /* velocities of what does not move */
-    int open[64];                         /* the groups that take more pairs, by the bits of open_groups */
+    int open[64];                         /* the groups with room for pairs, by the bits of open_groups */
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
 } plii_contact_batches;
 

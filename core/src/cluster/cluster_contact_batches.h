@@ -17,7 +17,5 @@ void plii_contact_batches_solve(plii_contact_batches* groups);
 /* Hands impulses and displacements on to the clusters. */
 void plii_contact_batches_finish(plii_contact_batches* groups);
 bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
-void plii_contact_batches_release(pli_context* context, plii_contact_batches* groups);
-size_t plii_contact_batches_bytes(const plii_contact_batches* groups);
 
 #endif

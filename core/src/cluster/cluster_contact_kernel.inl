@@ -8,9 +8,6 @@
 
 // -------------------------------------------------------------------------------------------------------------- lanes
 
-static inline plii_vec3x4 groups_load(const plii_group_vec3* v) {
-    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
-}
 static inline void groups_store(plii_group_vec3* target, plii_vec3x4 v) {
     plii_float4_store(target->x, v.x);
     plii_float4_store(target->y, v.y);
@@ -177,7 +174,7 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
         included[lane] = b->clusters[lane] != NULL ? 1.0f : 0.0f;
         factors[lane] = contact->is_self ? a->clusters[lane]->settings.self_impulse_factor : 1.0f;
         group->limits[lane] = contact->is_self ? a->clusters[lane]->settings.max_self_impulse : INFINITY;
-        group->frictions[lane] = contact->as.own.terms.w;
+        group->frictions[lane] = contact->as.terms.w;
     }
     float counts[PLII_GROUP_LANES];
     groups_count_lanes(group, inverse_masses[1], counts);
@@ -252,8 +249,8 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     }
     groups_store_sides(&block->arms, arms);
 
-    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.own.terms), plii_float4_from(&contacts[1]->as.own.terms),
-                            plii_float4_from(&contacts[2]->as.own.terms), plii_float4_from(&contacts[3]->as.own.terms)};
+    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
+                            plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms)};
     plii_float4_transpose(terms);
     const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, arms);
@@ -307,8 +304,9 @@ static inline void groups_bound_friction(plii_float4 friction, plii_float4 impul
 
 static inline void groups_solve_block(const plii_contact_batch* group, plii_contact_block* block,
                                       group_motion* motion) {
-    const plii_vec3x4 directions[3] = {groups_load(&block->directions[0]), groups_load(&block->directions[1]),
-                                       groups_load(&block->directions[2])};
+    const plii_vec3x4 directions[3] = {plii_group_vec3_load(&block->directions[0]),
+                                       plii_group_vec3_load(&block->directions[1]),
+                                       plii_group_vec3_load(&block->directions[2])};
     const plii_vec3x4 velocity = groups_velocity_at(motion, groups_load_sides(&block->arms));
     const plii_float4 missing[3] = {
         plii_float4_sub(plii_float4_load(block->wanted_speeds), plii_vec3x4_dot(directions[0], velocity)),
@@ -373,8 +371,9 @@ static inline void groups_sum_up(const plii_contact_batches* groups, const plii_
     plii_float4 pushed = zero, drift_counts = zero;
     for (int i = 0; i < group->block_count; ++i) {
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
-        const plii_vec3x4 directions[3] = {groups_load(&block->directions[0]), groups_load(&block->directions[1]),
-                                           groups_load(&block->directions[2])};
+        const plii_vec3x4 directions[3] = {plii_group_vec3_load(&block->directions[0]),
+                                           plii_group_vec3_load(&block->directions[1]),
+                                           plii_group_vec3_load(&block->directions[2])};
         const plii_float4 impulses[3] = {plii_float4_load(block->impulses[0]), plii_float4_load(block->impulses[1]),
                                          plii_float4_load(block->impulses[2])};
         const plii_float4 drift = plii_float4_load(block->drifts);

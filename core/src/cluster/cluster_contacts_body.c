@@ -69,11 +69,10 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     }
 }
 
-static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, plii_cluster_contacts* other_state,
-                                                pli_cluster_contact info, const plii_contact_terms* terms,
-                                                plii_convex_cache* cache) {
+static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_contact info,
+                                                const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
-    plii_cluster_contacts* state = pair->state;
+    plii_cluster_contacts *state = pair->state, *other_state = pair->other_state;
     if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
         return PLI_OK;
     }
@@ -116,22 +115,6 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, plii_cl
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_collide_cluster(pli_body* body, plii_cluster_contacts* state,
-                                                   plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
-                                                   const plii_contact_terms* terms) {
-    const plii_cached_pair known =
-        plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
-    if (plii_cluster_contacts_reuse(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
-        return PLI_OK;
-    }
-    plii_pair_context touched;
-    plii_pair_context_start(&touched, body, state);
-    const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_pair(&touched, other_state, *pair, terms, plii_cached_pair_cache(known)));
-    plii_cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
-    return PLI_OK;
-}
-
 // -------------------------------------------------------------------------------------------------------- another body
 
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
@@ -142,14 +125,15 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
-    const plii_contact_terms terms = {
+    const plii_contact_terms both = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
         .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
         .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
     };
+    const plii_contact_terms terms[2] = {both, both};
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    const float reach = clusters->def.reference_mode ? 0.0f : terms.margin;
+    const float reach = clusters->def.reference_mode ? 0.0f : both.margin;
     const int before = state->count;
     plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
     plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
@@ -160,7 +144,8 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
             const int candidate = other_state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status = cluster_contacts_collide_cluster(body, state, other_state, &pair, &terms);
+            const pli_status status = plii_cluster_contacts_collide_pair(body, state, other_state, &pair, terms,
+                                                                         cluster_contacts_measure_pair);
             if (status != PLI_OK) {
                 state->count = before;
                 return status;
@@ -216,11 +201,12 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
     }
     plii_clusters* clusters = plii_body_clusters(body);
     plii_clusters_update_frames(body, clusters, body->bounds);
-    const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
-                                      state->def.soft_hardness, state->def.soft_split};
+    const plii_contact_terms both = {2.0f * body->collision_margin, 0.0f, state->def.friction, state->def.soft_hardness,
+                                     state->def.soft_split};
+    const plii_contact_terms terms[2] = {both, both};
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, both.margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || !clusters->items[other].settings.collides ||
@@ -228,7 +214,8 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
-            PLII_TRY(cluster_contacts_collide_cluster(body, state, state, &pair, &terms));
+            PLII_TRY(
+                plii_cluster_contacts_collide_pair(body, state, state, &pair, terms, cluster_contacts_measure_pair));
         }
     }
     return PLI_OK;

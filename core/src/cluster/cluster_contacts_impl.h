@@ -16,17 +16,11 @@
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4
 
 typedef struct plii_cluster_contact_as_reference {
-    float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
+    float friction;   /* the fraction of the sliding velocity removed, 1 when it sticks */
     float erp, split; /* Bullet: m_erp, m_split */
     pli_vec3 drift, split_drift;
     pli_mat3 impulse_matrix;
 } plii_cluster_contact_as_reference;
-
-typedef struct plii_cluster_contact_own {
-    /* x: depth, m; y: hardness; z: share of the correction that is a displacement; w: Coulomb's friction. All four are
-       taken at once. */
-    pli_vec4 terms;
-} plii_cluster_contact_own;
 
 struct plii_cluster_contact {
     pli_cluster_contact info;
@@ -36,7 +30,8 @@ struct plii_cluster_contact {
     bool is_self, reference_mode;
     union {
         plii_cluster_contact_as_reference reference;
-        plii_cluster_contact_own own;
+        /* x: depth, m; y: hardness; z: fraction of the correction that is a displacement; w: Coulomb's friction. */
+        pli_vec4 terms;
     } as;
 };
 

@@ -43,24 +43,13 @@ static int separate_original(const separate_work* work, int node) {
     return node < work->node_count ? node : work->edit->nodes[node].origin.a;
 }
 
-static bool separate_create(separate_work* work) {
-    const size_t node_count = (size_t)work->node_count;
-    work->begin = PLII_TAKE(&work->scratch, int, node_count + 1);
-    work->last_corner = PLII_TAKE(&work->scratch, int, node_count);
-    work->sides = PLII_TAKE(&work->scratch, int[2], node_count);
-    return !work->scratch.is_short;
-}
-
-static void separate_free(separate_work* work) {
-    pli_context* context = work->edit->context;
-    plii_scratch_free(&work->scratch);
-    PLII_RELEASE(context, work->pairs, work->pair_capacity);
-    plii_edge_map_free(&work->edges);
-}
-
 /* Lists the corners at all ends of cut edges, per node in the order of faces. */
 static bool separate_gather(separate_work* work) {
     const plii_edit* edit = work->edit;
+    work->begin = PLII_TAKE(&work->scratch, int, (size_t)work->node_count + 1);
+    work->last_corner = PLII_TAKE(&work->scratch, int, work->node_count);
+    work->sides = PLII_TAKE(&work->scratch, int[2], work->node_count);
+    if (work->scratch.is_short) { return false; }
     int* is_end = work->last_corner;
     for (int i = 0; i < work->cuts->count; ++i) {
         is_end[work->cuts->edges[i].a] = is_end[work->cuts->edges[i].b] = 1;
@@ -235,13 +224,15 @@ bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double*
                           .height_count = height_count,
                           .node_count = edit->node_count,
                           .edges.table.context = edit->context};
-    bool ok = separate_create(&work) && separate_gather(&work);
+    bool ok = separate_gather(&work);
     for (int i = 0; ok && i < work.node_count; ++i) {
         if (work.begin[i] == work.begin[i + 1]) { continue; }
         separate_group(&work, i);
         ok = separate_copy(&work, i, is_parted);
     }
     ok = ok && separate_rewrite_faces(&work, is_parted) && separate_rewrite_links(&work, is_parted, doubled);
-    separate_free(&work);
+    plii_scratch_free(&work.scratch);
+    PLII_RELEASE(edit->context, work.pairs, work.pair_capacity);
+    plii_edge_map_free(&work.edges);
     return ok;
 }

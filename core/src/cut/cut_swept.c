@@ -26,11 +26,6 @@ typedef struct trace_state {
     plii_swept_ends ends;
 } trace_state;
 
-static void trace_release_ends(pli_context* context, plii_swept_ends* ends) {
-    PLII_RELEASE(context, ends->tips, ends->tip_capacity);
-    PLII_RELEASE(context, ends->edges, ends->edge_capacity);
-}
-
 static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, plii_swept_ends* to) {
     if (!PLII_RESERVE(context, &to->tips, &to->tip_capacity, from->tip_count) ||
         !PLII_RESERVE(context, &to->edges, &to->edge_capacity, from->edge_count)) {
@@ -101,10 +96,6 @@ static bool swept_make_blade(const pli_vec3 corners[3], plii_swept_blade* blade)
     return true;
 }
 
-static double swept_height_over(const plii_swept_blade* blade, plii_dvec3 point) {
-    return plii_dvec3_dot(blade->normal, plii_dvec3_sub(point, blade->corners[0]));
-}
-
 // ----------------------------------------------------------------------------------------------------------- the whole
 
 static int swept_crossed_links(const plii_swept_pass* pass) {
@@ -119,7 +110,8 @@ static int swept_crossed_links(const plii_swept_pass* pass) {
 static pli_status swept_run_pass(plii_swept_pass* pass) {
     plii_edit* edit = pass->edit;
     for (int i = 0; i < pass->node_count; ++i) {
-        pass->heights[i] = swept_height_over(pass->blade, plii_swept_point(pass, i));
+        const plii_dvec3 offset = plii_dvec3_sub(plii_swept_point(pass, i), pass->blade->corners[0]);
+        pass->heights[i] = plii_dvec3_dot(pass->blade->normal, offset);
     }
     for (int i = 0; i < pass->work->ends.tip_count; ++i) {
         plii_swept_mark(pass, pass->work->ends.tips[i], PLII_SWEPT_IS_TIP);
@@ -186,7 +178,8 @@ static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (
         trace->ends = work.ends;
         work.ends = old;
     }
-    trace_release_ends(body->context, &work.ends);
+    PLII_RELEASE(body->context, work.ends.tips, work.ends.tip_capacity);
+    PLII_RELEASE(body->context, work.ends.edges, work.ends.edge_capacity);
     return status;
 }
 

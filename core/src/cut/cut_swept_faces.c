@@ -95,13 +95,6 @@ bool plii_swept_judge_faces(plii_swept_pass* pass) {
 
 // ---------------------------------------------------------------------------------------------------------------- tips
 
-static bool swept_push_tip(plii_swept_work* work, int node) {
-    plii_swept_ends* ends = &work->ends;
-    if (!PLII_RESERVE(work->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
-    ends->tips[ends->tip_count++] = node;
-    return true;
-}
-
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(plii_swept_pass* pass, const uint8_t* is_parted, int node_count) {
     plii_swept_ends* ends = &pass->work->ends;
@@ -115,7 +108,8 @@ static bool swept_find_tips(plii_swept_pass* pass, const uint8_t* is_parted, int
         const bool is_on_surface =
             (marks & (PLII_SWEPT_ON_BLADE | PLII_SWEPT_HAS_FACE)) == (PLII_SWEPT_ON_BLADE | PLII_SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & PLII_SWEPT_IS_TIP) != 0) { continue; }
-        if (!swept_push_tip(pass->work, i)) { return false; }
+        if (!PLII_RESERVE(pass->edit->context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
+        ends->tips[ends->tip_count++] = i;
     }
     return true;
 }

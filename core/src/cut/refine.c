@@ -44,13 +44,6 @@ static float refine_evaluate(refine_work* work, pli_vec3 point) {
     return value;
 }
 
-static bool refine_evaluate_nodes(refine_work* work) {
-    for (int i = 0; i < work->edit.old_node_count && work->status == PLI_OK; ++i) {
-        work->values[i] = refine_evaluate(work, plii_edit_position(&work->edit, i));
-    }
-    return work->status == PLI_OK;
-}
-
 static bool refine_is_crossed(const refine_work* work, int a, int b) {
     const float low = plii_min(work->values[a], work->values[b]), high = plii_max(work->values[a], work->values[b]);
     return !(low > -work->def.accuracy) && !(high < work->def.accuracy);
@@ -243,10 +236,6 @@ static unsigned refine_side(const refine_work* work, const int* nodes, int count
     return REFINE_INSIDE;
 }
 
-static bool refine_link_is_on_surface(const refine_work* work, const plii_edit_link* link) {
-    return refine_is_on_surface(work, link->nodes[0]) && refine_is_on_surface(work, link->nodes[1]);
-}
-
 /* Notes the sides of the faces along each edge that lies on the surface. */
 static bool refine_find_borders(const refine_work* work, plii_edge_map* borders) {
     for (int i = 0; i < work->edit.face_count; ++i) {
@@ -264,7 +253,8 @@ static bool refine_find_borders(const refine_work* work, plii_edge_map* borders)
 
 /* A link on the surface belongs to the sides of its faces, and to the outside when it has none. */
 static unsigned refine_link_side(const refine_work* work, const plii_edge_map* borders, const plii_edit_link* link) {
-    if (!refine_link_is_on_surface(work, link)) { return refine_side(work, link->nodes, 2); }
+    const bool is_on_surface = refine_is_on_surface(work, link->nodes[0]) && refine_is_on_surface(work, link->nodes[1]);
+    if (!is_on_surface) { return refine_side(work, link->nodes, 2); }
     const plii_edge* border = plii_edge_map_find(borders, link->nodes[0], link->nodes[1]);
     return border != NULL ? border->flags : REFINE_OUTSIDE;
 }
@@ -319,11 +309,6 @@ static bool refine_part(refine_work* work, int* copies, int node_count) {
 
 // ------------------------------------------------------------------------------------------------ the whole
 
-static bool refine_part_as_reference(refine_work* work, int* copies, int node_count) {
-    return refine_copy_nodes(work, NULL, copies, node_count) && refine_detach_as_reference(work, copies) &&
-           refine_remove_loose_links(work);
-}
-
 static bool refine_touches_tetra(const int nodes[4], const void* user) {
     const int* copies = user;
     return copies[nodes[0]] != 0 || copies[nodes[1]] != 0 || copies[nodes[2]] != 0 || copies[nodes[3]] != 0;
@@ -333,8 +318,10 @@ static pli_status refine_cut(refine_work* work) {
     const int node_count = work->edit.node_count;
     int* copies = PLII_TAKE(&work->scratch, int, node_count);
     if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    const bool ok = work->def.reset_rest_lengths ? refine_part_as_reference(work, copies, node_count)
-                                                 : refine_part(work, copies, node_count);
+    const bool ok = work->def.reset_rest_lengths
+                        ? refine_copy_nodes(work, NULL, copies, node_count) &&
+                              refine_detach_as_reference(work, copies) && refine_remove_loose_links(work)
+                        : refine_part(work, copies, node_count);
     if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
     return plii_edit_check_tetras(&work->edit, refine_touches_tetra, copies, "the surface touches");
 }
@@ -344,7 +331,10 @@ static pli_status refine_run(refine_work* work) {
     plii_edit* edit = &work->edit;
     work->values = PLII_TAKE(&work->scratch, float, edit->node_count);
     if (work->values == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    if (!refine_evaluate_nodes(work)) { return work->status; }
+    for (int i = 0; i < edit->old_node_count && work->status == PLI_OK; ++i) {
+        work->values[i] = refine_evaluate(work, plii_edit_position(edit, i));
+    }
+    PLII_TRY(work->status);
     PLII_TRY(plii_edit_check_tetras(edit, refine_crosses_tetra, work, "the surface crosses"));
     plii_edit_remove_links(edit, refine_removes, work->values);
     if (!refine_find_edges(work) || !refine_add_nodes(work)) { return PLI_ERROR_OUT_OF_MEMORY; }

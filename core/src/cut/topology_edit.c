@@ -16,12 +16,6 @@
 
 // ----------------------------------------------------------------------------------------------------- life
 
-static bool edit_reserve(plii_edit* edit, int nodes, int links, int faces) {
-    return PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, nodes) &&
-           PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, links) &&
-           PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, faces);
-}
-
 static void edit_close(plii_edit* edit) {
     PLII_RELEASE(edit->context, edit->nodes, edit->node_capacity);
     PLII_RELEASE(edit->context, edit->links, edit->link_capacity);
@@ -45,7 +39,9 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
     };
     ++topology->reference_count;
     plii_walk_begin(edit->context);
-    if (!edit_reserve(edit, edit->node_count, edit->link_count, edit->face_count)) {
+    if (!PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, edit->node_count) ||
+        !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count) ||
+        !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count)) {
         edit_close(edit);
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function,
                          "no memory for a copy of %d nodes, %d links and %d faces", body->node_count, body->link_count,
@@ -83,10 +79,6 @@ pli_status plii_edit_check_tetras(const plii_edit* edit, plii_edit_tetra_fn* is_
 }
 
 // -------------------------------------------------------------------------------------------------- elements
-
-static float edit_mass(float inverse_mass) {
-    return inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
-}
 
 static float edit_inverse_mass(float mass) {
     return mass > 0.0f ? 1.0f / mass : 0.0f;
@@ -137,7 +129,7 @@ int plii_edit_copy_node(plii_edit* edit, int source) {
     plii_edit_node* node = &edit->nodes[edit->node_count];
     *node = *old;
     if (old->position.w > 0.0f) {
-        node->position.w = edit_inverse_mass(edit_mass(old->position.w) * 0.5f);
+        node->position.w = edit_inverse_mass(1.0f / old->position.w * 0.5f);
         old->position.w /= 0.5f;
     }
     node->origin = (plii_node_origin){source, source, 0.0f};

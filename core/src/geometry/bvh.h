@@ -24,6 +24,19 @@ typedef struct plii_bvh {
     int item_capacity, box_capacity, key_capacity, sorting_capacity;
 } plii_bvh;
 
+/* Levels over `width` boxes of the lowest one, up to a single one: fills `begin`, where each level begins, and after
+   the last one the number of all boxes; returns how many levels. */
+static inline int plii_bvh_lay_out(int width, int* begin) {
+    int box_count = 0, level_count = 0;
+    for (;; width = (width + PLII_BVH_FAN - 1) / PLII_BVH_FAN) {
+        begin[level_count++] = box_count;
+        box_count += width;
+        if (width == 1) { break; }
+    }
+    begin[level_count] = box_count;
+    return level_count;
+}
+
 /* Replaces what the tree held; the boxes must be finite. Memory is kept from build to build.
    False when out of memory: the tree is then empty. */
 bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* boxes);

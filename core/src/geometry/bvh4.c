@@ -4,6 +4,8 @@
 
 #include "geometry/bvh4.h"
 
+#include "geometry/bvh.h"
+
 static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
     group->low[0][lane] = low.x;
     group->low[1][lane] = low.y;
@@ -34,22 +36,10 @@ static void bvh4_pad(plii_box4* groups, int count) {
     }
 }
 
-/* Fills `begin`, where each level begins, and after the last one the number of all groups; returns how many levels. */
-static int bvh4_lay_out(int count, int* begin) {
-    int level_count = 0, total = 0;
-    for (int width = (count + 3) / 4;; width = (width + 3) / 4) {
-        begin[level_count++] = total;
-        total += width;
-        if (width == 1) { break; }
-    }
-    begin[level_count] = total;
-    return level_count;
-}
-
 bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count) {
     if (count <= 0) { return true; }
     int begin[PLII_BVH4_MAX_LEVELS + 1];
-    const int level_count = bvh4_lay_out(count, begin);
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, begin);
     return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
 }
 
@@ -57,7 +47,7 @@ bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pl
     boxes->level_count = 0;
     if (count <= 0) { return true; }
     if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
-    const int level_count = bvh4_lay_out(count, boxes->begin);
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, boxes->begin);
     for (int i = 0; i < count; ++i) {
         bvh4_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
     }

@@ -40,8 +40,7 @@ typedef struct convex_search {
 } convex_search;
 
 plii_convex_options plii_convex_options_default(void) {
-    const plii_convex_options options = {.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
-    return options;
+    return (plii_convex_options){.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
 }
 
 /* False for what has no direction. */
@@ -233,10 +232,6 @@ static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, co
         result->point_a = search->point_a;
         result->point_b = pli_vec3_add(search->point_a, pli_vec3_scale(result->normal, depth));
     }
-    if (cache != NULL) {
-        cache->normal = result->normal;
-        cache->has_normal = true;
-    }
 }
 
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
@@ -262,13 +257,13 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
                                 .progress = options->uses_cached_axis ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
                                 .is_finite = true};
         convex_overlap(&search, &gjk, options, cache, result);
-        return;
+    } else {
+        result->distance = (float)gjk.distance;
+        result->point_a = plii_dvec3_to_float(gjk.point_a);
+        result->point_b = plii_dvec3_to_float(gjk.point_b);
+        result->normal = plii_dvec3_to_float(gjk.normal);
     }
-    result->distance = (float)gjk.distance;
-    result->point_a = plii_dvec3_to_float(gjk.point_a);
-    result->point_b = plii_dvec3_to_float(gjk.point_b);
-    result->normal = plii_dvec3_to_float(gjk.normal);
-    if (cache != NULL) {
+    if (cache != NULL && result->relation != PLII_CONVEX_UNDEFINED) {
         cache->normal = result->normal;
         cache->has_normal = true;
     }

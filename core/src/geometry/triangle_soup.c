@@ -14,27 +14,17 @@ typedef struct soup_entry {
     int parity; /* +1 when it took an even number of swaps to order them, else -1 */
 } soup_entry;
 
-static int soup_compare_floats(float a, float b) {
-    return a < b ? -1 : a > b ? 1 : 0;
-}
-
-static int soup_compare_points(pli_vec3 a, pli_vec3 b) {
-    int order = soup_compare_floats(a.x, b.x);
-    if (order == 0) { order = soup_compare_floats(a.y, b.y); }
-    return order != 0 ? order : soup_compare_floats(a.z, b.z);
-}
-
 static int soup_compare_corners(const void* left, const void* right) {
     const soup_entry *a = left, *b = right;
     for (int k = 0; k < 3; ++k) {
-        const int order = soup_compare_points(a->corners[k], b->corners[k]);
+        const int order = plii_vec3_compare(a->corners[k], b->corners[k]);
         if (order != 0) { return order; }
     }
     return 0;
 }
 
 static void soup_order_pair(soup_entry* entry, int i, int j) {
-    if (soup_compare_points(entry->corners[i], entry->corners[j]) <= 0) { return; }
+    if (plii_vec3_compare(entry->corners[i], entry->corners[j]) <= 0) { return; }
     const pli_vec3 swap = entry->corners[i];
     entry->corners[i] = entry->corners[j];
     entry->corners[j] = swap;

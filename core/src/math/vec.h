@@ -69,6 +69,13 @@ static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
 }
 
+/* By x, then y, then z: < 0, 0 or > 0. */
+static inline int plii_vec3_compare(pli_vec3 a, pli_vec3 b) {
+    if (a.x != b.x) { return a.x < b.x ? -1 : 1; }
+    if (a.y != b.y) { return a.y < b.y ? -1 : 1; }
+    return (a.z > b.z) - (a.z < b.z);
+}
+
 static inline bool plii_vec3_is_zero(pli_vec3 v) {
     return v.x == 0.0f && v.y == 0.0f && v.z == 0.0f;
 }

@@ -42,12 +42,6 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
     state->pairs.searches = 0;
 }
 
-static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
-    if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
-    self_nodes_copy_positions(body, state, nodes);
-}
-
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
@@ -60,7 +54,9 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
 
 /* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are
    the solver's own; those of the last search are others where that was in a step with substeps. */
-static void self_nodes_begin(pli_body* body, self_nodes_state* state) {
+static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
+    self_nodes_state* state = data;
+    (void)step;
     const pli_vec3 origin = state->origin;
     const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
     self_nodes_start_report(body, state);
@@ -82,7 +78,9 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
     self_nodes_copy_positions(body, state, &nodes);
     if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
         state->pairs.thickness = state->def.thickness;
-        self_nodes_start_search(body, state, &nodes);
+        state->origin = body->node_count > 0 ? plii_self_position(&nodes, 0) : pli_vec3_make(0, 0, 0);
+        if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+        self_nodes_copy_positions(body, state, &nodes);
         plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
                                          pli_vec3_sub(origin, state->origin));
     }
@@ -201,12 +199,13 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
     }
 }
 
-static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const plii_step* step = &body->step;
-    state->pairs.at = nodes->offsets;
-    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
+static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    state->pairs.at = nodes.offsets;
+    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, step->inverse_dt, step->dt, 0.0f);
     self_nodes_report(body, state);
-    self_nodes_part_all(state, nodes, state->def.friction);
+    self_nodes_part_all(state, &nodes, state->def.friction);
 }
 
 static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -269,17 +268,6 @@ static void self_nodes_run_update(pli_body* body, void* data, const plii_step* s
         plii_set_xyz(&body->velocities[i], pli_vec3_scale(plii_xyz(body->velocities[i]), scale));
     }
     self_nodes_limit(body, state, &nodes);
-}
-
-static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
-    self_nodes_begin(body, data);
-}
-
-static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
-    (void)step;
-    self_nodes_solve(body, data, &nodes);
 }
 
 static pli_status self_nodes_enable(pli_body* body, void* data) {

@@ -12,6 +12,8 @@
 #include "pliant/bullet_reference.h"
 #include "shape/shape_impl.h"
 
+#include <string.h>
+
 #define LATTICE_CELL_VOXELS 3
 #define LATTICE_CELL_POINTS (LATTICE_CELL_VOXELS + 1)
 #define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
@@ -80,15 +82,11 @@ static void lattice_sample(const lattice_data* lattice, const int key[3], lattic
     }
     const pli_shape_def* source = &lattice->source->def;
     source->distances(source->user, LATTICE_SAMPLES, points, INFINITY, distances, normals);
-    n = 0;
-    for (int i = 0; i < LATTICE_CELL_POINTS; ++i) {
-        for (int j = 0; j < LATTICE_CELL_POINTS; ++j) {
-            for (int k = 0; k < LATTICE_CELL_POINTS; ++k) {
-                /* An infinite sample would make NaN of its neighbours. */
-                cell->samples[i][j][k] = plii_clamp(distances[n++], -FLT_MAX, FLT_MAX);
-            }
-        }
+    for (int i = 0; i < LATTICE_SAMPLES; ++i) {
+        /* An infinite sample would make NaN of its neighbours. */
+        distances[i] = plii_clamp(distances[i], -FLT_MAX, FLT_MAX);
     }
+    memcpy(cell->samples, distances, sizeof cell->samples);
 }
 
 /* 21 bits of each coordinate. */

@@ -202,15 +202,9 @@ typedef struct surface_point {
     int index;
 } surface_point;
 
-static int surface_compare_floats(float a, float b) {
-    return a < b ? -1 : a > b ? 1 : 0;
-}
-
 static int surface_compare_points(const void* left, const void* right) {
     const surface_point *a = left, *b = right;
-    int order = surface_compare_floats(a->position.x, b->position.x);
-    if (order == 0) { order = surface_compare_floats(a->position.y, b->position.y); }
-    if (order == 0) { order = surface_compare_floats(a->position.z, b->position.z); }
+    const int order = plii_vec3_compare(a->position, b->position);
     return order != 0 ? order : (a->index > b->index) - (a->index < b->index);
 }
 
@@ -227,10 +221,7 @@ static bool surface_weld(surface_data* surface, int point_count, const pli_vec3*
     int count = 0;
     for (int i = 0; i < point_count; ++i) {
         const pli_vec3 p = sorted[i].position;
-        if (i == 0 || p.x != sorted[i - 1].position.x || p.y != sorted[i - 1].position.y ||
-            p.z != sorted[i - 1].position.z) {
-            surface->vertices[count++].position = p;
-        }
+        if (i == 0 || plii_vec3_compare(p, sorted[i - 1].position) != 0) { surface->vertices[count++].position = p; }
         vertex_of_point[sorted[i].index] = count - 1;
     }
     surface->vertex_count = count;
