@@ -338,11 +338,12 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
         if (!(body->positions[node].w > 0.0f)) { continue; }
         const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->previous[node]), centre);
         const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
-        const plii_float4 own = plii_float4_from(&body->velocities[node]);
-        const plii_float4 damped = plii_float4_add(own, plii_float4_mul(plii_float4_sub(rigid, own), damping));
+        const plii_float4 velocity = plii_float4_from(&body->velocities[node]);
+        const plii_float4 damped =
+            plii_float4_add(velocity, plii_float4_mul(plii_float4_sub(rigid, velocity), damping));
         const plii_mask4 is_slower = plii_lanes_less_equal(plii_float4_all(plii_lanes_dot(rigid, rigid)),
-                                                           plii_float4_all(plii_lanes_dot(own, own)));
-        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, own));
+                                                           plii_float4_all(plii_lanes_dot(velocity, velocity)));
+        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, velocity));
     }
 }
 
@@ -407,23 +408,23 @@ static int clusters_topology_blocks(const pli_body* body, const void* state, con
     return 2;
 }
 
-/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `places`
+/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `indices1`
    holds for each node its index in the cluster + 1, or 0. Returns the number of members. */
-static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* places) {
+static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* indices1) {
     for (int i = 0; i < count; ++i) {
-        places[members[i].node] = i + 1;
+        indices1[members[i].node] = i + 1;
     }
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
-        const int a = places[origin->a], b = places[origin->b];
+        const int a = indices1[origin->a], b = indices1[origin->b];
         if (a == 0 || b == 0) { continue; }
         const pli_vec3 rest =
             pli_vec3_lerp(plii_xyz(members[a - 1].rest), plii_xyz(members[b - 1].rest), origin->share);
         members[count++] = (plii_cluster_member){.node = i, .rest = {rest.x, rest.y, rest.z, 0.0f}};
-        places[i] = count;
+        indices1[i] = count;
     }
     for (int i = 0; i < count; ++i) {
-        places[members[i].node] = 0;
+        indices1[members[i].node] = 0;
     }
     return count;
 }
@@ -441,7 +442,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     plii_clusters* clusters = state;
     pli_context* context = body->context;
     if (clusters->node_sums == NULL) { return; }
-    void *more_members = blocks[CLUSTERS_ARRAYS], *places = blocks[CLUSTERS_ARRAYS + 1];
+    void *more_members = blocks[CLUSTERS_ARRAYS], *indices1 = blocks[CLUSTERS_ARRAYS + 1];
     if (more_members != NULL) {
         const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
         plii_cluster_member* members = more_members;
@@ -451,7 +452,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
             memcpy(&members[member_count], &clusters->members[cluster->first_member],
                    (size_t)cluster->member_count * sizeof *members);
             cluster->first_member = member_count;
-            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, places);
+            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, indices1);
             member_count += cluster->member_count;
         }
         PLII_RELEASE(context, clusters->members, clusters->member_capacity);
@@ -459,7 +460,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
         clusters->member_count = member_count;
         clusters->member_capacity = (int)capacity;
     }
-    plii_release(context, places, (size_t)change->node_count * sizeof(int));
+    plii_release(context, indices1, (size_t)change->node_count * sizeof(int));
     for (int i = 0; i < clusters->count; ++i) {
         plii_cluster_update_masses(body, clusters, &clusters->items[i]);
     }

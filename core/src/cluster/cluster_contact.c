@@ -70,13 +70,13 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
 // ---------------------------------------------------------------------------------------------------- reference mode
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
-    plii_cluster_contact_as_reference* own = &contact->as.reference;
-    own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, own->erp), step->dt);
-    if (own->split > 0.0f) {
-        own->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, own->split));
-        own->drift = pli_vec3_scale(own->drift, 1.0f - own->split);
+    plii_cluster_contact_as_reference* state = &contact->as.reference;
+    state->drift = plii_vec3_divide(pli_vec3_scale(state->drift, state->erp), step->dt);
+    if (state->split > 0.0f) {
+        state->split_drift = pli_mat3_mul_vec3(state->impulse_matrix, pli_vec3_scale(state->drift, state->split));
+        state->drift = pli_vec3_scale(state->drift, 1.0f - state->split);
     }
-    own->drift = plii_vec3_divide(own->drift, (float)iterations);
+    state->drift = plii_vec3_divide(state->drift, (float)iterations);
 }
 
 void plii_cluster_contact_solve(plii_cluster_contact* contact) {

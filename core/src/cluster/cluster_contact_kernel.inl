@@ -3,7 +3,6 @@
 
 #include "math/simd_float8.h"
 
-#include "cluster/cluster_contact_kernel.h"
 #include "cluster/cluster_contacts_impl.h"
 
 // -------------------------------------------------------------------------------------------------------------- lanes
@@ -157,9 +156,9 @@ static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
         linear[lane] = rigid != NULL ? &rigid->linear_factor : &one;
         angular[lane] = rigid != NULL ? &rigid->angular_factor : &one;
     }
-    const plii_vec3x4 own = plii_vec3x4_all(one);
-    terms->angular_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(angular)));
-    const plii_vec3x8 linear_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(linear)));
+    const plii_vec3x4 ones = plii_vec3x4_all(one);
+    terms->angular_factors = plii_vec3x8_of(ones, plii_vec3x4_neg(groups_from_vectors(angular)));
+    const plii_vec3x8 linear_factors = plii_vec3x8_of(ones, plii_vec3x4_neg(groups_from_vectors(linear)));
     groups_store_sides(&group->inverse_masses, plii_vec3x8_scale(linear_factors, terms->inverse_masses));
 }
 

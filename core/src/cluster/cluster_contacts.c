@@ -3,7 +3,6 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "cluster/cluster_contact_batches.h"
 #include "cluster/cluster_contacts_impl.h"
 #include "contact/contact_order.h"
 #include "math/definition.h"

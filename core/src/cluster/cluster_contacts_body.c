@@ -45,17 +45,17 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     const plii_cluster* item = &clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
-    const plii_support_points* own = &state->hulls[info->cluster];
-    for (int first = 0; first < own->node_count; first += PLII_SUPPORT_BATCH) {
+    const plii_support_points* set = &state->hulls[info->cluster];
+    for (int first = 0; first < set->node_count; first += PLII_SUPPORT_BATCH) {
         pli_vec3 points[PLII_SUPPORT_BATCH];
         float heights[PLII_SUPPORT_BATCH];
         const int count =
-            plii_support_points_find_below(own, first, info->other_witness, info->normal, margin, points, heights);
+            plii_support_points_find_below(set, first, info->other_witness, info->normal, margin, points, heights);
         for (int i = 0; i < count; ++i) {
             plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
         }
     }
-    for (int i = 0; own->node_count == 0 && i < item->member_count; ++i) {
+    for (int i = 0; set->node_count == 0 && i < item->member_count; ++i) {
         const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
         const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
         if (!(above < margin)) { continue; }

@@ -67,7 +67,7 @@ plii_clusters* plii_body_clusters(const pli_body* body);
 /* PLI_OK, or the error of a cluster that is not there. */
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function);
 
-/* One more cluster with default settings, its rest shape to be taken by plii_clusters_settle. Nodes must be valid. */
+/* One more cluster with default settings, its rest shape is made by plii_clusters_settle. Nodes must be valid. */
 pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count);
 /* Gives the arrays back; settings stay. */
 void plii_clusters_release(pli_body* body, plii_clusters* clusters);
@@ -80,7 +80,7 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 
-/* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
+/* Frames, inertia and velocities are updated in a step where somebody asks for them: most clusters meet nothing. Of the
    clusters that collide and whose bounds overlap `near`, and of one. */
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);

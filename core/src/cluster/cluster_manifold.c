@@ -117,14 +117,14 @@ bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contac
     }
     pli_cluster_contact moved = *info;
     for (int i = 0; i < manifold->count; ++i) {
-        const plii_contact_terms* own = &terms[i > 0 ? 1 : 0];
-        if (!(now.distances[i] < own->margin)) { continue; }
+        const plii_contact_terms* used = &terms[i > 0 ? 1 : 0];
+        if (!(now.distances[i] < used->margin)) { continue; }
         moved.witness = now.witnesses[i];
         moved.other_witness = now.other_witnesses[i];
         moved.normal = now.normals[i];
         moved.distance = now.distances[i];
         plii_cluster_contact_set(&state->contacts[state->count++], &moved, moved.normal, targets, a.origin, b.origin,
-                                 own);
+                                 used);
     }
     return true;
 }

@@ -51,7 +51,7 @@ void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* 
 
 /* Looks for the nearest item. `measure` gives the squared distance of an item, or FLT_MAX to refuse it.
    Returns the item with the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near items go by
-   place in the tree. */
+   index in the tree. */
 typedef float plii_bvh_measure_fn(int item, pli_vec3 point, const void* user);
 int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
                      const void* user);

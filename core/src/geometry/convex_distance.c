@@ -8,12 +8,12 @@
 #define CONVEX_GAP 0.05               /* of the depth: how far beyond it the cores are moved */
 #define CONVEX_SMALLEST_GAP 1e-4      /* of the size */
 #define CONVEX_PROGRESS 1e-5          /* of the depth */
-#define CONVEX_FOLLOWED_PROGRESS 1e-2 /* where a way is followed from query to query */
+#define CONVEX_FOLLOWED_PROGRESS 1e-2 /* where an axis is followed from query to query */
 #define CONVEX_TURN 1e-6f             /* radians: the same direction */
 #define CONVEX_MAX_STEPS 8            /* of a descent */
 #define CONVEX_MAX_DESCENTS 3         /* from the best directions of the start */
 #define CONVEX_HOPELESS 2             /* times the best depth: starts deeper than this are left out */
-#define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known way deeper than this is given up */
+#define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known axis deeper than this is given up */
 #define CONVEX_STEP_CALLS 24 /* a step is begun with this many calls left, except the first */
 #define CONVEX_MAX_STARTS 13
 
@@ -170,7 +170,7 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
            !found->is_over_budget;
 }
 
-/* From a known way out, or from that between the centres when it is shorter. False when the known one has become too
+/* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
    deep for that. */
 static bool convex_search_cached_axis(convex_search* search, const plii_convex_cache* cache) {
     convex_axis known, between;

@@ -224,7 +224,7 @@ static bool hull_look(hull_work* work, int point, int start) {
     return true;
 }
 
-/* Puts the cone from the rim to the point in place of what the point sees. */
+/* Replaces what the point sees by the cone from the rim to the point. */
 static bool hull_insert(hull_work* work, int point, int start) {
     if (!hull_look(work, point, start)) { return false; }
     const int rim_count = work->rim_count;

@@ -163,7 +163,7 @@ static void gjk_set_points(gjk_state* state, pli_vec3 a, pli_vec3 b, gjk_vertex*
     if (squared > state->reach_squared) { state->reach_squared = squared; }
 }
 
-/* Takes the points of numbered vertices. */
+/* Sets the points of numbered vertices. */
 static void gjk_set_vertices(gjk_state* state, gjk_vertex* v) {
     const plii_convex *a = state->query->a, *b = state->query->b;
     gjk_set_points(state, a->vertices->point(a->user, v->vertices[0]), b->vertices->point(b->user, v->vertices[1]), v);

@@ -67,11 +67,11 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
     hash->mask = size - 1;
 }
 
-enum { NODE_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
+enum { SPATIAL_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
 
 static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const pli_vec3* positions) {
     float lengths[3] = {0.0f, 0.0f, 0.0f};
-    for (int i = 1; i < count; i += NODE_HASH_SAMPLE) {
+    for (int i = 1; i < count; i += SPATIAL_HASH_SAMPLE) {
         const pli_vec3 step = pli_vec3_sub(positions[i], positions[i - 1]);
         lengths[0] += fabsf(step.x);
         lengths[1] += fabsf(step.y);
@@ -159,7 +159,7 @@ typedef struct spatial_hash_run {
     uint64_t column;
 } spatial_hash_run;
 
-enum { NODE_HASH_MAX_RUNS = 10 };
+enum { SPATIAL_HASH_MAX_RUNS = 10 };
 
 typedef struct spatial_hash_search {
     pli_context* context;
@@ -224,8 +224,8 @@ static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, c
 }
 
 /* Of the bucket of a node, those of larger index. */
-static spatial_hash_run spatial_hash_own_run(const plii_spatial_hash* hash, int node, unsigned bucket,
-                                             uint64_t column) {
+static spatial_hash_run spatial_hash_run_after(const plii_spatial_hash* hash, int node, unsigned bucket,
+                                               uint64_t column) {
     spatial_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
     while (run.begin > hash->starts[bucket] && hash->nodes[run.begin - 1] > node) {
         --run.begin;
@@ -241,8 +241,8 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
     const plii_spatial_hash_cell cell = hash->cells[node];
     const unsigned own = spatial_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
     const uint64_t name = spatial_hash_column_name(cell.x, cell.y);
-    spatial_hash_run runs[NODE_HASH_MAX_RUNS] = {spatial_hash_own_run(hash, node, own, name),
-                                                 {starts[above], starts[above + 1], name}};
+    spatial_hash_run runs[SPATIAL_HASH_MAX_RUNS] = {spatial_hash_run_after(hash, node, own, name),
+                                                    {starts[above], starts[above + 1], name}};
     int run_count = 2;
     for (int c = 0; c < 4; ++c) {
         const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
@@ -261,12 +261,12 @@ bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_has
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     const plii_spatial_hash_cell cell = hash->cells[node];
     const spatial_hash_run run =
-        spatial_hash_own_run(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
+        spatial_hash_run_after(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
     return spatial_hash_append(&search, position, &run, 1);
 }
 
 /* A search from far away would go through more cells than there are nodes. */
-#define NODE_HASH_MAX_CELLS 16.0f
+#define SPATIAL_HASH_MAX_CELLS 16.0f
 
 /* As in spatial_hash_padded_size. */
 static float spatial_hash_padded_radius(const plii_spatial_hash* hash, pli_vec3 point, float radius) {
@@ -294,7 +294,7 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     const float padded = spatial_hash_padded_radius(hash, point, radius);
     if (hash->count == 0) { return true; }
-    if (!(padded <= NODE_HASH_MAX_CELLS * hash->cell_size)) { return false; }
+    if (!(padded <= SPATIAL_HASH_MAX_CELLS * hash->cell_size)) { return false; }
     const pli_vec3 reach = pli_vec3_make(padded, padded, padded);
     const plii_spatial_hash_cell low = spatial_hash_cell_of(hash, pli_vec3_sub(point, reach)),
                                  high = spatial_hash_cell_of(hash, pli_vec3_add(point, reach));

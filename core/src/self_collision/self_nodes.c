@@ -1,4 +1,4 @@
-/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their ways; distances at rest count as the
+/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their paths; distances at rest count as the
    thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
    Physics" 15. */
 
@@ -10,7 +10,7 @@
 
 typedef struct self_nodes_state {
     pli_self_collision_def def;
-    pli_vec3 origin; /* of the positions of pairs, which are small that way, and precise */
+    pli_vec3 origin; /* of the positions of pairs, which are small so, and precise */
     plii_self_node_pairs pairs;
     plii_self_pair* touching; /* pairs that the last sweep parted */
     int touching_count, touching_capacity;
@@ -22,12 +22,12 @@ typedef struct self_nodes_state {
 /* Takes positions over, relative to the origin. */
 static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
-    state->pairs.at = state->pairs.taken;
+    state->pairs.at = state->pairs.local;
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 base =
             nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
         const plii_float4 at = plii_float4_add(plii_float4_sub(base, origin), plii_float4_from(&nodes->offsets[i]));
-        plii_float4_to(&state->pairs.taken[i], at);
+        plii_float4_to(&state->pairs.local[i], at);
     }
 }
 
@@ -52,7 +52,7 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
 }
 
-/* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are
+/* At the start of a step without substeps, in which constraints move nodes from the ends of their paths. Positions are
    the solver's own; those of the last search are others where that was in a step with substeps. */
 static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
     self_nodes_state* state = data;
@@ -152,10 +152,10 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
     return plii_lanes_dot(apart, apart) < ratio * (pair->distance * pair->distance);
 }
 
-/* Pairs that follow each other in the list share nodes and would wait for each other; taken in turn from some places of
-   the list they do not. The places are near each other, so that nodes stay in the first cache. So many are looked at,
+/* Pairs that follow each other in the list share nodes and would wait for each other. So a batch is walked in strides
+   of an eighth of it; it is small enough for its nodes to stay in the first cache. All of a batch are looked at,
    without a branch, before those that are too near are parted. */
-enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
+enum { SELF_NODES_STRIDES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
    without that, coils of cloth keep trembling. */
 #define SELF_NODES_ALMOST 1.2f
@@ -163,12 +163,12 @@ enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Pairs too near, or almost, of a batch. */
 static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count,
                                 const plii_self_pair** near) {
-    const int length = (count + SELF_NODES_PLACES - 1) / SELF_NODES_PLACES;
+    const int stride = (count + SELF_NODES_STRIDES - 1) / SELF_NODES_STRIDES;
     int found = 0;
-    for (int k = 0; k < length; ++k) {
-        for (int place = k; place < count; place += length) {
-            near[found] = &pairs[place];
-            found += self_nodes_is_near(self_nodes_apart(at, &pairs[place]), &pairs[place], SELF_NODES_ALMOST);
+    for (int k = 0; k < stride; ++k) {
+        for (int i = k; i < count; i += stride) {
+            near[found] = &pairs[i];
+            found += self_nodes_is_near(self_nodes_apart(at, &pairs[i]), &pairs[i], SELF_NODES_ALMOST);
         }
     }
     return found;
@@ -304,7 +304,7 @@ static const plii_substep_class self_nodes_kind = {
 static const plii_feature_array self_nodes_arrays[] = {
     {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true},
     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.taken), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE},
