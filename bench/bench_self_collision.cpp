@@ -69,6 +69,14 @@ std::vector<pli_vec3> random_points(int count, float size) {
 
 // ---- what two grids miss
 
+void free_hash(pli_context* context, plii_spatial_hash* hash) {
+    PLII_RELEASE(context, hash->starts, hash->start_capacity);
+    PLII_RELEASE(context, hash->cells, hash->cell_capacity);
+    PLII_RELEASE(context, hash->nodes, hash->node_capacity);
+    PLII_RELEASE(context, hash->columns, hash->column_capacity);
+    PLII_RELEASE(context, hash->components, hash->component_capacity);
+}
+
 // Pairs that lie in no common cell of the two grids, of all nearer than `distance`.
 void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, float distance) {
     const int count = static_cast<int>(points.size());
@@ -98,9 +106,9 @@ void print_miss_rate(const char* name, const std::vector<pli_vec3>& points, floa
     }
     std::printf("%-28s %8d pairs, missed by two grids %5.1f %%; nearer than half: %7d pairs, missed %5.1f %%\n", name,
                 pairs.count, 100.0 * missed / pairs.count, near, 100.0 * missed_near / near);
-    plii_node_pairs_free(context, &pairs);
+    PLII_RELEASE(context, pairs.pairs, pairs.capacity);
     for (plii_spatial_hash* hash : {&all, &grids[0], &grids[1]}) {
-        plii_spatial_hash_free(context, hash);
+        free_hash(context, hash);
     }
     pli_context_destroy(context);
 }
@@ -179,8 +187,8 @@ void search(benchmark::State& state) {
     state.counters["time/node"] =
         benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     state.counters["pairs/node"] = static_cast<double>(pairs.count) / count;
-    plii_spatial_hash_free(context, &hash);
-    plii_node_pairs_free(context, &pairs);
+    free_hash(context, &hash);
+    PLII_RELEASE(context, pairs.pairs, pairs.capacity);
     pli_context_destroy(context);
 }
 BENCHMARK(search)->Arg(10000)->Arg(100000)->Arg(400000)->Unit(benchmark::kMillisecond)->MinTime(0.5);

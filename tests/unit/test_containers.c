@@ -65,17 +65,44 @@ static void test_edges_are_ordered_by_their_nodes(void** state) {
     (void)state;
     pli_context* context = NULL;
     assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
-    plii_edge_map map = {.context = context};
+    plii_edge_map map = {.table.context = context};
     const int edges[5][2] = {{4, 2}, {0, 3}, {2, 3}, {3, 0}, {1, 0}}, expected[4] = {3, 1, 2, 0};
     for (int i = 0; i < 5; ++i) {
-        assert_int_equal(plii_edge_map_add(&map, edges[i][0], edges[i][1]), i == 4 ? 3 : i == 3 ? 1 : i);
+        const plii_edge* edge = plii_edge_map_add(&map, edges[i][0], edges[i][1]);
+        assert_int_equal(edge - map.edges, i == 4 ? 3 : i == 3 ? 1 : i);
     }
-    int order[4];
-    assert_true(plii_edge_map_order(&map, 5, order));
-    assert_memory_equal(order, expected, sizeof order);
-    assert_int_equal(plii_edge_map_find(&map, 2, 4), 0);
-    assert_int_equal(plii_edge_map_find(&map, 1, 4), PLI_NULL_INDEX);
+    plii_scratch scratch = {.context = context};
+    const int* order = plii_edge_map_order(&map, 5, &scratch);
+    assert_non_null(order);
+    assert_memory_equal(order, expected, sizeof expected);
+    assert_ptr_equal(plii_edge_map_find(&map, 2, 4), &map.edges[0]);
+    assert_null(plii_edge_map_find(&map, 1, 4));
+    plii_scratch_free(&scratch);
     plii_edge_map_free(&map);
+    assert_int_equal(pli_context_allocated_bytes(context), 0);
+    pli_context_destroy(context);
+}
+
+static void test_keys_are_found_after_the_table_has_grown(void** state) {
+    (void)state;
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(NULL, &context), PLI_OK);
+    plii_key_table table = {.context = context};
+    assert_int_equal(plii_key_table_find(&table, 5), PLI_NULL_INDEX);
+    for (int i = 0; i < 1000; ++i) {
+        assert_int_equal(plii_key_table_add(&table, plii_edge_key(i, 2 * i), i), i);
+        assert_int_equal(plii_key_table_add(&table, plii_edge_key(2 * i, i), -7), i);
+    }
+    for (int i = 0; i < 1000; ++i) {
+        assert_int_equal(plii_key_table_find(&table, plii_edge_key(2 * i, i)), i);
+        assert_int_equal(plii_key_table_find(&table, plii_edge_key(i, 2 * i + 1)), PLI_NULL_INDEX);
+    }
+    assert_false(plii_key_table_insert(&table, plii_edge_key(3, 6)));
+    assert_int_equal(table.count, 1000);
+    plii_key_table_clear(&table);
+    assert_int_equal(plii_key_table_find(&table, plii_edge_key(3, 6)), PLI_NULL_INDEX);
+    assert_true(plii_key_table_insert(&table, plii_edge_key(3, 6)));
+    plii_key_table_free(&table);
     assert_int_equal(pli_context_allocated_bytes(context), 0);
     pli_context_destroy(context);
 }
@@ -86,6 +113,7 @@ int main(void) {
         cmocka_unit_test(test_the_root_of_a_set_is_its_smallest_index),
         cmocka_unit_test(test_scratch_is_all_or_nothing),
         cmocka_unit_test(test_edges_are_ordered_by_their_nodes),
+        cmocka_unit_test(test_keys_are_found_after_the_table_has_grown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -28,6 +28,14 @@ static long count_all_pairs(const points* p, float radius) {
     return count;
 }
 
+static void free_hash(pli_context* context, plii_spatial_hash* hash) {
+    PLII_RELEASE(context, hash->starts, hash->start_capacity);
+    PLII_RELEASE(context, hash->cells, hash->cell_capacity);
+    PLII_RELEASE(context, hash->nodes, hash->node_capacity);
+    PLII_RELEASE(context, hash->columns, hash->column_capacity);
+    PLII_RELEASE(context, hash->components, hash->component_capacity);
+}
+
 /* Each pair once, each near: then as many as there are means all. */
 static void check_hash_finds_all(pli_context* context, const points* p, float radius) {
     plii_spatial_hash hash = {0};
@@ -51,8 +59,8 @@ static void check_hash_finds_all(pli_context* context, const points* p, float ra
     free(seen);
     assert_false(pairs.is_truncated);
     assert_int_equal(pairs.count, count_all_pairs(p, radius));
-    plii_spatial_hash_free(context, &hash);
-    plii_node_pairs_free(context, &pairs);
+    free_hash(context, &hash);
+    PLII_RELEASE(context, pairs.pairs, pairs.capacity);
 }
 
 /* From sparse to dense, near the origin and 10 km away, in boxes and in clumps. */
@@ -103,8 +111,8 @@ static void test_hash_of_a_collapsed_body_stays_bounded(void** data) {
     assert_true(plii_spatial_hash_build(scene->context, &hash, COUNT, at, 1.5f, 0.0f));
     find_all(scene->context, &hash, &p, 1.5f, &pairs);
     assert_int_equal(pairs.count, COUNT - 2);
-    plii_spatial_hash_free(scene->context, &hash);
-    plii_node_pairs_free(scene->context, &pairs);
+    free_hash(scene->context, &hash);
+    PLII_RELEASE(scene->context, pairs.pairs, pairs.capacity);
     free(at);
 }
 

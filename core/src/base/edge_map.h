@@ -3,7 +3,8 @@
 
 /* What is known of undirected edges, by hashing, so that a change of topology takes linear time. */
 
-#include "base/context.h"
+#include "base/key_table.h"
+#include "base/scratch.h"
 
 typedef struct plii_edge {
     int a, b;           /* nodes, a < b */
@@ -15,20 +16,27 @@ typedef struct plii_edge {
 } plii_edge;
 
 typedef struct plii_edge_map {
-    pli_context* context;
+    plii_key_table table;
     plii_edge* edges; /* [count] in the order of adding */
     int count, capacity;
-    int* slots; /* [slot_count] place in `edges` plus 1, 0 = free; the count is a power of two */
-    size_t slot_count;
 } plii_edge_map;
 
-/* The map starts as {.context = ...}. Place of an edge, added when it is new; PLI_NULL_INDEX when out of memory. */
-int plii_edge_map_add(plii_edge_map* map, int a, int b);
-/* PLI_NULL_INDEX when the edge is not there. */
-int plii_edge_map_find(const plii_edge_map* map, int a, int b);
-/* Places of all edges ordered by a, then b. `order` has room for map->count, node indices are below `node_count`.
-   False when out of memory. */
-bool plii_edge_map_order(const plii_edge_map* map, int node_count, int* order);
+/* The map starts as {.table.context = ...}. An edge, added when it is new; NULL when out of memory. It moves when
+   another is added. */
+plii_edge* plii_edge_map_add(plii_edge_map* map, int a, int b);
+/* NULL when the edge is not there. */
+static inline plii_edge* plii_edge_map_find(const plii_edge_map* map, int a, int b) {
+    const int index = plii_key_table_find(&map->table, plii_edge_key(a, b));
+    return index != PLI_NULL_INDEX ? &map->edges[index] : NULL;
+}
+/* The node that parts an edge, or PLI_NULL_INDEX. */
+static inline int plii_edge_map_node(const plii_edge_map* map, int a, int b) {
+    const plii_edge* edge = plii_edge_map_find(map, a, b);
+    return edge != NULL ? edge->node : PLI_NULL_INDEX;
+}
+/* [count] indices of all edges ordered by a, then b; node indices are below `node_count`. NULL when out of memory, or
+   when there are no edges. */
+const int* plii_edge_map_order(const plii_edge_map* map, int node_count, plii_scratch* scratch);
 void plii_edge_map_free(plii_edge_map* map);
 
 #endif

@@ -11,7 +11,7 @@
 
 #include "base/context.h"
 
-enum { PLII_SCRATCH_BLOCKS = 8 };
+enum { PLII_SCRATCH_BLOCKS = 12 };
 
 typedef struct plii_scratch {
     pli_context* context;

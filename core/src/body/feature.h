@@ -78,7 +78,7 @@ typedef struct plii_topology_change {
     bool takes_rest_shape;                /* the present shape becomes the rest shape, as in btSoftBody::refine */
 } plii_topology_change;
 
-#define PLII_MAX_TOPOLOGY_BLOCKS 16
+#define PLII_MAX_TOPOLOGY_BLOCKS 24
 
 /* What the length of an array follows. */
 typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;

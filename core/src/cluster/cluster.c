@@ -1,4 +1,4 @@
-/* Clusters: frames, shape matching, damping, and the way of impulses from clusters to nodes (Müller and others,
+/* Clusters: frames, shape matching, damping, and handing impulses of clusters on to nodes (Müller and others,
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are taken at once */
+#define CLUSTER_BATCH (2 * PLII_ROTATION_FOLLOW_LANES) /* frames that are fitted at once */
 
 pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
@@ -84,19 +84,6 @@ static void cluster_update_inertia(plii_cluster* cluster) {
     }
 }
 
-static void cluster_clear_impulses(plii_cluster* cluster) {
-    cluster->velocity_impulse = cluster->angular_velocity_impulse = pli_vec3_make(0, 0, 0);
-    cluster->drift_impulse = cluster->angular_drift_impulse = pli_vec3_make(0, 0, 0);
-    cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
-}
-
-/* The frame is known; what follows from it. */
-static void cluster_update_from_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster) {
-    cluster_update_inertia(cluster);
-    cluster_update_velocities(body, clusters, cluster);
-    cluster_clear_impulses(cluster);
-}
-
 static void cluster_match(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
     const plii_cluster_member* members = &clusters->members[cluster->first_member];
     for (int i = 0; i < cluster->member_count; ++i) {
@@ -137,7 +124,9 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
         cluster->has_no_frame = !plii_mat3_is_finite(rotation);
         cluster->frame.rotation =
             cluster->has_no_frame ? plii_polar_factor(covariance, cluster->frame.rotation) : rotation;
-        cluster_update_from_frame(body, clusters, cluster);
+        cluster_update_inertia(cluster);
+        cluster_update_velocities(body, clusters, cluster);
+        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
         cluster->has_frame = true;
         if (in_step && cluster->settings.matching > 0.0f) { cluster_match(body, clusters, cluster); }
         if (cluster->settings.collides) { cluster_update_bounds(body, clusters, cluster); }
@@ -147,7 +136,7 @@ static void clusters_update_in_order(pli_body* body, plii_clusters* clusters, in
 /* What a frame and its motion are made of, about the first member. */
 typedef struct cluster_sums {
     plii_float4 first, moment, momentum, spin; /* w of each is of no use */
-    plii_float4 rest, products[3];             /* rest places, and these by each coordinate of the present ones */
+    plii_float4 rest, products[3];             /* rest positions, and these by each coordinate of the present ones */
 } cluster_sums;
 
 /* One pass: each of the sums is a chain of additions, which then wait for each other no longer. */
@@ -171,7 +160,7 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
     return sums;
 }
 
-/* Takes centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
+/* Sets centre and velocities, of which the angular one has still to go through the inverse inertia, and returns the
    covariance. */
 static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
@@ -209,7 +198,7 @@ static void clusters_update_batch(const pli_body* body, const plii_clusters* clu
         cluster->warm_rotation = warm_rotations[i];
         cluster->frame.rotation = rotations[i];
         cluster_update_inertia(cluster);
-        cluster_clear_impulses(cluster);
+        cluster->impulse = cluster->drift = (plii_cluster_impulse){.count = 0};
         const pli_vec3 spin = plii_xyz(cluster->angular_velocity);
         plii_set_xyz(&cluster->angular_velocity, pli_vec3_scale(pli_mat3_mul_vec3(cluster->inverse_inertia, spin),
                                                                 1.0f - cluster->settings.angular_damping));
@@ -254,7 +243,7 @@ static void clusters_update_in_batches(pli_body* body, plii_clusters* clusters, 
     for (int i = first; i < clusters->count; ++i) {
         plii_cluster* cluster = &clusters->items[i];
         cluster->has_frame = false;
-        cluster->velocity_impulse_count = cluster->drift_impulse_count = 0;
+        cluster->impulse.count = cluster->drift.count = 0;
         if (!in_step || cluster->settings.matching > 0.0f || cluster->settings.node_damping > 0.0f) {
             cluster_batch_add(&batch, cluster);
         }
@@ -317,33 +306,25 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
     }
 }
 
-static void clusters_apply_velocity_impulses(pli_body* body, void* state, const plii_step* step) {
-    plii_clusters* clusters = state;
+/* Changes of velocity are summed, corrections averaged. */
+static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bool is_drift) {
     bool any = false;
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
-        if (cluster->velocity_impulse_count == 0) { continue; }
+        plii_cluster_impulse sum = is_drift ? cluster->drift : cluster->impulse;
+        if (sum.count == 0) { continue; }
         any = true;
-        cluster_spread(body, clusters, cluster, pli_vec3_scale(cluster->velocity_impulse, step->dt),
-                       pli_vec3_scale(cluster->angular_velocity_impulse, step->dt));
+        if (is_drift) {
+            sum.linear = plii_vec3_divide(sum.linear, (float)sum.count);
+            sum.angular = plii_vec3_divide(sum.angular, (float)sum.count);
+        }
+        cluster_spread(body, clusters, cluster, pli_vec3_scale(sum.linear, dt), pli_vec3_scale(sum.angular, dt));
     }
     if (any) { clusters_move_nodes(body, clusters); }
 }
 
-/* Corrections are averaged, not summed. */
-static void clusters_apply_drift_impulses(pli_body* body, plii_clusters* clusters, const plii_step* step) {
-    bool any = false;
-    for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster* cluster = &clusters->items[i];
-        if (cluster->drift_impulse_count == 0) { continue; }
-        any = true;
-        const float count = (float)cluster->drift_impulse_count;
-        cluster->drift_impulse = plii_vec3_divide(cluster->drift_impulse, count);
-        cluster->angular_drift_impulse = plii_vec3_divide(cluster->angular_drift_impulse, count);
-        cluster_spread(body, clusters, cluster, pli_vec3_scale(cluster->drift_impulse, step->dt),
-                       pli_vec3_scale(cluster->angular_drift_impulse, step->dt));
-    }
-    if (any) { clusters_move_nodes(body, clusters); }
+static void clusters_prepare(pli_body* body, void* state, const plii_step* step) {
+    clusters_apply(body, state, step->dt, false);
 }
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -357,11 +338,12 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
         if (!(body->positions[node].w > 0.0f)) { continue; }
         const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->previous[node]), centre);
         const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
-        const plii_float4 own = plii_float4_from(&body->velocities[node]);
-        const plii_float4 damped = plii_float4_add(own, plii_float4_mul(plii_float4_sub(rigid, own), damping));
+        const plii_float4 velocity = plii_float4_from(&body->velocities[node]);
+        const plii_float4 damped =
+            plii_float4_add(velocity, plii_float4_mul(plii_float4_sub(rigid, velocity), damping));
         const plii_mask4 is_slower = plii_lanes_less_equal(plii_float4_all(plii_lanes_dot(rigid, rigid)),
-                                                           plii_float4_all(plii_lanes_dot(own, own)));
-        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, own));
+                                                           plii_float4_all(plii_lanes_dot(velocity, velocity)));
+        plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, velocity));
     }
 }
 
@@ -373,17 +355,13 @@ static void clusters_finish(pli_body* body, void* state, const plii_step* step) 
             cluster_damp_nodes(body, clusters, cluster);
         }
     }
-    clusters_apply_drift_impulses(body, clusters, step);
-}
-
-static size_t clusters_node_sums_bytes(const pli_body* body) {
-    return (size_t)body->node_count * sizeof(pli_vec4);
+    clusters_apply(body, clusters, step->dt, true);
 }
 
 void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     PLII_RELEASE(body->context, clusters->items, clusters->capacity);
     PLII_RELEASE(body->context, clusters->members, clusters->member_capacity);
-    plii_release(body->context, clusters->node_sums, clusters_node_sums_bytes(body));
+    PLII_RELEASE(body->context, clusters->node_sums, body->node_count);
     const pli_clusters_def def = clusters->def;
     *clusters = (plii_clusters){.def = def};
 }
@@ -430,23 +408,23 @@ static int clusters_topology_blocks(const pli_body* body, const void* state, con
     return 2;
 }
 
-/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `places`
+/* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `indices1`
    holds for each node its index in the cluster + 1, or 0. Returns the number of members. */
-static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* places) {
+static int cluster_join(const plii_topology_change* change, plii_cluster_member* members, int count, int* indices1) {
     for (int i = 0; i < count; ++i) {
-        places[members[i].node] = i + 1;
+        indices1[members[i].node] = i + 1;
     }
     for (int i = change->old_node_count; i < change->node_count; ++i) {
         const plii_node_origin* origin = &change->node_origins[i - change->old_node_count];
-        const int a = places[origin->a], b = places[origin->b];
+        const int a = indices1[origin->a], b = indices1[origin->b];
         if (a == 0 || b == 0) { continue; }
         const pli_vec3 rest =
             pli_vec3_lerp(plii_xyz(members[a - 1].rest), plii_xyz(members[b - 1].rest), origin->share);
         members[count++] = (plii_cluster_member){.node = i, .rest = {rest.x, rest.y, rest.z, 0.0f}};
-        places[i] = count;
+        indices1[i] = count;
     }
     for (int i = 0; i < count; ++i) {
-        places[members[i].node] = 0;
+        indices1[members[i].node] = 0;
     }
     return count;
 }
@@ -464,7 +442,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
     plii_clusters* clusters = state;
     pli_context* context = body->context;
     if (clusters->node_sums == NULL) { return; }
-    void *more_members = blocks[CLUSTERS_ARRAYS], *places = blocks[CLUSTERS_ARRAYS + 1];
+    void *more_members = blocks[CLUSTERS_ARRAYS], *indices1 = blocks[CLUSTERS_ARRAYS + 1];
     if (more_members != NULL) {
         const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
         plii_cluster_member* members = more_members;
@@ -474,7 +452,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
             memcpy(&members[member_count], &clusters->members[cluster->first_member],
                    (size_t)cluster->member_count * sizeof *members);
             cluster->first_member = member_count;
-            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, places);
+            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, indices1);
             member_count += cluster->member_count;
         }
         PLII_RELEASE(context, clusters->members, clusters->member_capacity);
@@ -482,7 +460,7 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
         clusters->member_count = member_count;
         clusters->member_capacity = (int)capacity;
     }
-    plii_release(context, places, (size_t)change->node_count * sizeof(int));
+    plii_release(context, indices1, (size_t)change->node_count * sizeof(int));
     for (int i = 0; i < clusters->count; ++i) {
         plii_cluster_update_masses(body, clusters, &clusters->items[i]);
     }
@@ -496,7 +474,7 @@ const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
-               [PLII_STAGE_PREPARE] = {clusters_apply_velocity_impulses, CLUSTERS_APPLY_ORDER},
+               [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .arrays = clusters_arrays,
     .disable = clusters_disable,

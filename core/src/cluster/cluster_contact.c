@@ -36,28 +36,21 @@ static void cluster_contact_make_as_reference(plii_cluster_contact* contact, con
         plii_joint_impulse_matrix(&sides[0], contact->arms[0], &sides[1], contact->arms[1]);
 }
 
-/* What both kinds have. */
-static void cluster_contact_start(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
-                                  const plii_joint_target targets[2]) {
+void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
+                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
+                              const plii_contact_terms* terms) {
     contact->info = *info;
     contact->targets[0] = targets[0];
     contact->targets[1] = targets[1];
     contact->normal = normal;
-    contact->is_self = false;
-}
-
-void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_contact* info, pli_vec3 normal,
-                              const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
-                              const plii_contact_terms* terms) {
-    cluster_contact_start(contact, info, normal, targets);
+    contact->is_self = contact->reference_mode = false;
     /* Bullet acts on the cores, at two points: friction between them would make angular momentum. */
     const pli_vec3 surface = pli_vec3_add(info->other_witness, pli_vec3_scale(normal, terms->radius));
     const pli_vec3 point = pli_vec3_lerp(info->witness, surface, 0.5f);
     contact->arms[0] = pli_vec3_sub(point, centre);
     contact->arms[1] = pli_vec3_sub(point, other_centre);
-    contact->reference_mode = false;
     const float depth = terms->margin - info->distance - CLUSTER_CONTACT_SLOP * (terms->margin - terms->radius);
-    contact->as.own.terms = (pli_vec4){depth, terms->hardness, terms->split, terms->friction};
+    contact->as.terms = (pli_vec4){depth, terms->hardness, terms->split, terms->friction};
 }
 
 bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint_end sides[2],
@@ -65,11 +58,8 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
     if (!(info->distance < terms->margin) || !cluster_contact_is_usable(info)) { return false; }
     const pli_vec3 normal = plii_vec3_divide(info->normal, pli_vec3_length(info->normal));
     const plii_joint_target targets[2] = {sides[0].target, sides[1].target};
-    if (!reference_mode) {
-        plii_cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
-        return true;
-    }
-    cluster_contact_start(contact, info, normal, targets);
+    plii_cluster_contact_set(contact, info, normal, targets, sides[0].frame.origin, sides[1].frame.origin, terms);
+    if (!reference_mode) { return true; }
     contact->arms[0] = pli_vec3_sub(info->witness, sides[0].frame.origin);
     contact->arms[1] = pli_vec3_sub(info->other_witness, sides[1].frame.origin);
     contact->reference_mode = true;
@@ -80,13 +70,13 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
 // ---------------------------------------------------------------------------------------------------- reference mode
 
 void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
-    plii_cluster_contact_as_reference* own = &contact->as.reference;
-    own->drift = plii_vec3_divide(pli_vec3_scale(own->drift, own->erp), step->dt);
-    if (own->split > 0.0f) {
-        own->split_drift = pli_mat3_mul_vec3(own->impulse_matrix, pli_vec3_scale(own->drift, own->split));
-        own->drift = pli_vec3_scale(own->drift, 1.0f - own->split);
+    plii_cluster_contact_as_reference* state = &contact->as.reference;
+    state->drift = plii_vec3_divide(pli_vec3_scale(state->drift, state->erp), step->dt);
+    if (state->split > 0.0f) {
+        state->split_drift = pli_mat3_mul_vec3(state->impulse_matrix, pli_vec3_scale(state->drift, state->split));
+        state->drift = pli_vec3_scale(state->drift, 1.0f - state->split);
     }
-    own->drift = plii_vec3_divide(own->drift, (float)iterations);
+    state->drift = plii_vec3_divide(state->drift, (float)iterations);
 }
 
 void plii_cluster_contact_solve(plii_cluster_contact* contact) {

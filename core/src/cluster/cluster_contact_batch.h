@@ -1,9 +1,11 @@
 #ifndef PLII_CLUSTER_CONTACT_BATCH_H
 #define PLII_CLUSTER_CONTACT_BATCH_H
 
-/* Data of contacts that are solved side by side, see cluster_contact_batches.h. */
+/* Contacts prepared for the iterations of one step: those of four pairs that share nothing movable are solved side by
+   side, and those of a pair one after the other. */
 
 #include "cluster/joint_end.h"
+#include "math/simd_float4.h"
 
 enum { PLII_GROUP_LANES = 4 };
 
@@ -12,6 +14,9 @@ typedef struct plii_group_vec3 {
     float x[PLII_GROUP_LANES], y[PLII_GROUP_LANES], z[PLII_GROUP_LANES];
 } plii_group_vec3;
 
+static inline plii_vec3x4 plii_group_vec3_load(const plii_group_vec3* v) {
+    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
+}
 static inline void plii_group_vec3_set(plii_group_vec3* target, int lane, pli_vec3 v) {
     target->x[lane] = v.x;
     target->y[lane] = v.y;
@@ -72,11 +77,33 @@ typedef struct plii_contact_batches {
     int count, capacity;
     plii_contact_block* blocks;
     int block_count, block_capacity;
-    plii_group_rigid* rigids; /* [rigid_count] by their place in the world */
+    plii_group_rigid* rigids; /* [rigid_count] by their index in the world */
     int rigid_count, rigid_capacity;
     pli_vec4 still[2];                    /* velocities of what does not move */
-    int open[64];                         /* the groups that take more pairs, by the bits of open_groups */
+    int open[64];                         /* the groups with room for pairs, by the bits of open_groups */
     uint64_t open_groups, open_counts[8]; /* bits in use, and those of groups with so many blocks */
 } plii_contact_batches;
+
+/* What groups of contacts do in a step, with the instructions of every processor of the target or with more, from
+   cluster_contact_kernel.inl; all with the same results. */
+struct plii_contact_kernel {
+    void (*prepare)(plii_contact_batches* groups, const plii_step* step); /* fills the blocks */
+    void (*solve)(plii_contact_batches* groups);  /* one iteration, on the clusters and on groups->rigids */
+    void (*finish)(plii_contact_batches* groups); /* adds to the impulses of the clusters */
+};
+
+extern const plii_contact_kernel plii_contact_kernel_base, plii_contact_kernel_avx2;
+
+/* Contacts are added pair by pair: [count] of the same two sides, not in reference mode, which stay where they are
+   until the step ends. All are false when out of memory: contacts that were not added, or prepared, are not solved. */
+bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count);
+bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups, const plii_cluster_contact* contacts,
+                              int count);
+bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step);
+/* One iteration. */
+void plii_contact_batches_solve(plii_contact_batches* groups);
+/* Hands impulses and displacements on to the clusters. */
+void plii_contact_batches_finish(plii_contact_batches* groups);
+bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
 
 #endif

@@ -3,10 +3,11 @@
    temporal coherence", 2005). A contact is a long chain of operations that waits for the one before, so pairs that have
    nothing movable in common are found first come, first served, and solved four at a time. */
 
-#include "cluster/cluster_contact_batches.h"
+#include "cluster/cluster_contact_batch.h"
 
-#include "cluster/cluster_contact_kernel.h"
 #include "cluster/cluster_contacts_impl.h"
+
+#include <string.h>
 
 #define GROUPS_MAX_COUNT 7 /* of contacts of a pair; more are taken as another pair */
 /* How much heavier than a cluster a rigid body must be to be in more than one lane. */
@@ -17,9 +18,7 @@
 bool plii_contact_batches_start(pli_context* context, plii_contact_batches* groups, int rigid_count) {
     groups->count = groups->block_count = groups->rigid_count = 0;
     groups->open_groups = 0;
-    for (int i = 0; i < 8; ++i) {
-        groups->open_counts[i] = 0;
-    }
+    memset(groups->open_counts, 0, sizeof groups->open_counts);
     groups->still[0] = groups->still[1] = (pli_vec4){0, 0, 0, 0};
     if (!PLII_RESERVE(context, &groups->rigids, &groups->rigid_capacity, rigid_count)) { return false; }
     groups->rigid_count = rigid_count;
@@ -43,16 +42,16 @@ static uint64_t* groups_marks(const plii_contact_batches* groups, const plii_joi
 /* By what a De Bruijn sequence has at its top once the bit has moved it (Leiserson, Prokop, Randall, "Using de Bruijn
    sequences to index a 1 in a computer word", 1998). */
 static int groups_lowest_bit(uint64_t bits) {
-    static const uint8_t places[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
-                                       62, 55, 59, 36, 53, 51, 43, 22, 45, 39, 33, 30, 24, 18, 12, 5,
-                                       63, 47, 56, 27, 60, 41, 37, 16, 54, 35, 52, 21, 44, 32, 23, 11,
-                                       46, 26, 40, 15, 34, 20, 31, 10, 25, 14, 19, 9,  13, 8,  7,  6};
-    return places[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
+    static const uint8_t indices[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
+                                        62, 55, 59, 36, 53, 51, 43, 22, 45, 39, 33, 30, 24, 18, 12, 5,
+                                        63, 47, 56, 27, 60, 41, 37, 16, 54, 35, 52, 21, 44, 32, 23, 11,
+                                        46, 26, 40, 15, 34, 20, 31, 10, 25, 14, 19, 9,  13, 8,  7,  6};
+    return indices[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
 }
 
-static void groups_close(plii_contact_batches* groups, int place) {
-    const plii_contact_batch* group = &groups->groups[groups->open[place]];
-    const uint64_t others = ~(UINT64_C(1) << place);
+static void groups_close(plii_contact_batches* groups, int bit) {
+    const plii_contact_batch* group = &groups->groups[groups->open[bit]];
+    const uint64_t others = ~(UINT64_C(1) << bit);
     for (int lane = 0; lane < group->lane_count; ++lane) {
         for (int side = 0; side < 2; ++side) {
             uint64_t* marks = groups_marks(groups, &group->contacts[lane]->targets[side]);
@@ -63,7 +62,7 @@ static void groups_close(plii_contact_batches* groups, int place) {
     groups->open_counts[group->block_count] &= others;
 }
 
-/* The bit of a group that takes the pair, or PLI_NULL_INDEX: first one whose pairs have as many contacts. */
+/* The bit of a group with room for the pair, or PLI_NULL_INDEX: first one whose pairs have as many contacts. */
 static int groups_find_open(const plii_contact_batches* groups, uint64_t taken, int count) {
     for (int blocks = count; blocks <= GROUPS_MAX_COUNT; ++blocks) {
         const uint64_t fit = groups->open_counts[blocks] & ~taken;
@@ -74,26 +73,24 @@ static int groups_find_open(const plii_contact_batches* groups, uint64_t taken, 
 
 static int groups_open(pli_context* context, plii_contact_batches* groups, int count) {
     if (!PLII_RESERVE(context, &groups->groups, &groups->capacity, groups->count + 1)) { return PLI_NULL_INDEX; }
-    int place = 0;
+    int bit = 0;
     if (groups->open_groups == UINT64_MAX) {
         /* The first to have been opened. */
         for (int i = 1; i < 64; ++i) {
-            if (groups->open[i] < groups->open[place]) { place = i; }
+            if (groups->open[i] < groups->open[bit]) { bit = i; }
         }
-        groups_close(groups, place);
+        groups_close(groups, bit);
     } else {
-        place = groups_lowest_bit(~groups->open_groups);
+        bit = groups_lowest_bit(~groups->open_groups);
     }
     plii_contact_batch* group = &groups->groups[groups->count];
-    for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
-        group->counts[lane] = 0;
-    }
+    memset(group->counts, 0, sizeof group->counts);
     group->lane_count = 0;
     group->block_count = count;
-    groups->open[place] = groups->count++;
-    groups->open_groups |= UINT64_C(1) << place;
-    groups->open_counts[count] |= UINT64_C(1) << place;
-    return place;
+    groups->open[bit] = groups->count++;
+    groups->open_groups |= UINT64_C(1) << bit;
+    groups->open_counts[count] |= UINT64_C(1) << bit;
+    return bit;
 }
 
 static void groups_meet_rigid(plii_contact_batches* groups, const plii_joint_target* target) {
@@ -119,18 +116,18 @@ static bool groups_add_pair(pli_context* context, plii_contact_batches* groups, 
                                 groups_marks(groups, &contacts->targets[1])};
     uint64_t taken = marks[0] != NULL ? *marks[0] : 0;
     if (marks[1] != NULL && !groups_may_share(contacts)) { taken |= *marks[1]; }
-    int place = groups_find_open(groups, taken, count);
-    if (place == PLI_NULL_INDEX) { place = groups_open(context, groups, count); }
-    if (place == PLI_NULL_INDEX) { return false; }
-    plii_contact_batch* group = &groups->groups[groups->open[place]];
+    int bit = groups_find_open(groups, taken, count);
+    if (bit == PLI_NULL_INDEX) { bit = groups_open(context, groups, count); }
+    if (bit == PLI_NULL_INDEX) { return false; }
+    plii_contact_batch* group = &groups->groups[groups->open[bit]];
     group->contacts[group->lane_count] = contacts;
     group->counts[group->lane_count++] = count;
     if (group->lane_count == PLII_GROUP_LANES) {
-        groups_close(groups, place);
+        groups_close(groups, bit);
         return true;
     }
     for (int side = 0; side < 2; ++side) {
-        if (marks[side] != NULL) { *marks[side] |= UINT64_C(1) << place; }
+        if (marks[side] != NULL) { *marks[side] |= UINT64_C(1) << bit; }
     }
     return true;
 }
@@ -214,16 +211,4 @@ void plii_contact_batches_finish(plii_contact_batches* groups) {
 bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts) {
     return PLII_RESERVE(context, &groups->groups, &groups->capacity, contacts / 4 + 1) &&
            PLII_RESERVE(context, &groups->blocks, &groups->block_capacity, contacts / 2 + 1);
-}
-
-void plii_contact_batches_release(pli_context* context, plii_contact_batches* groups) {
-    PLII_RELEASE(context, groups->groups, groups->capacity);
-    PLII_RELEASE(context, groups->blocks, groups->block_capacity);
-    PLII_RELEASE(context, groups->rigids, groups->rigid_capacity);
-    *groups = (plii_contact_batches){0};
-}
-
-size_t plii_contact_batches_bytes(const plii_contact_batches* groups) {
-    return (size_t)groups->capacity * sizeof *groups->groups + (size_t)groups->block_capacity * sizeof *groups->blocks +
-           (size_t)groups->rigid_capacity * sizeof *groups->rigids;
 }

@@ -3,14 +3,10 @@
 
 #include "math/simd_float8.h"
 
-#include "cluster/cluster_contact_kernel.h"
 #include "cluster/cluster_contacts_impl.h"
 
 // -------------------------------------------------------------------------------------------------------------- lanes
 
-static inline plii_vec3x4 groups_load(const plii_group_vec3* v) {
-    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
-}
 static inline void groups_store(plii_group_vec3* target, plii_vec3x4 v) {
     plii_float4_store(target->x, v.x);
     plii_float4_store(target->y, v.y);
@@ -160,9 +156,9 @@ static void groups_load_factors(plii_contact_batch* group, group_terms* terms) {
         linear[lane] = rigid != NULL ? &rigid->linear_factor : &one;
         angular[lane] = rigid != NULL ? &rigid->angular_factor : &one;
     }
-    const plii_vec3x4 own = plii_vec3x4_all(one);
-    terms->angular_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(angular)));
-    const plii_vec3x8 linear_factors = plii_vec3x8_of(own, plii_vec3x4_neg(groups_from_vectors(linear)));
+    const plii_vec3x4 ones = plii_vec3x4_all(one);
+    terms->angular_factors = plii_vec3x8_of(ones, plii_vec3x4_neg(groups_from_vectors(angular)));
+    const plii_vec3x8 linear_factors = plii_vec3x8_of(ones, plii_vec3x4_neg(groups_from_vectors(linear)));
     groups_store_sides(&group->inverse_masses, plii_vec3x8_scale(linear_factors, terms->inverse_masses));
 }
 
@@ -177,7 +173,7 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
         included[lane] = b->clusters[lane] != NULL ? 1.0f : 0.0f;
         factors[lane] = contact->is_self ? a->clusters[lane]->settings.self_impulse_factor : 1.0f;
         group->limits[lane] = contact->is_self ? a->clusters[lane]->settings.max_self_impulse : INFINITY;
-        group->frictions[lane] = contact->as.own.terms.w;
+        group->frictions[lane] = contact->as.terms.w;
     }
     float counts[PLII_GROUP_LANES];
     groups_count_lanes(group, inverse_masses[1], counts);
@@ -252,8 +248,8 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     }
     groups_store_sides(&block->arms, arms);
 
-    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.own.terms), plii_float4_from(&contacts[1]->as.own.terms),
-                            plii_float4_from(&contacts[2]->as.own.terms), plii_float4_from(&contacts[3]->as.own.terms)};
+    plii_float4 terms[4] = {plii_float4_from(&contacts[0]->as.terms), plii_float4_from(&contacts[1]->as.terms),
+                            plii_float4_from(&contacts[2]->as.terms), plii_float4_from(&contacts[3]->as.terms)};
     plii_float4_transpose(terms);
     const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, arms);
@@ -307,8 +303,9 @@ static inline void groups_bound_friction(plii_float4 friction, plii_float4 impul
 
 static inline void groups_solve_block(const plii_contact_batch* group, plii_contact_block* block,
                                       group_motion* motion) {
-    const plii_vec3x4 directions[3] = {groups_load(&block->directions[0]), groups_load(&block->directions[1]),
-                                       groups_load(&block->directions[2])};
+    const plii_vec3x4 directions[3] = {plii_group_vec3_load(&block->directions[0]),
+                                       plii_group_vec3_load(&block->directions[1]),
+                                       plii_group_vec3_load(&block->directions[2])};
     const plii_vec3x4 velocity = groups_velocity_at(motion, groups_load_sides(&block->arms));
     const plii_float4 missing[3] = {
         plii_float4_sub(plii_float4_load(block->wanted_speeds), plii_vec3x4_dot(directions[0], velocity)),
@@ -373,8 +370,9 @@ static inline void groups_sum_up(const plii_contact_batches* groups, const plii_
     plii_float4 pushed = zero, drift_counts = zero;
     for (int i = 0; i < group->block_count; ++i) {
         const plii_contact_block* block = &groups->blocks[group->first_block + i];
-        const plii_vec3x4 directions[3] = {groups_load(&block->directions[0]), groups_load(&block->directions[1]),
-                                           groups_load(&block->directions[2])};
+        const plii_vec3x4 directions[3] = {plii_group_vec3_load(&block->directions[0]),
+                                           plii_group_vec3_load(&block->directions[1]),
+                                           plii_group_vec3_load(&block->directions[2])};
         const plii_float4 impulses[3] = {plii_float4_load(block->impulses[0]), plii_float4_load(block->impulses[1]),
                                          plii_float4_load(block->impulses[2])};
         const plii_float4 drift = plii_float4_load(block->drifts);
@@ -425,16 +423,11 @@ static void groups_finish(plii_contact_batches* groups) {
             plii_cluster* cluster = group->sides[k / PLII_GROUP_LANES].clusters[lane];
             if (cluster == NULL) { continue; }
             if (sums.pushed[lane] > 0.0f) {
-                cluster->velocity_impulse = pli_vec3_add(cluster->velocity_impulse, plii_xyz(linear[k]));
-                cluster->angular_velocity_impulse =
-                    pli_vec3_add(cluster->angular_velocity_impulse, plii_xyz(angular[k]));
-                cluster->velocity_impulse_count += 1;
+                plii_cluster_impulse_add(&cluster->impulse, plii_xyz(linear[k]), plii_xyz(angular[k]), 1);
             }
             if (sums.drift_counts[lane] > 0.0f) {
-                cluster->drift_impulse = pli_vec3_add(cluster->drift_impulse, plii_xyz(drift[k]));
-                cluster->angular_drift_impulse =
-                    pli_vec3_add(cluster->angular_drift_impulse, plii_xyz(angular_drift[k]));
-                cluster->drift_impulse_count += (int)sums.drift_counts[lane];
+                plii_cluster_impulse_add(&cluster->drift, plii_xyz(drift[k]), plii_xyz(angular_drift[k]),
+                                         (int)sums.drift_counts[lane]);
             }
         }
     }

@@ -3,7 +3,6 @@
 
 #include "body/pipeline.h"
 #include "body/world_state.h"
-#include "cluster/cluster_contact_batches.h"
 #include "cluster/cluster_contacts_impl.h"
 #include "contact/contact_order.h"
 #include "math/definition.h"
@@ -106,37 +105,32 @@ static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* 
     plii_cluster_contacts_begin_step(body, state);
 }
 
-static void cluster_contacts_end_all(plii_cluster_contacts* state) {
-    state->count = 0;
-    plii_cluster_contacts_clear(state);
-}
-
+/* All contacts end. */
 static void cluster_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     (void)other;
     (void)body;
-    cluster_contacts_end_all(data);
+    ((plii_cluster_contacts*)data)->count = 0;
+    plii_cluster_contacts_clear(data);
 }
 
 static void cluster_contacts_on_clusters_removed(pli_body* body, void* data, const pli_body* other) {
-    plii_cluster_contacts* state = data;
-    cluster_contacts_end_all(state);
+    cluster_contacts_on_body_removed(body, data, other);
     if (other != body) { return; }
-    plii_cluster_contacts_drop_groups(body, state);
-    plii_cluster_contacts_drop_neighbours(state);
+    plii_cluster_contacts_drop_groups(body, data);
+    plii_cluster_contacts_drop_neighbours(data);
 }
 
 static void cluster_contacts_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)body;
     (void)rigid;
-    cluster_contacts_end_all(data);
+    cluster_contacts_on_body_removed(body, data, NULL);
 }
 
-/* New members join clusters, which keep their places. */
+/* New members join clusters, which keep their indices. */
 static void cluster_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                              void** blocks) {
     (void)change;
     (void)blocks;
-    cluster_contacts_end_all(data);
+    cluster_contacts_on_body_removed(body, data, NULL);
     plii_cluster_contacts_drop_groups(body, data);
 }
 
@@ -146,30 +140,28 @@ static const plii_feature_array cluster_contacts_arrays[] = {
     {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity)},
     {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity)},
     {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity)},
     {0},
 };
 
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
-    pli_context* context = body->context;
     plii_cluster_contacts_drop_groups(body, state);
     plii_cluster_contacts_drop_neighbours(state);
-    plii_contact_batches_release(context, &state->groups);
-    plii_pair_cache_release(context, &state->memory);
-    plii_bvh4_free(context, &state->other_bvh);
-    plii_bvh_free(context, &state->tree);
+    plii_pair_cache_release(body->context, &state->memory);
 }
 
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = plii_contact_batches_bytes(&state->groups) + (size_t)state->hull_count * sizeof *state->hulls +
-                   plii_pair_cache_bytes(&state->memory) + plii_bvh4_bytes(&state->other_bvh) +
-                   plii_bvh_bytes(&state->tree);
+    size_t bytes = (size_t)state->hull_count * sizeof *state->hulls + plii_pair_cache_bytes(&state->memory) +
+                   plii_key_table_bytes(&state->neighbours);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
     }
-    if (state->has_neighbours) { bytes += (state->neighbours.mask + 1) * sizeof *state->neighbours.slots; }
     return bytes;
 }
 
@@ -186,18 +178,9 @@ static int cluster_contacts_least(int a, int b) {
     return a < b ? a : b;
 }
 
-static void cluster_contacts_reserve(pli_body* body, plii_cluster_contacts* state, int contacts, int pairs) {
-    pli_context* context = body->context;
-    const plii_clusters* clusters = plii_body_clusters(body);
-    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
-    if (state->def.distance != NULL || pairs == 0) { return; }
-    (void)plii_pair_cache_reserve(context, &state->memory, pairs);
-    if (clusters->def.reference_mode || state->def.disable_contact_cache) { return; }
-    (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
-}
-
-static void cluster_contacts_preallocate(pli_body* body, void* data) {
+static void cluster_contacts_reserve(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
+    pli_context* context = body->context;
     const pli_world* world = body->world;
     const int clusters = plii_body_clusters(body)->count;
     const int nodes = cluster_contacts_least(body->node_count, CLUSTER_CONTACTS_MAX_ROOM);
@@ -209,7 +192,7 @@ static void cluster_contacts_preallocate(pli_body* body, void* data) {
                      CLUSTER_CONTACTS_MORE_PAIRS;
         }
         if (world->has_other_shapes) {
-            (void)PLII_RESERVE(body->context, &state->surface, &state->surface_capacity, body->node_count);
+            (void)PLII_RESERVE(context, &state->surface, &state->surface_capacity, body->node_count);
         }
     }
     if (state->def.with_self ||
@@ -219,7 +202,11 @@ static void cluster_contacts_preallocate(pli_body* body, void* data) {
         pairs += touched;
         (void)plii_cluster_contacts_reserve_search(body, state);
     }
-    cluster_contacts_reserve(body, state, contacts, pairs);
+    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, contacts);
+    if (state->def.distance != NULL || pairs == 0) { return; }
+    (void)plii_pair_cache_reserve(context, &state->memory, pairs);
+    if (plii_body_clusters(body)->def.reference_mode || state->def.disable_contact_cache) { return; }
+    (void)PLII_RESERVE(context, &state->manifolds, &state->manifold_capacity, pairs);
 }
 
 // --------------------------------------------------------------------------------------------------------- the feature
@@ -246,7 +233,7 @@ const plii_feature_class plii_cluster_contacts_class = {
                 [PLII_CLUSTERS_REMOVED] = cluster_contacts_on_clusters_removed,
                 [PLII_TOPOLOGY_CHANGED] = cluster_contacts_on_body_removed},
     .bytes = cluster_contacts_bytes,
-    .reserve = cluster_contacts_preallocate,
+    .reserve = cluster_contacts_reserve,
     .topology_commit = cluster_contacts_topology_commit,
 };
 

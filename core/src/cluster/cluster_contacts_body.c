@@ -7,16 +7,13 @@
 #include "cluster/cluster_contacts_pair.h"
 #include "math/bounds.h"
 
-#define CLUSTER_CONTACTS_FEW 64 /* clusters, whose boxes are looked at one by one */
-
 // ------------------------------------------------------------------------------------------------------- finding pairs
 
 bool plii_cluster_contacts_reserve_search(pli_body* body, plii_cluster_contacts* state) {
     const int count = plii_body_clusters(body)->count;
     return PLII_RESERVE(body->context, &state->boxes, &state->box_capacity, count) &&
            PLII_RESERVE(body->context, &state->candidates, &state->candidate_capacity, count) &&
-           (count <= CLUSTER_CONTACTS_FEW ? plii_bvh4_reserve(body->context, &state->other_bvh, count)
-                                          : plii_bvh_reserve(body->context, &state->tree, count));
+           plii_bvh4_reserve(body->context, &state->tree, count);
 }
 
 static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* state) {
@@ -28,35 +25,13 @@ static bool cluster_contacts_update_tree(pli_body* body, plii_cluster_contacts* 
         const pli_bounds nothing = {body->bounds.min, body->bounds.min};
         state->boxes[i] = cluster->settings.collides ? cluster->bounds : nothing;
     }
-    state->has_tree = clusters->count <= CLUSTER_CONTACTS_FEW
-                          ? plii_bvh4_build(body->context, &state->other_bvh, clusters->count, state->boxes)
-                          : plii_bvh_build(body->context, &state->tree, clusters->count, state->boxes);
+    state->has_tree = plii_bvh4_build(body->context, &state->tree, clusters->count, state->boxes);
     return state->has_tree;
 }
 
-static void cluster_contacts_visit(int item, void* user) {
-    plii_cluster_contacts* state = user;
-    state->candidates[state->candidate_count++] = item;
-}
-
 /* Clusters of a body near a box, ascending. */
-static void cluster_contacts_find(const plii_clusters* clusters, plii_cluster_contacts* state, pli_bounds box) {
-    if (clusters->count <= CLUSTER_CONTACTS_FEW) {
-        state->candidate_count = plii_bvh4_overlaps(&state->other_bvh, &box, state->candidates);
-        return;
-    }
-    state->candidate_count = 0;
-    plii_bvh_overlaps(&state->tree, box, cluster_contacts_visit, state);
-    /* Few at a time: insertion sort. */
-    for (int i = 1; i < state->candidate_count; ++i) {
-        const int moved = state->candidates[i];
-        int k = i;
-        while (k > 0 && state->candidates[k - 1] > moved) {
-            state->candidates[k] = state->candidates[k - 1];
-            --k;
-        }
-        state->candidates[k] = moved;
-    }
+static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) {
+    state->candidate_count = plii_bvh4_overlaps(&state->tree, &box, state->candidates);
 }
 
 // ------------------------------------------------------------------------------------------------------------ one pair
@@ -70,23 +45,21 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     const plii_cluster* item = &clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
-    const plii_support_points* own = &state->hulls[info->cluster];
-    if (own->packed != NULL) {
-        pli_vec3 points[PLII_SUPPORT_POINTS_MIN];
-        float heights[PLII_SUPPORT_POINTS_MIN];
+    const plii_support_points* set = &state->hulls[info->cluster];
+    for (int first = 0; first < set->node_count; first += PLII_SUPPORT_BATCH) {
+        pli_vec3 points[PLII_SUPPORT_BATCH];
+        float heights[PLII_SUPPORT_BATCH];
         const int count =
-            plii_support_points_find_below(own, info->other_witness, info->normal, margin, points, heights);
+            plii_support_points_find_below(set, first, info->other_witness, info->normal, margin, points, heights);
         for (int i = 0; i < count; ++i) {
             plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
         }
-    } else {
-        for (int i = 0; i < item->member_count; ++i) {
-            const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
-            const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
-            if (above < margin) {
-                plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
-            }
-        }
+    }
+    for (int i = 0; set->node_count == 0 && i < item->member_count; ++i) {
+        const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
+        const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
+        if (!(above < margin)) { continue; }
+        plii_near_nodes_add_beside(&candidates, (plii_near_node){x, info->normal, above}, margin);
     }
     for (int i = 1; i < candidates.count; ++i) {
         const plii_near_node* node = &candidates.kept[i];
@@ -96,11 +69,10 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     }
 }
 
-static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, plii_cluster_contacts* other_state,
-                                                pli_cluster_contact info, const plii_contact_terms* terms,
-                                                plii_convex_cache* cache) {
+static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_cluster_contact info,
+                                                const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
-    plii_cluster_contacts* state = pair->state;
+    plii_cluster_contacts *state = pair->state, *other_state = pair->other_state;
     if (!plii_cluster_contacts_measure_cluster(body, state, other_state, cache, terms->margin, &info)) {
         return PLI_OK;
     }
@@ -143,22 +115,6 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, plii_cl
     return PLI_OK;
 }
 
-static pli_status cluster_contacts_collide_cluster(pli_body* body, plii_cluster_contacts* state,
-                                                   plii_cluster_contacts* other_state, const pli_cluster_contact* pair,
-                                                   const plii_contact_terms* terms) {
-    const plii_cached_pair known =
-        plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->other_cluster, pair->other, 0});
-    if (plii_cluster_contacts_reuse(body, state, known, pair, (const plii_contact_terms[2]){*terms, *terms}, NULL)) {
-        return PLI_OK;
-    }
-    plii_pair_context touched;
-    plii_pair_context_start(&touched, body, state);
-    const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_pair(&touched, other_state, *pair, terms, plii_cached_pair_cache(known)));
-    plii_cluster_contacts_keep(body, state, known, first, NULL, terms->margin);
-    return PLI_OK;
-}
-
 // -------------------------------------------------------------------------------------------------------- another body
 
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
@@ -169,25 +125,27 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
-    const plii_contact_terms terms = {
+    const plii_contact_terms both = {
         .margin = body->collision_margin + other->collision_margin,
         .friction = plii_min(state->def.friction, other_state->def.friction),
         .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
         .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
     };
+    const plii_contact_terms terms[2] = {both, both};
     /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    const float reach = clusters->def.reference_mode ? 0.0f : terms.margin;
+    const float reach = clusters->def.reference_mode ? 0.0f : both.margin;
     const int before = state->count;
     plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
     plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(other_clusters, other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
         for (int k = 0; k < other_state->candidate_count; ++k) {
             const int candidate = other_state->candidates[k];
             if (!other_clusters->items[candidate].settings.collides) { continue; }
             const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status = cluster_contacts_collide_cluster(body, state, other_state, &pair, &terms);
+            const pli_status status = plii_cluster_contacts_collide_pair(body, state, other_state, &pair, terms,
+                                                                         cluster_contacts_measure_pair);
             if (status != PLI_OK) {
                 state->count = before;
                 return status;
@@ -200,7 +158,7 @@ pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_bo
 // -------------------------------------------------------------------------------------------------------- own clusters
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
-    if (state->has_neighbours) { plii_edge_set_destroy(&state->neighbours); }
+    plii_key_table_free(&state->neighbours);
     state->has_neighbours = false;
 }
 
@@ -214,13 +172,14 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     }
     size_t pairs = 0;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
         pairs += (size_t)state->candidate_count;
     }
-    if (!plii_edge_set_create(body->context, pairs, &state->neighbours)) { return false; }
+    state->neighbours.context = body->context;
+    if (!plii_key_table_reserve(&state->neighbours, pairs)) { return false; }
     state->has_neighbours = true;
     for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(clusters, state, plii_bounds_grow(state->boxes[i], margin));
+        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i) { continue; }
@@ -228,7 +187,8 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, i, origin);
             const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
             const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-            if (plii_cluster_contacts_are_near(&a, &b, margin)) { plii_edge_set_insert(&state->neighbours, i, other); }
+            if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
+            (void)plii_key_table_insert(&state->neighbours, plii_edge_key(i, other));
         }
     }
     return true;
@@ -241,19 +201,21 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
     }
     plii_clusters* clusters = plii_body_clusters(body);
     plii_clusters_update_frames(body, clusters, body->bounds);
-    const plii_contact_terms terms = {2.0f * body->collision_margin, 0.0f, state->def.friction,
-                                      state->def.soft_hardness, state->def.soft_split};
+    const plii_contact_terms both = {2.0f * body->collision_margin, 0.0f, state->def.friction, state->def.soft_hardness,
+                                     state->def.soft_split};
+    const plii_contact_terms terms[2] = {both, both};
     for (int i = 0; i < clusters->count; ++i) {
         if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(clusters, state, plii_bounds_grow(clusters->items[i].bounds, terms.margin));
+        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, both.margin));
         for (int k = 0; k < state->candidate_count; ++k) {
             const int other = state->candidates[k];
             if (other <= i || !clusters->items[other].settings.collides ||
-                plii_edge_set_contains(&state->neighbours, i, other)) {
+                plii_key_table_find(&state->neighbours, plii_edge_key(i, other)) != PLI_NULL_INDEX) {
                 continue;
             }
             const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
-            PLII_TRY(cluster_contacts_collide_cluster(body, state, state, &pair, &terms));
+            PLII_TRY(
+                plii_cluster_contacts_collide_pair(body, state, state, &pair, terms, cluster_contacts_measure_pair));
         }
     }
     return PLI_OK;

@@ -5,10 +5,9 @@
    cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
    from step to step, cluster_contact.c makes and solves a contact. */
 
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "cluster/cluster_contact_batch.h"
 #include "cluster/joint_end.h"
-#include "geometry/bvh.h"
 #include "geometry/bvh4.h"
 #include "geometry/pair_cache.h"
 #include "geometry/support_points.h"
@@ -17,17 +16,11 @@
 #define PLII_CLUSTER_CONTACTS_PER_PAIR 4
 
 typedef struct plii_cluster_contact_as_reference {
-    float friction;   /* the share of the sliding velocity removed, 1 when it sticks */
+    float friction;   /* the fraction of the sliding velocity removed, 1 when it sticks */
     float erp, split; /* Bullet: m_erp, m_split */
     pli_vec3 drift, split_drift;
     pli_mat3 impulse_matrix;
 } plii_cluster_contact_as_reference;
-
-typedef struct plii_cluster_contact_own {
-    /* x: depth, m; y: hardness; z: share of the correction that is a displacement; w: Coulomb's friction. All four are
-       taken at once. */
-    pli_vec4 terms;
-} plii_cluster_contact_own;
 
 struct plii_cluster_contact {
     pli_cluster_contact info;
@@ -37,7 +30,8 @@ struct plii_cluster_contact {
     bool is_self, reference_mode;
     union {
         plii_cluster_contact_as_reference reference;
-        plii_cluster_contact_own own;
+        /* x: depth, m; y: hardness; z: fraction of the correction that is a displacement; w: Coulomb's friction. */
+        pli_vec4 terms;
     } as;
 };
 
@@ -85,16 +79,15 @@ typedef struct plii_cluster_contacts {
     bool has_hulls;
     plii_support_points* hulls; /* [hull_count] per cluster */
     int hull_count;
-    plii_bvh4 other_bvh; /* the clusters' bounds, where they are few */
-    plii_bvh tree;       /* over them, where they are many */
-    bool has_tree;       /* one of them, of this step */
+    plii_bvh4 tree; /* over the clusters' bounds */
+    bool has_tree;  /* of this step */
     pli_bounds* boxes;
     int* candidates;
     int box_capacity, candidate_capacity, candidate_count;
     plii_nearest_surface_point* surface; /* [surface_capacity] of the nodes, at the shape that is met */
     int surface_capacity;
     bool has_neighbours;
-    plii_edge_set neighbours; /* pairs of clusters of this body that never meet */
+    plii_key_table neighbours; /* pairs of clusters of this body that never meet */
 } plii_cluster_contacts;
 
 extern const plii_feature_class plii_cluster_contacts_class;

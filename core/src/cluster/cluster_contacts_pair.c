@@ -6,11 +6,6 @@
 
 // -------------------------------------------------------------------------------------------------------------- memory
 
-/* Clusters of one body deform against each other too much for their contacts to be followed. */
-static bool cluster_contacts_are_reused(const pli_body* body, const plii_cluster_contacts* state, plii_pair_key key) {
-    return !state->clusters->def.reference_mode && !state->def.disable_contact_cache && key.other != body;
-}
-
 /* A slot for a pair that is new; 0 when out of memory. */
 static int cluster_contacts_alloc_manifold(pli_body* body, plii_cluster_contacts* state) {
     const int slot = state->free_manifold1;
@@ -29,33 +24,22 @@ static void cluster_contacts_free_manifold(plii_cluster_contacts* state, int slo
     state->free_manifold1 = slot;
 }
 
-plii_cached_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key) {
-    if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) {
-        return (plii_cached_pair){NULL, false};
-    }
+/* The record of a pair, with the slot that it had; NULL when nothing is to be kept, or when out of memory. */
+static plii_pair_record* cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key,
+                                                 bool is_followed) {
+    if (state->def.distance != NULL || plii_pair_cache_get(body->context, &state->memory, key) == NULL) { return NULL; }
     plii_pair_record* record = &state->memory.present[state->memory.present_count - 1];
-    const bool is_followed = cluster_contacts_are_reused(body, state, key);
     if (is_followed && record->previous_index != PLI_NULL_INDEX) {
         int* before = &state->memory.before[record->previous_index].slot;
         record->slot = *before;
         *before = 0;
     }
-    return (plii_cached_pair){record, is_followed};
+    return record;
 }
 
-bool plii_cluster_contacts_reuse(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair,
-                                 const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key) {
-    if (!pair.is_followed || pair.record->slot == 0 ||
-        !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + PLII_MANIFOLD_POINTS)) {
-        return false;
-    }
-    return plii_cluster_manifold_update(body, info, terms, key, &state->manifolds[pair.record->slot - 1], state);
-}
-
-void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair, int first,
-                                const void* key, float margin) {
-    if (!pair.is_followed) { return; }
-    plii_pair_record* record = pair.record;
+/* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
+static void cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_pair_record* record, int first,
+                                  const void* shape, float margin) {
     const int count = state->count - first;
     if (count == 0 || count > PLII_MANIFOLD_POINTS) {
         if (record->slot > 0) { cluster_contacts_free_manifold(state, record->slot); }
@@ -64,7 +48,31 @@ void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, pl
     }
     if (record->slot == 0) { record->slot = cluster_contacts_alloc_manifold(body, state); }
     if (record->slot == 0) { return; }
-    plii_cluster_manifold_keep(body, state, first, key, margin, &state->manifolds[record->slot - 1]);
+    plii_cluster_manifold_keep(body, state, first, shape, margin, &state->manifolds[record->slot - 1]);
+}
+
+pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
+                                              plii_cluster_contacts* other_state, const pli_cluster_contact* info,
+                                              const plii_contact_terms terms[2], plii_measure_pair_fn* measure) {
+    const bool has_rigid = info->rigid != NULL;
+    const pli_shape* shape = has_rigid ? info->rigid->shapes[info->shape] : NULL;
+    /* Clusters of one body deform against each other too much for their contacts to be followed. */
+    const bool is_followed =
+        !state->clusters->def.reference_mode && !state->def.disable_contact_cache && info->other != body;
+    const plii_pair_key key = {info->cluster, has_rigid ? info->shape : info->other_cluster,
+                               has_rigid ? (const void*)info->rigid : (const void*)info->other, 0};
+    plii_pair_record* record = cluster_contacts_recall(body, state, key, is_followed);
+    if (is_followed && record != NULL && record->slot > 0 &&
+        PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + PLII_MANIFOLD_POINTS) &&
+        plii_cluster_manifold_update(body, info, terms, shape, &state->manifolds[record->slot - 1], state)) {
+        return PLI_OK;
+    }
+    plii_pair_context pair;
+    plii_pair_context_start(&pair, body, state, other_state);
+    const int first = state->count;
+    PLII_TRY(measure(&pair, *info, terms, record != NULL ? &record->cache : NULL));
+    if (is_followed && record != NULL) { cluster_contacts_keep(body, state, record, first, shape, terms[0].margin); }
+    return PLI_OK;
 }
 
 void plii_cluster_contacts_begin_step(pli_body* body, plii_cluster_contacts* state) {

@@ -13,35 +13,29 @@ static inline bool plii_cluster_contacts_are_as_reference(const pli_body* body, 
     return plii_body_clusters(body)->def.reference_mode && info->other != body;
 }
 
-/* What is known of a pair; `record` is NULL when nothing is to be kept, or when out of memory. */
-typedef struct plii_cached_pair {
-    plii_pair_record* record;
-    bool is_followed;
-} plii_cached_pair;
-
-static inline plii_convex_cache* plii_cached_pair_cache(plii_cached_pair pair) {
-    return pair.record != NULL ? &pair.record->cache : NULL;
-}
-
-plii_cached_pair plii_cluster_contacts_recall(pli_body* body, plii_cluster_contacts* state, plii_pair_key key);
-/* Adds the contacts of a pair that is followed as they are now, or returns false when they have to be measured. */
-bool plii_cluster_contacts_reuse(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair,
-                                 const pli_cluster_contact* info, const plii_contact_terms terms[2], const void* key);
-/* Keeps the contacts [first, state->count) of a pair that has been measured. Pairs that do not touch hold no slot. */
-void plii_cluster_contacts_keep(pli_body* body, plii_cluster_contacts* state, plii_cached_pair pair, int first,
-                                const void* key, float margin);
-
-/* A pair as its contacts are made. Its sides are taken for the first of them: most pairs have none. */
+/* A pair as its contacts are made. Its sides are looked up for the first of them: most pairs have none. */
 typedef struct plii_pair_context {
     pli_body* body;
-    plii_cluster_contacts* state;
+    plii_cluster_contacts *state, *other_state; /* the second of a pair of clusters */
     plii_joint_end sides[2];
     bool has_sides;
 } plii_pair_context;
 
-static inline void plii_pair_context_start(plii_pair_context* pair, pli_body* body, plii_cluster_contacts* state) {
+/* Measures the pair that `info` names, with what its cache knows, which may be NULL, and adds its contacts. terms[0] is
+   that of the nearest points, terms[1] that of nodes and corners. */
+typedef pli_status plii_measure_pair_fn(plii_pair_context* pair, pli_cluster_contact info,
+                                        const plii_contact_terms terms[2], plii_convex_cache* cache);
+/* Adds the contacts of a pair: of one that is followed as they are now, unless they have to be measured. */
+pli_status plii_cluster_contacts_collide_pair(pli_body* body, plii_cluster_contacts* state,
+                                              plii_cluster_contacts* other_state, const pli_cluster_contact* info,
+                                              const plii_contact_terms terms[2], plii_measure_pair_fn* measure);
+
+/* What is not set here is read when `has_sides`. */
+static inline void plii_pair_context_start(plii_pair_context* pair, pli_body* body, plii_cluster_contacts* state,
+                                           plii_cluster_contacts* other_state) {
     pair->body = body;
     pair->state = state;
+    pair->other_state = other_state;
     pair->has_sides = false;
 }
 

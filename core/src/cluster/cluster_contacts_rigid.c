@@ -68,7 +68,6 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
     }
 }
 
-/* terms[0] is that of the nearest points, terms[1] that of nodes and corners. */
 static pli_status cluster_contacts_measure_convex(plii_pair_context* pair, pli_cluster_contact info,
                                                   const plii_contact_terms terms[2], plii_convex_cache* cache) {
     pli_body* body = pair->body;
@@ -95,15 +94,7 @@ static pli_status cluster_contacts_collide_convex(pli_body* body, plii_cluster_c
     const pli_shape* shape = pair->rigid->shapes[pair->shape];
     const plii_contact_terms terms[2] = {cluster_contacts_rigid_terms(body, state, pair->rigid, shape->def.radius),
                                          cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f)};
-    const plii_cached_pair known =
-        plii_cluster_contacts_recall(body, state, (plii_pair_key){pair->cluster, pair->shape, pair->rigid, 0});
-    if (plii_cluster_contacts_reuse(body, state, known, pair, terms, shape)) { return PLI_OK; }
-    plii_pair_context touched;
-    plii_pair_context_start(&touched, body, state);
-    const int first = state->count;
-    PLII_TRY(cluster_contacts_measure_convex(&touched, *pair, terms, plii_cached_pair_cache(known)));
-    plii_cluster_contacts_keep(body, state, known, first, shape, terms[0].margin);
-    return PLI_OK;
+    return plii_cluster_contacts_collide_pair(body, state, NULL, pair, terms, cluster_contacts_measure_convex);
 }
 
 // -------------------------------------------------------------------------------------------------------- other shapes
@@ -160,7 +151,7 @@ static pli_status cluster_contacts_collide_concave(pli_body* body, plii_cluster_
     }
     const plii_contact_terms terms = cluster_contacts_rigid_terms(body, state, pair->rigid, 0.0f);
     plii_pair_context touched;
-    plii_pair_context_start(&touched, body, state);
+    plii_pair_context_start(&touched, body, state, NULL);
     return plii_cluster_contacts_add_nodes(&touched, *pair, &found, 0, &terms);
 }
 

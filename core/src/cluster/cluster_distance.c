@@ -12,13 +12,13 @@
 /* Of the distance: contacts need no more, and round shapes take twice as many steps to the usual one. */
 #define CLUSTER_CONTACTS_GAP 1e-4
 #define CLUSTER_CONTACTS_NODE_GAP 1e-3f /* of the margin: how exact the answer of the deepest node must be */
-#define CLUSTER_CONTACTS_SAME_WAY 0.9f  /* cosine of how far the way out of an overlap may turn */
+#define CLUSTER_CONTACTS_SAME_AXIS 0.9f /* cosine of how far the direction out of an overlap may turn */
 #define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
 static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
     const plii_cluster_hull* hull = user;
     const pli_vec4* positions = hull->body->positions;
-    if (hull->groups->node_count > 0) { return plii_support_points_query(positions, hull->groups, direction); }
+    if (hull->groups->node_count > 0) { return plii_support_points_query(hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
     float best = -INFINITY;
     int farthest = members[0].node;
@@ -68,7 +68,7 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
     plii_clusters* clusters = plii_body_clusters(body);
     state->clusters = clusters;
     if (state->has_hulls && state->hull_count == clusters->count) { return true; }
-    /* Clusters were added, or memory ran out half way. */
+    /* Clusters were added, or memory ran out before all were there. */
     if (state->hull_count != clusters->count) { plii_cluster_contacts_drop_neighbours(state); }
     plii_cluster_contacts_drop_groups(body, state);
     state->hulls = plii_allocate(body->context, (size_t)clusters->count * sizeof *state->hulls);
@@ -77,7 +77,7 @@ bool plii_cluster_contacts_update_groups(pli_body* body, plii_cluster_contacts* 
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
         if (!cluster->settings.collides) { continue; }
-        if (!plii_support_points_create(body->context, body->positions, &clusters->members[cluster->first_member].node,
+        if (!plii_support_points_create(body->context, &clusters->members[cluster->first_member].node,
                                         (int)(sizeof(plii_cluster_member) / sizeof(int)), cluster->member_count,
                                         &state->hulls[i])) {
             return false;
@@ -96,7 +96,7 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
 }
 
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction) {
-    if (hull->groups->packed == NULL) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
+    if (hull->groups->node_count == 0) { return pli_vec3_dot(cluster_hull_support(hull, direction), direction); }
     return plii_support_points_reach(hull->groups, direction) - pli_vec3_dot(hull->origin, direction);
 }
 
@@ -160,6 +160,7 @@ static bool cluster_hull_ends_before(const plii_cluster_hull* hull, pli_vec3 poi
     return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
 }
 
+/* Whether two sides are near enough. */
 typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
 
 /* Goes towards the point from a point of the hull, which lies `gap` before it (Gilbert, "An iterative procedure for
@@ -170,10 +171,10 @@ static near_answer cluster_hull_approach(pli_vec3 point, const plii_cluster_hull
         const pli_vec3 end = convex->support(hull, gap);
         const float squared = pli_vec3_length_squared(gap);
         if (pli_vec3_dot(pli_vec3_sub(point, end), gap) > margin * sqrtf(squared)) { return NEAR_NO; }
-        const pli_vec3 way = pli_vec3_sub(end, pli_vec3_sub(point, gap));
-        const float along = pli_vec3_dot(gap, way), length_squared = pli_vec3_length_squared(way);
+        const pli_vec3 line = pli_vec3_sub(end, pli_vec3_sub(point, gap));
+        const float along = pli_vec3_dot(gap, line), length_squared = pli_vec3_length_squared(line);
         if (!(along > 0.0f)) { return NEAR_UNKNOWN; }
-        gap = pli_vec3_sub(gap, pli_vec3_scale(way, along < length_squared ? along / length_squared : 1.0f));
+        gap = pli_vec3_sub(gap, pli_vec3_scale(line, along < length_squared ? along / length_squared : 1.0f));
         if (pli_vec3_length_squared(gap) < margin * margin) { return NEAR_YES; }
     }
     return NEAR_UNKNOWN;
@@ -228,23 +229,21 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
     nodes->count = count;
 }
 
-typedef enum rigid_answer { RIGID_APART, RIGID_NEAR, RIGID_UNKNOWN } rigid_answer;
-
 /* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
    it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
    given from its origin, as is the core. */
-static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
-                                                     const rigid_hull* hard, float max_distance,
-                                                     plii_convex_cache* cache, pli_cluster_contact* info,
-                                                     plii_measured_nodes* nodes) {
-    if (soft->cluster->member_count > PLII_MEASURED_NODES) { return RIGID_UNKNOWN; }
+static near_answer cluster_contacts_measure_deepest(const pli_body* body, const plii_cluster_hull* soft,
+                                                    const rigid_hull* hard, float max_distance,
+                                                    plii_convex_cache* cache, pli_cluster_contact* info,
+                                                    plii_measured_nodes* nodes) {
+    if (soft->cluster->member_count > PLII_MEASURED_NODES) { return NEAR_UNKNOWN; }
     plii_cluster_contacts_measure_nodes(body, info, 0, nodes);
     int deepest = 0;
     for (int i = 1; i < nodes->count; ++i) {
         if (nodes->distances[i] < nodes->distances[deepest]) { deepest = i; }
     }
     const pli_vec3 n = pli_mat3_mul_vec3(hard->pose.rotation, nodes->normals[deepest]);
-    if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return RIGID_UNKNOWN; }
+    if (!(fabsf(pli_vec3_length_squared(n) - 1.0f) < CLUSTER_CONTACTS_UNIT)) { return NEAR_UNKNOWN; }
     const float end = pli_vec3_dot(rigid_hull_support(hard, n), n);
     const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
     if (gap > max_distance) {
@@ -253,16 +252,16 @@ static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const
             cache->count = 1;
             cache->has_vertices = false;
         }
-        return RIGID_APART;
+        return NEAR_NO;
     }
     const float distance = nodes->distances[deepest] + hard->shape->def.radius;
     if (!(distance < max_distance && distance - gap <= CLUSTER_CONTACTS_NODE_GAP * body->collision_margin)) {
-        return RIGID_UNKNOWN;
+        return NEAR_UNKNOWN;
     }
-    /* Out the way it came in, though the other side may have become nearer. */
+    /* Out where it came in, though the other side may have become nearer. */
     if (distance < 0.0f && cache != NULL && cache->has_normal &&
-        !(pli_vec3_dot(n, cache->normal) > CLUSTER_CONTACTS_SAME_WAY)) {
-        return RIGID_UNKNOWN;
+        !(pli_vec3_dot(n, cache->normal) > CLUSTER_CONTACTS_SAME_AXIS)) {
+        return NEAR_UNKNOWN;
     }
     info->witness = plii_cluster_node(body, soft->clusters, soft->cluster, deepest);
     info->other_witness = pli_vec3_sub(info->witness, pli_vec3_scale(n, distance));
@@ -272,7 +271,7 @@ static rigid_answer cluster_contacts_measure_deepest(const pli_body* body, const
         cache->normal = n;
         cache->has_normal = true;
     }
-    return RIGID_NEAR;
+    return NEAR_YES;
 }
 
 bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* state, plii_convex_cache* cache,
@@ -289,9 +288,9 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
     if (!state->def.disable_contact_cache && !soft.clusters->def.reference_mode) {
-        const rigid_answer answer =
+        const near_answer answer =
             cluster_contacts_measure_deepest(body, &soft, &hard, max_distance, cache, info, nodes);
-        if (answer != RIGID_UNKNOWN) { return answer == RIGID_NEAR; }
+        if (answer != NEAR_UNKNOWN) { return answer == NEAR_YES; }
     }
     const plii_convex a = plii_cluster_hull_convex(&soft);
     const plii_convex b = {

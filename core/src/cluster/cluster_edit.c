@@ -13,10 +13,6 @@ pli_clusters_def pli_clusters_def_default(void) {
     return (pli_clusters_def){.iterations = 4, .cookie = PLII_DEF_COOKIE};
 }
 
-static pli_cluster_settings cluster_default_settings(void) {
-    return (pli_cluster_settings){.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f};
-}
-
 static const plii_field clusters_fields[] = {PLII_FIELD(pli_clusters_def, iterations, 1, INT_MAX)};
 
 pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def) {
@@ -63,8 +59,10 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     }
     body->world->needs_reserve = true;
-    clusters->items[clusters->count++] = (plii_cluster){
-        .settings = cluster_default_settings(), .first_member = clusters->member_count, .member_count = node_count};
+    clusters->items[clusters->count++] =
+        (plii_cluster){.settings = {.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f},
+                       .first_member = clusters->member_count,
+                       .member_count = node_count};
     for (int i = 0; i < node_count; ++i) {
         clusters->members[clusters->member_count++] = (plii_cluster_member){.node = nodes[i]};
     }
@@ -78,17 +76,17 @@ static pli_status cluster_check_nodes(pli_body* body, const int* nodes, int node
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%d nodes, the body has %d", node_count,
                          body->node_count);
     }
-    uint8_t* is_taken = plii_allocate(context, (size_t)body->node_count);
-    if (is_taken == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the check"); }
+    uint8_t* is_named = plii_allocate(context, (size_t)body->node_count);
+    if (is_named == NULL) { return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for the check"); }
     pli_status status = PLI_OK;
     for (int i = 0; i < node_count && status == PLI_OK; ++i) {
         status = plii_check_node(body, nodes[i], function);
-        if (status == PLI_OK && is_taken[nodes[i]] != 0) {
+        if (status == PLI_OK && is_named[nodes[i]] != 0) {
             status = plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "node %d is named twice", nodes[i]);
         }
-        if (status == PLI_OK) { is_taken[nodes[i]] = 1; }
+        if (status == PLI_OK) { is_named[nodes[i]] = 1; }
     }
-    plii_release(context, is_taken, (size_t)body->node_count);
+    plii_release(context, is_named, (size_t)body->node_count);
     return status;
 }
 

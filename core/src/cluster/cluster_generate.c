@@ -1,7 +1,7 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "base/scratch.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
@@ -17,22 +17,6 @@ typedef struct generation {
     int* members;       /* [node_count] of the group in work */
     int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generation;
-
-static bool generation_allocate(const pli_body* body, generation* g) {
-    const size_t groups = (size_t)g->group_count;
-    g->group_of_node = PLII_TAKE(&g->scratch, int, body->node_count);
-    g->node_order = PLII_TAKE(&g->scratch, int, body->node_count);
-    g->group_begin = PLII_TAKE(&g->scratch, int, groups + 1);
-    g->centres = PLII_TAKE(&g->scratch, pli_vec3, groups);
-    g->members = PLII_TAKE(&g->scratch, int, body->node_count);
-    g->order = PLII_TAKE(&g->scratch, int, groups + 1);
-    return !g->scratch.is_short;
-}
-
-/* Nodes of a group stay in ascending order. */
-static void generation_sort(const pli_body* body, const generation* g) {
-    plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
-}
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
 static bool generation_move_centres(const pli_body* body, generation* g, float over_relaxation) {
@@ -87,27 +71,24 @@ static void generation_group_nodes(const pli_body* body, generation* g, int max_
     }
     bool changed = true;
     for (int round = 0; changed && round < max_iterations; ++round) {
-        generation_sort(body, g);
+        plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
         changed = generation_move_centres(body, g, 2.0f - plii_min(1.0f, (float)round / 16.0f));
         generation_assign_nodes(body, g);
     }
-    generation_sort(body, g);
+    plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
 /* The nodes beyond those of a group that share a face with one of them, in the order of faces; then by group. */
 typedef struct ring {
     int *groups, *nodes; /* [count] */
     int count, group_capacity, node_capacity;
-    plii_scratch scratch;
     int *begin, *order; /* [group_count + 1], [count] those of each group, as indices of nodes */
 } ring;
 
-static pli_status generation_collect_ring(pli_body* body, const generation* g, ring* found) {
+static bool generation_collect_ring(pli_body* body, const generation* g, ring* found) {
     const plii_topology* topology = body->topology;
-    plii_edge_set seen;
-    if (!plii_edge_set_create(body->context, 6 * (size_t)topology->face_count, &seen)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
+    plii_key_table seen = {.context = body->context};
+    if (!plii_key_table_reserve(&seen, 6 * (size_t)topology->face_count)) { return false; }
     bool complete = true;
     for (int f = 0; f < topology->face_count && complete; ++f) {
         for (int j = 0; j < 3 && complete; ++j) {
@@ -115,7 +96,8 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
             for (int q = 1; q < 3 && complete; ++q) {
                 const int node = topology->faces[f][(j + q) % 3];
                 /* Groups are numbered past the nodes, so that a pair is never mistaken for its reverse. */
-                if (g->group_of_node[node] == group || !plii_edge_set_insert(&seen, body->node_count + group, node)) {
+                if (g->group_of_node[node] == group ||
+                    !plii_key_table_insert(&seen, plii_edge_key(body->node_count + group, node))) {
                     continue;
                 }
                 complete = PLII_RESERVE(body->context, &found->groups, &found->group_capacity, found->count + 1) &&
@@ -126,25 +108,16 @@ static pli_status generation_collect_ring(pli_body* body, const generation* g, r
             }
         }
     }
-    plii_edge_set_destroy(&seen);
-    return complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    plii_key_table_free(&seen);
+    return complete;
 }
 
-static bool generation_sort_ring(const generation* g, ring* found) {
-    found->begin = PLII_TAKE(&found->scratch, int, (size_t)g->group_count + 1);
-    found->order = PLII_TAKE(&found->scratch, int, found->count);
-    if (found->scratch.is_short) { return false; }
+static bool generation_sort_ring(generation* g, ring* found) {
+    found->begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
+    found->order = PLII_TAKE(&g->scratch, int, found->count);
+    if (g->scratch.is_short) { return false; }
     plii_csr_sort(g->group_count, found->count, found->groups, found->begin, found->order);
     return true;
-}
-
-static pli_status generation_append_all_nodes(pli_body* body, plii_clusters* clusters, int* nodes) {
-    for (int i = 0; i < body->node_count; ++i) {
-        nodes[i] = i;
-    }
-    PLII_TRY(plii_clusters_append(body, clusters, nodes, body->node_count));
-    clusters->items[clusters->count - 1].settings.collides = false;
-    return PLI_OK;
 }
 
 /* Clusters of the groups that have nodes. With several groups a cluster of all nodes comes first and the first group
@@ -169,32 +142,37 @@ static pli_status generation_append_clusters(pli_body* body, generation* g, cons
             ++i;
         }
     }
-    pli_status status = PLI_OK;
-    for (int i = 0; i < kept && status == PLI_OK; ++i) {
-        if (order[i] < 0) {
-            status = generation_append_all_nodes(body, clusters, g->members);
-            continue;
-        }
+    for (int i = 0; i < kept; ++i) {
+        const bool has_all = order[i] < 0;
         int member_count = 0;
-        for (int k = g->group_begin[order[i]]; k < g->group_begin[order[i] + 1]; ++k) {
+        for (int node = 0; has_all && node < body->node_count; ++node) {
+            g->members[member_count++] = node;
+        }
+        for (int k = has_all ? 0 : g->group_begin[order[i]]; !has_all && k < g->group_begin[order[i] + 1]; ++k) {
             g->members[member_count++] = g->node_order[k];
         }
-        for (int k = found->begin[order[i]]; k < found->begin[order[i] + 1]; ++k) {
+        for (int k = has_all ? 0 : found->begin[order[i]]; !has_all && k < found->begin[order[i] + 1]; ++k) {
             g->members[member_count++] = found->nodes[found->order[k]];
         }
-        status = plii_clusters_append(body, clusters, g->members, member_count);
+        PLII_TRY(plii_clusters_append(body, clusters, g->members, member_count));
+        if (has_all) { clusters->items[clusters->count - 1].settings.collides = false; }
     }
-    return status;
+    return PLI_OK;
 }
 
 static pli_status generation_run(pli_body* body, generation* g, int max_iterations, plii_clusters* clusters) {
-    if (!generation_allocate(body, g)) { return PLI_ERROR_OUT_OF_MEMORY; }
+    g->group_of_node = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->node_order = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->group_begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
+    g->centres = PLII_TAKE(&g->scratch, pli_vec3, g->group_count);
+    g->members = PLII_TAKE(&g->scratch, int, body->node_count);
+    g->order = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
+    if (g->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; }
     generation_group_nodes(body, g, max_iterations);
-    ring found = {.scratch = {.context = body->context}};
-    pli_status status = generation_collect_ring(body, g, &found);
-    if (status == PLI_OK && !generation_sort_ring(g, &found)) { status = PLI_ERROR_OUT_OF_MEMORY; }
-    if (status == PLI_OK) { status = generation_append_clusters(body, g, &found, clusters); }
-    plii_scratch_free(&found.scratch);
+    ring found = {.count = 0};
+    const bool has_ring = generation_collect_ring(body, g, &found) && generation_sort_ring(g, &found);
+    const pli_status status =
+        has_ring ? generation_append_clusters(body, g, &found, clusters) : PLI_ERROR_OUT_OF_MEMORY;
     PLII_RELEASE(body->context, found.groups, found.group_capacity);
     PLII_RELEASE(body->context, found.nodes, found.node_capacity);
     return status;

@@ -8,16 +8,27 @@
 
 typedef struct plii_cluster_member {
     int node;
-    /* Place from the centre of mass of the rest shape, m; w = mass, kg: that of a pinned node is large, not infinite.
-     */
+    /* From the centre of mass of the rest shape, m; w = mass, kg: that of a pinned node is large, not infinite. */
     pli_vec4 rest;
 } plii_cluster_member;
+
+/* A sum of changes. */
+typedef struct plii_cluster_impulse {
+    pli_vec3 linear, angular; /* of velocities, m/s and rad/s */
+    int count;
+} plii_cluster_impulse;
+
+static inline void plii_cluster_impulse_add(plii_cluster_impulse* sum, pli_vec3 linear, pli_vec3 angular, int count) {
+    sum->linear = pli_vec3_add(sum->linear, linear);
+    sum->angular = pli_vec3_add(sum->angular, angular);
+    sum->count += count;
+}
 
 typedef struct plii_cluster {
     pli_cluster_settings settings;
     int first_member, member_count;
     bool contains_pinned_node;
-    bool is_point; /* does not turn: all nodes are at one place, but for rounding */
+    bool is_point; /* does not turn: all nodes are at one point, but for rounding */
     /* Only in reference mode: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of
        this step, is not finite. What it makes of the cluster's turning is then no number, which keeps it from damping
        nodes.
@@ -32,13 +43,10 @@ typedef struct plii_cluster {
     pli_quat warm_rotation; /* the rotation of the frame, where the next one is searched from; not in reference mode */
     pli_mat3 inverse_inertia;
     pli_vec4 linear_velocity, angular_velocity; /* w: 0. Contacts take all four numbers at once */
-    /* Sums of velocity changes and of corrections, handed to the nodes before and after the body iterates. */
-    pli_vec3 velocity_impulse, angular_velocity_impulse;
-    pli_vec3 drift_impulse, angular_drift_impulse;
-    int velocity_impulse_count, drift_impulse_count;
-    uint64_t
-        open_groups;   /* of contacts that act on the cluster and take more pairs, as bits; 0 but while they are made */
-    pli_bounds bounds; /* of the nodes; in reference mode the box that is kept from step to step */
+    /* Handed to the nodes before and after the body iterates. */
+    plii_cluster_impulse impulse, drift;
+    uint64_t open_groups; /* of contacts on the cluster, that have room for pairs, as bits; 0 but while they are made */
+    pli_bounds bounds;    /* of the nodes; in reference mode the box that is kept from step to step */
     bool has_bounds;
     bool has_frame; /* see plii_clusters_update_frames */
 } plii_cluster;
@@ -59,7 +67,7 @@ plii_clusters* plii_body_clusters(const pli_body* body);
 /* PLI_OK, or the error of a cluster that is not there. */
 pli_status plii_check_cluster(const pli_body* body, int cluster, const char* function);
 
-/* One more cluster with default settings, its rest shape to be taken by plii_clusters_settle. Nodes must be valid. */
+/* One more cluster with default settings, its rest shape is made by plii_clusters_settle. Nodes must be valid. */
 pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const int* nodes, int node_count);
 /* Gives the arrays back; settings stay. */
 void plii_clusters_release(pli_body* body, plii_clusters* clusters);
@@ -72,7 +80,7 @@ void plii_cluster_set_rest_shape(const pli_body* body, const plii_clusters* clus
 /* Takes masses and rest shape of clusters from `first` on, and brings their frames up to date. */
 void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first);
 
-/* Frames, inertia and velocities are taken in a step where somebody asks for them: most clusters meet nothing. Of the
+/* Frames, inertia and velocities are updated in a step where somebody asks for them: most clusters meet nothing. Of the
    clusters that collide and whose bounds overlap `near`, and of one. */
 void plii_clusters_update_frames(const pli_body* body, plii_clusters* clusters, pli_bounds near);
 void plii_cluster_update_frame(const pli_body* body, const plii_clusters* clusters, plii_cluster* cluster);

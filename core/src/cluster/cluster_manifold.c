@@ -21,11 +21,6 @@ static const manifold_limits* manifold_limits_of(const pli_cluster_contact* info
     return info->other != NULL ? &manifold_soft_limits : &manifold_rigid_limits;
 }
 
-static pli_transform manifold_other_frame(const pli_cluster_contact* info) {
-    return info->other != NULL ? plii_body_clusters(info->other)->items[info->other_cluster].frame
-                               : info->rigid->state.pose;
-}
-
 static pli_mat3 manifold_rotation(pli_transform a, pli_transform b) {
     return pli_mat3_mul(pli_mat3_transpose(b.rotation), a.rotation);
 }
@@ -34,7 +29,9 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
                                 float margin, plii_manifold* manifold) {
     manifold->count = 0;
     const pli_cluster_contact* pair = &state->contacts[first].info;
-    const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame, b = manifold_other_frame(pair);
+    const pli_transform a = plii_body_clusters(body)->items[pair->cluster].frame;
+    const pli_transform b = pair->other != NULL ? plii_body_clusters(pair->other)->items[pair->other_cluster].frame
+                                                : pair->rigid->state.pose;
     for (int i = first; i < state->count; ++i) {
         const pli_cluster_contact* info = &state->contacts[i].info;
         plii_manifold_points* points = &manifold->points[manifold->count / PLII_LANES];
@@ -65,9 +62,6 @@ typedef struct manifold_points {
     float distances[2 * PLII_LANES];
 } manifold_points;
 
-static plii_vec3x4 manifold_load(const plii_group_vec3* v) {
-    return (plii_vec3x4){plii_float4_load(v->x), plii_float4_load(v->y), plii_float4_load(v->z)};
-}
 static plii_vec3x4 manifold_rotate_all(const pli_mat3* rotation, plii_vec3x4 v) {
     return (plii_vec3x4){plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[0]), v),
                          plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[1]), v),
@@ -80,9 +74,9 @@ static plii_vec3x4 manifold_transform_all(const pli_transform* frame, plii_vec3x
 /* Four points; returns the bits of those that have moved too far. */
 static int manifold_move(const plii_manifold_points* points, const pli_transform* a, const pli_transform* b,
                          float aside_limit, float approach_limit, int first, manifold_points* now) {
-    const plii_vec3x4 witness = manifold_transform_all(a, manifold_load(&points->on_a));
-    const plii_vec3x4 other = manifold_transform_all(b, manifold_load(&points->on_b));
-    const plii_vec3x4 normal = manifold_rotate_all(&b->rotation, manifold_load(&points->normals));
+    const plii_vec3x4 witness = manifold_transform_all(a, plii_group_vec3_load(&points->on_a));
+    const plii_vec3x4 other = manifold_transform_all(b, plii_group_vec3_load(&points->on_b));
+    const plii_vec3x4 normal = manifold_rotate_all(&b->rotation, plii_group_vec3_load(&points->normals));
     const plii_vec3x4 gap = plii_vec3x4_sub(witness, other);
     const plii_float4 distance = plii_vec3x4_dot(gap, normal);
     const plii_vec3x4 aside = plii_vec3x4_sub(gap, plii_vec3x4_scale(normal, distance));
@@ -123,14 +117,14 @@ bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contac
     }
     pli_cluster_contact moved = *info;
     for (int i = 0; i < manifold->count; ++i) {
-        const plii_contact_terms* own = &terms[i > 0 ? 1 : 0];
-        if (!(now.distances[i] < own->margin)) { continue; }
+        const plii_contact_terms* used = &terms[i > 0 ? 1 : 0];
+        if (!(now.distances[i] < used->margin)) { continue; }
         moved.witness = now.witnesses[i];
         moved.other_witness = now.other_witnesses[i];
         moved.normal = now.normals[i];
         moved.distance = now.distances[i];
         plii_cluster_contact_set(&state->contacts[state->count++], &moved, moved.normal, targets, a.origin, b.origin,
-                                 own);
+                                 used);
     }
     return true;
 }

@@ -28,9 +28,9 @@ static inline void plii_near_nodes_start_empty(plii_near_nodes* nodes) {
     }
 }
 
-static inline void plii_near_nodes_set(plii_near_nodes* nodes, int place, const plii_near_node* node) {
-    nodes->kept[place] = *node;
-    plii_group_vec3_set(&nodes->points, place, node->point);
+static inline void plii_near_nodes_set(plii_near_nodes* nodes, int index, const plii_near_node* node) {
+    nodes->kept[index] = *node;
+    plii_group_vec3_set(&nodes->points, index, node->point);
     nodes->redundant = 0;
 }
 
@@ -38,10 +38,8 @@ static inline void plii_near_nodes_set(plii_near_nodes* nodes, int place, const 
 static inline float plii_near_nodes_spread(const plii_near_nodes* nodes, pli_vec3 point, int except) {
     static const float excepted[PLII_CLUSTER_CONTACTS_PER_PAIR][PLII_CLUSTER_CONTACTS_PER_PAIR] = {
         {INFINITY, 0, 0, 0}, {0, INFINITY, 0, 0}, {0, 0, INFINITY, 0}, {0, 0, 0, INFINITY}};
-    const plii_vec3x4 points = {plii_float4_load(nodes->points.x), plii_float4_load(nodes->points.y),
-                                plii_float4_load(nodes->points.z)};
-    const plii_vec3x4 ways = plii_vec3x4_sub(points, plii_vec3x4_all(point));
-    plii_float4 least = plii_lanes_max(plii_vec3x4_dot(ways, ways), plii_float4_load(excepted[except]));
+    const plii_vec3x4 offsets = plii_vec3x4_sub(plii_group_vec3_load(&nodes->points), plii_vec3x4_all(point));
+    plii_float4 least = plii_lanes_max(plii_vec3x4_dot(offsets, offsets), plii_float4_load(excepted[except]));
     least = plii_lanes_min(least, plii_lanes_all_w(least));
     return plii_lanes_first(plii_lanes_min(plii_lanes_min(least, plii_lanes_all_y(least)), plii_lanes_all_z(least)));
 }
@@ -80,7 +78,7 @@ static inline void plii_near_nodes_add_beside(plii_near_nodes* nodes, plii_near_
     if (squared > margin * margin) { plii_near_nodes_add(nodes, node); }
 }
 
-/* The nearest points first, so that nodes at the same place are seen as such. */
+/* The nearest points first, so that nodes at the same point are seen as such. */
 static inline void plii_near_nodes_start(plii_near_nodes* nodes, const pli_cluster_contact* nearest) {
     plii_near_nodes_start_empty(nodes);
     plii_near_nodes_add(nodes, (plii_near_node){nearest->witness, nearest->normal, nearest->distance});

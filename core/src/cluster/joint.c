@@ -1,4 +1,4 @@
-/* The list of joints of a body and its place in a step. Bullet: m_joints, prepareClusters, solveClusters,
+/* The list of joints of a body and when a step solves it. Bullet: m_joints, prepareClusters, solveClusters,
    cleanupClusters. */
 
 #include "base/handle.h"
@@ -44,13 +44,26 @@ static void joints_solve(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
+/* Displaces the sides at their arms, or turns them. */
+static void joint_apply_split_drift(const plii_joint* joint) {
+    const int count = joint->keeps_momentum ? 1 : 2;
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
+        if (joint->klass->is_angular) {
+            plii_joint_apply_torque(&joint->sides[i].target, impulse, true);
+        } else {
+            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
+        }
+    }
+}
+
 static void joints_finish(pli_body* body, void* state, const plii_step* step) {
     (void)body;
     (void)step;
-    joints_state* joints = state;
+    const joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
-        plii_joint* joint = &joints->items[i];
-        if (!joint->is_idle && joint->softness.split > 0.0f) { joint->klass->finish(joint); }
+        const plii_joint* joint = &joints->items[i];
+        if (!joint->is_idle && joint->softness.split > 0.0f) { joint_apply_split_drift(joint); }
     }
 }
 
@@ -66,18 +79,6 @@ void plii_joint_split_drift(plii_joint* joint, int iterations, const float respo
     }
     if (displaced > 0.0f) { joint->drift = pli_vec3_scale(joint->drift, 1.0f - displaced); }
     joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
-}
-
-void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular) {
-    const int count = joint->keeps_momentum ? 1 : 2;
-    for (int i = 0; i < count; ++i) {
-        const pli_vec3 impulse = i == 0 ? pli_vec3_neg(joint->split_drift) : joint->split_drift;
-        if (is_angular) {
-            plii_joint_apply_torque_drift(&joint->sides[i].target, impulse);
-        } else {
-            plii_joint_apply_drift(&joint->sides[i].target, impulse, joint->world[i]);
-        }
-    }
 }
 
 /* Takes out the joints that `goes` names; the others keep their order. */
@@ -181,7 +182,7 @@ static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool 
     return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
 }
 
-pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
+pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
     const bool was_enabled = plii_feature_is_enabled(body, &joints_class);
@@ -194,8 +195,8 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
     const plii_joint_end sides[2] = {plii_joint_end_of_cluster(body, joint->cluster), joint_end_of(&joint->other)};
-    joint->local[0] = joint_localize(&sides[0], world_value, is_axis);
-    joint->local[1] = joint_localize(&sides[1], world_value, is_axis);
+    joint->local[0] = joint_localize(&sides[0], world_value, joint->klass->is_angular);
+    joint->local[1] = joint_localize(&sides[1], world_value, joint->klass->is_angular);
     joint->slot = plii_id_pool_alloc(&joints->ids, joints->count);
     joints->items[joints->count++] = *joint;
     if (id != NULL) { *id = (pli_joint_id){joint->slot + 1, joints->ids.slots[joint->slot].generation}; }

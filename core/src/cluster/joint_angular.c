@@ -52,16 +52,11 @@ static void angular_joint_solve(plii_joint* joint) {
     const pli_vec3 excess = pli_vec3_sub(velocity, pli_vec3_scale(joint->world[0], wanted));
     const pli_vec3 change = pli_vec3_add(joint->drift, pli_vec3_scale(excess, joint->softness.velocity_factor));
     const pli_vec3 impulse = pli_mat3_mul_vec3(joint->impulse_matrix, change);
-    plii_joint_apply_torque_impulse(&joint->sides[0].target, pli_vec3_neg(impulse));
-    plii_joint_apply_torque_impulse(&joint->sides[1].target, impulse);
+    plii_joint_apply_torque(&joint->sides[0].target, pli_vec3_neg(impulse), false);
+    plii_joint_apply_torque(&joint->sides[1].target, impulse, false);
 }
 
-static void angular_joint_finish(plii_joint* joint) {
-    plii_joint_apply_split_drift(joint, true);
-}
-
-static const plii_joint_class angular_joint_class = {"angular", angular_joint_prepare, angular_joint_solve,
-                                                     angular_joint_finish};
+static const plii_joint_class angular_joint_class = {true, angular_joint_prepare, angular_joint_solve};
 
 pli_angular_joint_def pli_angular_joint_def_default(void) {
     return (pli_angular_joint_def){.softness = {1.0f, 1.0f, 1.0f}, .cookie = PLII_DEF_COOKIE};
@@ -80,5 +75,5 @@ pli_status pli_body_add_angular_joint(pli_body* body, const pli_angular_joint_de
                        .other = def->other,
                        .softness = def->softness,
                        .controller = def->controller};
-    return plii_joint_add(body, &made, axis, true, joint, __func__);
+    return plii_joint_add(body, &made, axis, joint, __func__);
 }

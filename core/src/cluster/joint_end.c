@@ -69,27 +69,16 @@ void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, p
     if (target->rigid != NULL) { plii_rigid_apply_impulse(target->rigid, impulse, offset); }
     plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
-    cluster->drift_impulse = pli_vec3_add(cluster->drift_impulse, pli_vec3_scale(impulse, cluster->inverse_mass));
-    cluster->angular_drift_impulse = pli_vec3_add(
-        cluster->angular_drift_impulse, pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse)));
-    cluster->drift_impulse_count += 1;
+    plii_cluster_impulse_add(&cluster->drift, pli_vec3_scale(impulse, cluster->inverse_mass),
+                             pli_mat3_mul_vec3(cluster->inverse_inertia, pli_vec3_cross(offset, impulse)), 1);
 }
 
-void plii_joint_apply_torque_impulse(const plii_joint_target* target, pli_vec3 impulse) {
+void plii_joint_apply_torque(const plii_joint_target* target, pli_vec3 impulse, bool is_drift) {
     if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
     plii_cluster* cluster = target->cluster;
     if (cluster == NULL) { return; }
-    const pli_vec3 angular_change = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
-    cluster->angular_velocity_impulse = pli_vec3_add(cluster->angular_velocity_impulse, angular_change);
-    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), angular_change));
-    cluster->velocity_impulse_count += 1;
-}
-
-void plii_joint_apply_torque_drift(const plii_joint_target* target, pli_vec3 impulse) {
-    if (target->rigid != NULL) { plii_rigid_apply_torque_impulse(target->rigid, impulse); }
-    plii_cluster* cluster = target->cluster;
-    if (cluster == NULL) { return; }
-    cluster->angular_drift_impulse =
-        pli_vec3_add(cluster->angular_drift_impulse, pli_mat3_mul_vec3(cluster->inverse_inertia, impulse));
-    cluster->drift_impulse_count += 1;
+    const pli_vec3 change = pli_mat3_mul_vec3(cluster->inverse_inertia, impulse);
+    plii_cluster_impulse_add(is_drift ? &cluster->drift : &cluster->impulse, pli_vec3_make(0, 0, 0), change, 1);
+    if (is_drift) { return; }
+    plii_set_xyz(&cluster->angular_velocity, pli_vec3_add(plii_xyz(cluster->angular_velocity), change));
 }

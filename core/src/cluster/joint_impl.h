@@ -9,11 +9,10 @@
 typedef struct plii_joint plii_joint;
 
 typedef struct plii_joint_class {
-    const char* name;
+    bool is_angular; /* an axis and torques; else a point and impulses */
     /* Once per step, with both sides known; `iterations` solves follow. */
     void (*prepare)(plii_joint* joint, const plii_step* step, int iterations);
     void (*solve)(plii_joint* joint);
-    void (*finish)(plii_joint* joint);
 } plii_joint_class;
 
 struct plii_joint {
@@ -37,13 +36,11 @@ struct plii_joint {
 
 /* Checks that all kinds share, then adds. `joint->cluster`, `other`, `softness` and `klass` are set; `local` is filled
    here from `world_value`, a point or an axis. `id` may be NULL. */
-pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, bool is_axis, pli_joint_id* id,
+pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function);
 
 /* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `responses`: how much each
    side gives way along it. */
 void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]);
-/* Applies the displacement at the arms, or as turns. */
-void plii_joint_apply_split_drift(plii_joint* joint, bool is_angular);
 
 #endif

@@ -17,24 +17,23 @@ static bool link_cut_matches(const link_cut* cut, int first, int second) {
     return (first == cut->ends[0] && second == cut->ends[1]) || (first == cut->ends[1] && second == cut->ends[0]);
 }
 
-static pli_status link_cut_check(const link_cut* cut, const char* function) {
-    const plii_edit* edit = &cut->edit;
-    const plii_topology* topology = edit->old_topology;
-    for (int i = 0; i < topology->tetra_count; ++i) {
-        int count = 0;
-        for (int k = 0; k < 4; ++k) {
-            count += topology->tetras[i][k] == cut->ends[0] || topology->tetras[i][k] == cut->ends[1];
-        }
-        if (count == 2) {
-            return plii_fail(edit->context, PLI_ERROR_INVALID_MESH, function,
-                             "the link is an edge of tetrahedron %d, tetrahedra cannot be cut", i);
-        }
+static bool link_cut_meets(const int nodes[4], const void* user) {
+    const link_cut* cut = user;
+    int count = 0;
+    for (int k = 0; k < 4; ++k) {
+        count += nodes[k] == cut->ends[0] || nodes[k] == cut->ends[1];
     }
+    return count == 2;
+}
+
+static pli_status link_cut_check(const link_cut* cut) {
+    const plii_edit* edit = &cut->edit;
+    PLII_TRY(plii_edit_check_tetras(edit, link_cut_meets, cut, "the link is an edge of"));
     for (int i = 0; i < edit->link_count; ++i) {
         if (link_cut_matches(cut, edit->links[i].nodes[0], edit->links[i].nodes[1])) { return PLI_OK; }
     }
-    return plii_fail(edit->context, PLI_ERROR_INVALID_VALUE, function, "no link joins nodes %d and %d", cut->ends[0],
-                     cut->ends[1]);
+    return plii_fail(edit->context, PLI_ERROR_INVALID_VALUE, edit->function, "no link joins nodes %d and %d",
+                     cut->ends[0], cut->ends[1]);
 }
 
 /* What the rest lengths of the new links follow from. */
@@ -44,9 +43,9 @@ static bool link_cut_learn(link_cut* cut) {
         for (int j = 2, k = 0; k < 3; j = k++) {
             if (!link_cut_matches(cut, nodes[j], nodes[k])) { continue; }
             const int opposite = nodes[(k + 1) % 3];
-            if (plii_edge_map_add(&cut->edges, nodes[j], nodes[k]) == PLI_NULL_INDEX ||
-                plii_edge_map_add(&cut->edges, nodes[j], opposite) == PLI_NULL_INDEX ||
-                plii_edge_map_add(&cut->edges, nodes[k], opposite) == PLI_NULL_INDEX) {
+            if (plii_edge_map_add(&cut->edges, nodes[j], nodes[k]) == NULL ||
+                plii_edge_map_add(&cut->edges, nodes[j], opposite) == NULL ||
+                plii_edge_map_add(&cut->edges, nodes[k], opposite) == NULL) {
                 return false;
             }
         }
@@ -62,41 +61,34 @@ static bool link_cut_add_nodes(link_cut* cut) {
     return cut->nodes[1] != PLI_NULL_INDEX;
 }
 
-static bool link_cut_part_links(link_cut* cut) {
+static bool link_cut_split_links(link_cut* cut) {
     const int count = cut->edit.link_count;
     for (int i = 0; i < count; ++i) {
-        const plii_edit_link link = cut->edit.links[i];
-        if (!link_cut_matches(cut, link.nodes[0], link.nodes[1])) { continue; }
-        const int first = link.nodes[0] == cut->ends[0] ? 0 : 1;
+        const int* nodes = cut->edit.links[i].nodes;
+        if (!link_cut_matches(cut, nodes[0], nodes[1])) { continue; }
+        const int first = nodes[0] == cut->ends[0] ? 0 : 1;
         const float share = first == 0 ? cut->share : 1.0f - cut->share;
-        plii_edit_link second = link;
-        second.nodes[0] = cut->nodes[1 - first];
-        second.rest_squared = (1.0f - share) * (1.0f - share) * link.rest_squared;
-        if (plii_edit_add_link(&cut->edit, second) == PLI_NULL_INDEX) { return false; }
-        cut->edit.links[i].nodes[1] = cut->nodes[first];
-        cut->edit.links[i].rest_squared = share * share * link.rest_squared;
+        if (!plii_edit_split_link(&cut->edit, i, share, cut->nodes[first], cut->nodes[1 - first])) { return false; }
     }
     return true;
 }
 
 /* Links from both new nodes to a corner, once per corner. */
 static bool link_cut_add_spokes(link_cut* cut, int corner, uint16_t material) {
-    const int place = plii_edge_map_add(&cut->edges, cut->nodes[0], corner);
-    if (place == PLI_NULL_INDEX) { return false; }
-    if (cut->edges.edges[place].flags != 0) { return true; }
-    cut->edges.edges[place].flags = 1;
-    const float rest_squared = plii_edit_median_squared(
-        plii_edit_rest_squared(&cut->edit, &cut->edges, cut->ends[0], corner),
-        plii_edit_rest_squared(&cut->edit, &cut->edges, cut->ends[1], corner),
-        plii_edit_rest_squared(&cut->edit, &cut->edges, cut->ends[0], cut->ends[1]), cut->share);
+    plii_edge* edge = plii_edge_map_add(&cut->edges, cut->nodes[0], corner);
+    if (edge == NULL) { return false; }
+    if (edge->flags != 0) { return true; }
+    edge->flags = 1;
+    const float rest_squared =
+        plii_edit_median_squared(&cut->edit, &cut->edges, corner, cut->ends[0], cut->ends[1], cut->share);
     for (int i = 0; i < 2; ++i) {
         const plii_edit_link link = {{cut->nodes[i], corner}, rest_squared, (plii_link_tag)material};
-        if (plii_edit_add_link(&cut->edit, link) == PLI_NULL_INDEX) { return false; }
+        if (!plii_edit_add_link(&cut->edit, link)) { return false; }
     }
     return true;
 }
 
-static bool link_cut_part_faces(link_cut* cut) {
+static bool link_cut_split_faces(link_cut* cut) {
     const int count = cut->edit.face_count;
     for (int i = 0; i < count; ++i) {
         for (int j = 2, k = 0; k < 3; j = k++) {
@@ -110,7 +102,7 @@ static bool link_cut_part_faces(link_cut* cut) {
             face.nodes[k] = cut->nodes[first];
             face.origin.share *= share;
             cut->edit.faces[i] = face;
-            if (plii_edit_add_face(&cut->edit, second) == PLI_NULL_INDEX ||
+            if (!plii_edit_add_face(&cut->edit, second) ||
                 !link_cut_add_spokes(cut, face.nodes[(k + 1) % 3], face.material)) {
                 return false;
             }
@@ -127,17 +119,13 @@ pli_status pli_body_cut_link(pli_body* body, int node_a, int node_b, float posit
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "position %g is not between 0 and 1",
                          (double)position);
     }
-    link_cut cut = {.ends = {node_a, node_b}, .share = position};
+    link_cut cut = {.ends = {node_a, node_b}, .share = position, .edges.table.context = body->context};
     PLII_TRY(plii_edit_open(body, __func__, &cut.edit));
-    cut.edges.context = body->context;
-    pli_status status = link_cut_check(&cut, __func__);
-    if (status == PLI_OK) {
-        status =
-            link_cut_learn(&cut) && link_cut_add_nodes(&cut) && link_cut_part_links(&cut) && link_cut_part_faces(&cut)
-                ? plii_edit_commit(&cut.edit, __func__)
-                : PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory to cut a link");
+    pli_status status = link_cut_check(&cut);
+    if (status == PLI_OK && !(link_cut_learn(&cut) && link_cut_add_nodes(&cut) && link_cut_split_links(&cut) &&
+                              link_cut_split_faces(&cut))) {
+        status = PLI_ERROR_OUT_OF_MEMORY;
     }
     plii_edge_map_free(&cut.edges);
-    plii_edit_close(&cut.edit);
-    return status;
+    return plii_edit_end(&cut.edit, status);
 }

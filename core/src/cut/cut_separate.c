@@ -3,7 +3,6 @@
 #include "cut/cut_separate.h"
 
 #include "base/csr.h"
-#include "base/scratch.h"
 
 /* A corner of a face at the end of a cut edge. */
 typedef struct separate_corner {
@@ -44,24 +43,13 @@ static int separate_original(const separate_work* work, int node) {
     return node < work->node_count ? node : work->edit->nodes[node].origin.a;
 }
 
-static bool separate_create(separate_work* work) {
-    const size_t node_count = (size_t)work->node_count;
-    work->begin = PLII_TAKE(&work->scratch, int, node_count + 1);
-    work->last_corner = PLII_TAKE(&work->scratch, int, node_count);
-    work->sides = PLII_TAKE(&work->scratch, int[2], node_count);
-    return !work->scratch.is_short;
-}
-
-static void separate_free(separate_work* work) {
-    pli_context* context = work->edit->context;
-    plii_scratch_free(&work->scratch);
-    PLII_RELEASE(context, work->pairs, work->pair_capacity);
-    plii_edge_map_free(&work->edges);
-}
-
 /* Lists the corners at all ends of cut edges, per node in the order of faces. */
 static bool separate_gather(separate_work* work) {
     const plii_edit* edit = work->edit;
+    work->begin = PLII_TAKE(&work->scratch, int, (size_t)work->node_count + 1);
+    work->last_corner = PLII_TAKE(&work->scratch, int, work->node_count);
+    work->sides = PLII_TAKE(&work->scratch, int[2], work->node_count);
+    if (work->scratch.is_short) { return false; }
     int* is_end = work->last_corner;
     for (int i = 0; i < work->cuts->count; ++i) {
         is_end[work->cuts->edges[i].a] = is_end[work->cuts->edges[i].b] = 1;
@@ -79,8 +67,8 @@ static bool separate_gather(separate_work* work) {
         for (int k = 0; k < 3; ++k) {
             const int node = edit->faces[i].nodes[k];
             if (is_end[node] == 0) { continue; }
-            const int place = --work->begin[node];
-            work->corners[place] = (separate_corner){.face = i, .corner = k, .group = place};
+            const int index = --work->begin[node];
+            work->corners[index] = (separate_corner){.face = i, .corner = k, .group = index};
         }
     }
     for (int i = 0; i < work->node_count; ++i) {
@@ -113,7 +101,7 @@ static void separate_group(const separate_work* work, int node) {
         const int* nodes = separate_nodes(work, i);
         for (int k = 1; k < 3; ++k) {
             const int other = nodes[(work->corners[i].corner + k) % 3];
-            if (plii_edge_map_find(work->cuts, node, other) != PLI_NULL_INDEX) { continue; }
+            if (plii_edge_map_find(work->cuts, node, other) != NULL) { continue; }
             if (work->last_corner[other] != PLI_NULL_INDEX) { separate_join(work, i, work->last_corner[other]); }
             work->last_corner[other] = i;
         }
@@ -153,12 +141,10 @@ static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
 
 static bool separate_note_pair(separate_work* work, int a, int b) {
     const int original_a = separate_original(work, a), original_b = separate_original(work, b);
-    const int place = plii_edge_map_add(&work->edges, original_a, original_b);
-    if (place == PLI_NULL_INDEX ||
-        !PLII_RESERVE(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count + 1)) {
+    plii_edge* edge = plii_edge_map_add(&work->edges, original_a, original_b);
+    if (edge == NULL || !PLII_RESERVE(work->edit->context, &work->pairs, &work->pair_capacity, work->pair_count + 1)) {
         return false;
     }
-    plii_edge* edge = &work->edges.edges[place];
     const separate_pair pair = {original_a == edge->a ? a : b, original_a == edge->a ? b : a, PLI_NULL_INDEX};
     int* link = &edge->first;
     for (; *link != PLI_NULL_INDEX; link = &work->pairs[*link].next) {
@@ -193,33 +179,25 @@ static int separate_end_by_side(const separate_work* work, int node, int other, 
 }
 
 /* Bending links of parted nodes go: the side that they belong to is not known. */
-static void separate_remove_bending_links(plii_edit* edit, const uint8_t* is_parted) {
-    for (int i = 0; i < edit->link_count;) {
-        const plii_edit_link* link = &edit->links[i];
-        const bool is_at_cut = is_parted[link->nodes[0]] != 0 || is_parted[link->nodes[1]] != 0;
-        if (plii_edit_link_is_bending(link) && is_at_cut) {
-            plii_edit_remove_link(edit, i);
-        } else {
-            ++i;
-        }
-    }
+static bool separate_removes(const plii_edit_link* link, void* user) {
+    const uint8_t* is_parted = user;
+    return plii_edit_link_is_bending(link) && (is_parted[link->nodes[0]] != 0 || is_parted[link->nodes[1]] != 0);
 }
 
-static bool separate_rewrite_links(separate_work* work, const uint8_t* is_parted, int* doubled) {
+static bool separate_rewrite_links(separate_work* work, uint8_t* is_parted, int* doubled) {
     plii_edit* edit = work->edit;
-    separate_remove_bending_links(edit, is_parted);
+    plii_edit_remove_links(edit, separate_removes, is_parted);
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
         const plii_edit_link link = edit->links[i];
         const int a = link.nodes[0], b = link.nodes[1];
         if (is_parted[a] == 0 && is_parted[b] == 0) { continue; }
-        const int place = plii_edge_map_find(&work->edges, a, b);
-        if (place == PLI_NULL_INDEX) {
+        const plii_edge* edge = plii_edge_map_find(&work->edges, a, b);
+        if (edge == NULL) {
             edit->links[i].nodes[0] = separate_end_by_side(work, a, b, is_parted);
             edit->links[i].nodes[1] = separate_end_by_side(work, b, a, is_parted);
             continue;
         }
-        const plii_edge* edge = &work->edges.edges[place];
         int made = 0;
         for (int k = edge->first; k != PLI_NULL_INDEX; k = work->pairs[k].next, ++made) {
             plii_edit_link part = link;
@@ -227,7 +205,7 @@ static bool separate_rewrite_links(separate_work* work, const uint8_t* is_parted
             part.nodes[1] = a == edge->a ? work->pairs[k].b : work->pairs[k].a;
             if (made == 0) {
                 edit->links[i] = part;
-            } else if (plii_edit_add_link(edit, part) == PLI_NULL_INDEX) {
+            } else if (!plii_edit_add_link(edit, part)) {
                 return false;
             }
         }
@@ -245,14 +223,16 @@ bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double*
                           .heights = heights,
                           .height_count = height_count,
                           .node_count = edit->node_count,
-                          .edges = {.context = edit->context}};
-    bool ok = separate_create(&work) && separate_gather(&work);
+                          .edges.table.context = edit->context};
+    bool ok = separate_gather(&work);
     for (int i = 0; ok && i < work.node_count; ++i) {
         if (work.begin[i] == work.begin[i + 1]) { continue; }
         separate_group(&work, i);
         ok = separate_copy(&work, i, is_parted);
     }
     ok = ok && separate_rewrite_faces(&work, is_parted) && separate_rewrite_links(&work, is_parted, doubled);
-    separate_free(&work);
+    plii_scratch_free(&work.scratch);
+    PLII_RELEASE(edit->context, work.pairs, work.pair_capacity);
+    plii_edge_map_free(&work.edges);
     return ok;
 }

@@ -7,12 +7,13 @@
    where the last one ended opens its first face up to the tip at it, so many short sweeps make one cut, and a cut that
    returns to its start closes. */
 
-#include "base/scratch.h"
 #include "body/pipeline.h"
 #include "cut/cut_swept_impl.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "pliant/cut.h"
+
+#include <string.h>
 
 /* A ray goes on from another when its ends are as near as this share of its length. */
 #define SWEPT_SAME_RAY 1e-4f
@@ -25,23 +26,13 @@ typedef struct trace_state {
     plii_swept_ends ends;
 } trace_state;
 
-static void trace_release_ends(pli_context* context, plii_swept_ends* ends) {
-    PLII_RELEASE(context, ends->tips, ends->tip_capacity);
-    PLII_RELEASE(context, ends->edges, ends->edge_capacity);
-}
-
 static bool trace_copy_ends(pli_context* context, const plii_swept_ends* from, plii_swept_ends* to) {
     if (!PLII_RESERVE(context, &to->tips, &to->tip_capacity, from->tip_count) ||
         !PLII_RESERVE(context, &to->edges, &to->edge_capacity, from->edge_count)) {
         return false;
     }
-    for (int i = 0; i < from->tip_count; ++i) {
-        to->tips[i] = from->tips[i];
-    }
-    for (int i = 0; i < from->edge_count; ++i) {
-        to->edges[i][0] = from->edges[i][0];
-        to->edges[i][1] = from->edges[i][1];
-    }
+    if (from->tip_count > 0) { memcpy(to->tips, from->tips, (size_t)from->tip_count * sizeof *to->tips); }
+    if (from->edge_count > 0) { memcpy(to->edges, from->edges, (size_t)from->edge_count * sizeof *to->edges); }
     to->tip_count = from->tip_count;
     to->edge_count = from->edge_count;
     return true;
@@ -82,36 +73,27 @@ static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end
 
 // ----------------------------------------------------------------------------------------------------------- the blade
 
-static plii_swept_vector swept_cross(plii_swept_vector a, plii_swept_vector b) {
-    return (plii_swept_vector){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-static plii_swept_vector swept_unit(plii_swept_vector a) {
-    const double length = sqrt(plii_swept_dot(a, a));
-    return (plii_swept_vector){a.x / length, a.y / length, a.z / length};
+static plii_dvec3 swept_unit(plii_dvec3 a) {
+    const double length = plii_dvec3_length(a);
+    return plii_dvec3_make(a.x / length, a.y / length, a.z / length);
 }
 
 /* False when the triangle has no area. */
-static bool swept_make_blade(pli_vec3 a, pli_vec3 b, pli_vec3 c, plii_swept_blade* blade) {
-    const pli_vec3 corners[3] = {a, b, c};
+static bool swept_make_blade(const pli_vec3 corners[3], plii_swept_blade* blade) {
     for (int k = 0; k < 3; ++k) {
-        blade->corners[k] = plii_swept_wide(corners[k]);
+        blade->corners[k] = plii_dvec3_from(corners[k]);
     }
-    const plii_swept_vector ab = plii_swept_minus(blade->corners[1], blade->corners[0]);
-    const plii_swept_vector ac = plii_swept_minus(blade->corners[2], blade->corners[0]);
-    const plii_swept_vector cross = swept_cross(ab, ac);
-    const double longest = plii_swept_dot(ab, ab) + plii_swept_dot(ac, ac);
-    if (!(sqrt(plii_swept_dot(cross, cross)) > 1e-12 * longest)) { return false; }
+    const plii_dvec3 ab = plii_dvec3_sub(blade->corners[1], blade->corners[0]);
+    const plii_dvec3 ac = plii_dvec3_sub(blade->corners[2], blade->corners[0]);
+    const plii_dvec3 cross = plii_dvec3_cross(ab, ac);
+    const double longest = plii_dvec3_dot(ab, ab) + plii_dvec3_dot(ac, ac);
+    if (!(plii_dvec3_length(cross) > 1e-12 * longest)) { return false; }
     blade->normal = swept_unit(cross);
     for (int k = 0; k < 3; ++k) {
-        const plii_swept_vector side = plii_swept_minus(blade->corners[(k + 1) % 3], blade->corners[k]);
-        blade->inward[k] = swept_unit(swept_cross(blade->normal, side));
+        const plii_dvec3 side = plii_dvec3_sub(blade->corners[(k + 1) % 3], blade->corners[k]);
+        blade->inward[k] = swept_unit(plii_dvec3_cross(blade->normal, side));
     }
     return true;
-}
-
-static double swept_height_over(const plii_swept_blade* blade, plii_swept_vector point) {
-    return plii_swept_dot(blade->normal, plii_swept_minus(point, blade->corners[0]));
 }
 
 // ----------------------------------------------------------------------------------------------------------- the whole
@@ -119,9 +101,8 @@ static double swept_height_over(const plii_swept_blade* blade, plii_swept_vector
 static int swept_crossed_links(const plii_swept_pass* pass) {
     int count = 0;
     for (int i = 0; i < pass->edit->link_count; ++i) {
-        const int place =
-            plii_edge_map_find(&pass->edges, pass->edit->links[i].nodes[0], pass->edit->links[i].nodes[1]);
-        count += place != PLI_NULL_INDEX && pass->edges.edges[place].node != PLI_NULL_INDEX;
+        const int* nodes = pass->edit->links[i].nodes;
+        count += plii_edge_map_node(&pass->edges, nodes[0], nodes[1]) != PLI_NULL_INDEX;
     }
     return count;
 }
@@ -129,7 +110,8 @@ static int swept_crossed_links(const plii_swept_pass* pass) {
 static pli_status swept_run_pass(plii_swept_pass* pass) {
     plii_edit* edit = pass->edit;
     for (int i = 0; i < pass->node_count; ++i) {
-        pass->heights[i] = swept_height_over(pass->blade, plii_swept_point(pass, i));
+        const plii_dvec3 offset = plii_dvec3_sub(plii_swept_point(pass, i), pass->blade->corners[0]);
+        pass->heights[i] = plii_dvec3_dot(pass->blade->normal, offset);
     }
     for (int i = 0; i < pass->work->ends.tip_count; ++i) {
         plii_swept_mark(pass, pass->work->ends.tips[i], PLII_SWEPT_IS_TIP);
@@ -153,12 +135,11 @@ static pli_status swept_cut(plii_swept_work* work, const plii_swept_blade* blade
     plii_edit* edit = &work->edit;
     pli_context* context = edit->context;
     plii_swept_pass pass = {.work = work, .edit = edit, .blade = blade, .node_count = edit->node_count};
-    pass.edges.context = pass.borders.context = pass.cuts.context = context;
-    plii_scratch scratch = {.context = context};
-    pass.heights = plii_scratch_take(&scratch, (size_t)pass.node_count * sizeof *pass.heights);
-    pass.marks = plii_scratch_take(&scratch, (size_t)pass.node_count);
-    const pli_status status = scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(&pass);
-    plii_scratch_free(&scratch);
+    pass.scratch.context = pass.edges.table.context = pass.borders.table.context = pass.cuts.table.context = context;
+    pass.heights = PLII_TAKE(&pass.scratch, double, pass.node_count);
+    pass.marks = PLII_TAKE(&pass.scratch, uint8_t, pass.node_count);
+    const pli_status status = pass.scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(&pass);
+    plii_scratch_free(&pass.scratch);
     plii_edge_map_free(&pass.edges);
     plii_edge_map_free(&pass.borders);
     plii_edge_map_free(&pass.cuts);
@@ -167,9 +148,7 @@ static pli_status swept_cut(plii_swept_work* work, const plii_swept_blade* blade
 
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
-    const pli_bounds bounds = {plii_vec3_min(corners[0], plii_vec3_min(corners[1], corners[2])),
-                               plii_vec3_max(corners[0], plii_vec3_max(corners[1], corners[2]))};
-    return plii_bounds_overlap(bounds, body->bounds);
+    return plii_bounds_overlap(plii_bounds_of_triangle(corners[0], corners[1], corners[2]), body->bounds);
 }
 
 /* `corners` of two triangles. */
@@ -177,32 +156,30 @@ static pli_status swept_cut_all(plii_swept_work* work, const pli_vec3 (*corners)
     const pli_body* body = work->edit.body;
     for (int i = 0; i < 2; ++i) {
         plii_swept_blade blade;
-        if (!swept_make_blade(corners[i][0], corners[i][1], corners[i][2], &blade)) { continue; }
-        if (swept_may_meet(body, corners[i])) { PLII_TRY(swept_cut(work, &blade)); }
+        if (!swept_make_blade(corners[i], &blade) || !swept_may_meet(body, corners[i])) { continue; }
+        PLII_TRY(swept_cut(work, &blade));
     }
+    plii_edit* edit = &work->edit;
+    edit->is_unchanged = edit->node_count == edit->old_node_count && edit->link_count == edit->old_link_count;
     return PLI_OK;
 }
 
 /* Cuts and leaves the ends of the cut in `trace`. */
 static pli_status swept_run(pli_body* body, trace_state* trace, const pli_vec3 (*corners)[3], bool goes_on,
                             const char* function, int* parted) {
-    plii_swept_work work = {.function = function};
+    plii_swept_work work = {.parted = 0};
     PLII_TRY(plii_edit_open(body, function, &work.edit));
     const bool is_ready = !goes_on || trace_copy_ends(body->context, &trace->ends, &work.ends);
-    pli_status status = is_ready ? swept_cut_all(&work, corners) : PLI_ERROR_OUT_OF_MEMORY;
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        plii_fail(body->context, status, function, "no memory to cut %d nodes, %d links and %d faces", body->node_count,
-                  body->link_count, body->topology->face_count);
-    }
-    if (status == PLI_OK && work.is_changed) { status = plii_edit_commit(&work.edit, function); }
+    const pli_status status =
+        plii_edit_end(&work.edit, is_ready ? swept_cut_all(&work, corners) : PLI_ERROR_OUT_OF_MEMORY);
     if (status == PLI_OK) {
         *parted = work.parted;
         const plii_swept_ends old = trace->ends;
         trace->ends = work.ends;
         work.ends = old;
     }
-    trace_release_ends(body->context, &work.ends);
-    plii_edit_close(&work.edit);
+    PLII_RELEASE(body->context, work.ends.tips, work.ends.tip_capacity);
+    PLII_RELEASE(body->context, work.ends.edges, work.ends.edge_capacity);
     return status;
 }
 

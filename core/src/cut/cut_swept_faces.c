@@ -9,38 +9,31 @@ enum { SWEPT_FACE_BELOW = 4, SWEPT_FACE_ABOVE = 8 };
 
 bool plii_swept_add_nodes(plii_swept_pass* pass) {
     plii_edge_map* edges = &pass->edges;
-    const size_t order_size = (size_t)edges->count * sizeof(int);
-    int* order = plii_allocate(pass->edit->context, order_size);
-    if (order == NULL && order_size > 0) { return false; }
-    bool ok = plii_edge_map_order(edges, pass->node_count, order);
-    for (int i = 0; ok && i < edges->count; ++i) {
+    const int* order = plii_edge_map_order(edges, pass->node_count, &pass->scratch);
+    for (int i = 0; !pass->scratch.is_short && i < edges->count; ++i) {
         plii_edge* edge = &edges->edges[order[i]];
         if (edge->flags != (PLII_SWEPT_OF_FACE | PLII_SWEPT_CROSSED)) { continue; }
         edge->node = plii_edit_add_node(pass->edit, edge->a, edge->b, edge->share);
-        ok = edge->node != PLI_NULL_INDEX;
-        pass->work->is_changed = true;
+        if (edge->node == PLI_NULL_INDEX) { return false; }
     }
-    plii_release(pass->edit->context, order, order_size);
-    return ok;
+    return !pass->scratch.is_short;
 }
 
 static bool swept_open(plii_swept_pass* pass, int a, int b) {
-    return plii_edge_map_add(&pass->cuts, a, b) != PLI_NULL_INDEX;
+    return plii_edge_map_add(&pass->cuts, a, b) != NULL;
 }
 
 static bool swept_note_border(plii_swept_pass* pass, int a, int b, double height) {
-    const int place = plii_edge_map_add(&pass->borders, a, b);
-    if (place == PLI_NULL_INDEX) { return false; }
-    pass->borders.edges[place].flags |= height < 0.0 ? SWEPT_FACE_BELOW : SWEPT_FACE_ABOVE;
-    return true;
+    plii_edge* border = plii_edge_map_add(&pass->borders, a, b);
+    if (border != NULL) { border->flags |= height < 0.0 ? SWEPT_FACE_BELOW : SWEPT_FACE_ABOVE; }
+    return border != NULL;
 }
 
 bool plii_swept_open_closed_edges(plii_swept_pass* pass) {
     const plii_swept_ends* ends = &pass->work->ends;
     for (int i = 0; i < ends->edge_count; ++i) {
         const int a = ends->edges[i][0], b = ends->edges[i][1];
-        const int place = plii_edge_map_find(&pass->edges, a, b);
-        const int node = place != PLI_NULL_INDEX ? pass->edges.edges[place].node : PLI_NULL_INDEX;
+        const int node = plii_edge_map_node(&pass->edges, a, b);
         const bool ok =
             node != PLI_NULL_INDEX ? swept_open(pass, a, node) && swept_open(pass, node, b) : swept_open(pass, a, b);
         if (!ok) { return false; }
@@ -53,8 +46,7 @@ static bool swept_judge_face(plii_swept_pass* pass, const int* nodes) {
     int crossings[3], crossing_count = 0, crossed = 0; /* `crossed`: an edge, from the corner to the next */
     int on_count = 0, on = 0, tip = PLI_NULL_INDEX;
     for (int k = 0; k < 3; ++k) {
-        const int place = plii_edge_map_find(&pass->edges, nodes[k], nodes[(k + 1) % 3]);
-        const int node = place != PLI_NULL_INDEX ? pass->edges.edges[place].node : PLI_NULL_INDEX;
+        const int node = plii_edge_map_node(&pass->edges, nodes[k], nodes[(k + 1) % 3]);
         if (node != PLI_NULL_INDEX) {
             crossings[crossing_count++] = node;
             crossed = k;
@@ -103,13 +95,6 @@ bool plii_swept_judge_faces(plii_swept_pass* pass) {
 
 // ---------------------------------------------------------------------------------------------------------------- tips
 
-static bool swept_push_tip(plii_swept_work* work, int node) {
-    plii_swept_ends* ends = &work->ends;
-    if (!PLII_RESERVE(work->edit.context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
-    ends->tips[ends->tip_count++] = node;
-    return true;
-}
-
 /* Tips are the nodes of the cut that are still closed. */
 static bool swept_find_tips(plii_swept_pass* pass, const uint8_t* is_parted, int node_count) {
     plii_swept_ends* ends = &pass->work->ends;
@@ -123,7 +108,8 @@ static bool swept_find_tips(plii_swept_pass* pass, const uint8_t* is_parted, int
         const bool is_on_surface =
             (marks & (PLII_SWEPT_ON_BLADE | PLII_SWEPT_HAS_FACE)) == (PLII_SWEPT_ON_BLADE | PLII_SWEPT_HAS_FACE);
         if (!is_on_surface || is_parted[i] != 0 || (marks & PLII_SWEPT_IS_TIP) != 0) { continue; }
-        if (!swept_push_tip(pass->work, i)) { return false; }
+        if (!PLII_RESERVE(pass->edit->context, &ends->tips, &ends->tip_capacity, ends->tip_count + 1)) { return false; }
+        ends->tips[ends->tip_count++] = i;
     }
     return true;
 }
@@ -146,12 +132,9 @@ static bool swept_find_closed_edges(plii_swept_pass* pass, const uint8_t* is_par
 
 bool plii_swept_separate(plii_swept_pass* pass) {
     const int node_count = pass->edit->node_count;
-    uint8_t* is_parted = plii_allocate(pass->edit->context, (size_t)node_count);
-    const bool ok =
-        is_parted != NULL &&
-        plii_cut_separate(pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted, &pass->work->parted) &&
-        swept_find_tips(pass, is_parted, node_count) && swept_find_closed_edges(pass, is_parted);
-    pass->work->is_changed = pass->work->is_changed || pass->edit->node_count > node_count;
-    plii_release(pass->edit->context, is_parted, (size_t)node_count);
-    return ok;
+    uint8_t* is_parted = PLII_TAKE(&pass->scratch, uint8_t, node_count);
+    return is_parted != NULL &&
+           plii_cut_separate(pass->edit, &pass->cuts, pass->heights, pass->node_count, is_parted,
+                             &pass->work->parted) &&
+           swept_find_tips(pass, is_parted, node_count) && swept_find_closed_edges(pass, is_parted);
 }

@@ -5,6 +5,7 @@
    cut_swept_links.c parts links without faces, cut_swept_faces.c faces. */
 
 #include "cut/topology_edit.h"
+#include "math/dvec3.h"
 
 /* What a cut has not opened yet. */
 typedef struct plii_swept_ends {
@@ -16,37 +17,17 @@ typedef struct plii_swept_ends {
 
 // ----------------------------------------------------------------------------------------------------------- the blade
 
-typedef struct plii_swept_vector {
-    double x, y, z;
-} plii_swept_vector;
-
 /* In double: blades are long and thin. */
 typedef struct plii_swept_blade {
-    plii_swept_vector corners[3];
-    plii_swept_vector normal;
-    plii_swept_vector inward[3]; /* of the side from corner k to the next */
+    plii_dvec3 corners[3];
+    plii_dvec3 normal;
+    plii_dvec3 inward[3]; /* of the side from corner k to the next */
 } plii_swept_blade;
 
-static inline plii_swept_vector plii_swept_wide(pli_vec3 v) {
-    return (plii_swept_vector){(double)v.x, (double)v.y, (double)v.z};
-}
-
-static inline plii_swept_vector plii_swept_minus(plii_swept_vector a, plii_swept_vector b) {
-    return (plii_swept_vector){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
-static inline plii_swept_vector plii_swept_lerp(plii_swept_vector a, plii_swept_vector b, double t) {
-    return (plii_swept_vector){a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t, a.z + (b.z - a.z) * t};
-}
-
-static inline double plii_swept_dot(plii_swept_vector a, plii_swept_vector b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
 /* Whether a point of the blade's plane is inside of its outline, which is part of it. */
-static inline bool plii_swept_is_inside(const plii_swept_blade* blade, plii_swept_vector point) {
+static inline bool plii_swept_is_inside(const plii_swept_blade* blade, plii_dvec3 point) {
     for (int k = 0; k < 3; ++k) {
-        if (plii_swept_dot(blade->inward[k], plii_swept_minus(point, blade->corners[k])) < -1e-9) { return false; }
+        if (plii_dvec3_dot(blade->inward[k], plii_dvec3_sub(point, blade->corners[k])) < -1e-9) { return false; }
     }
     return true;
 }
@@ -66,16 +47,15 @@ enum { PLII_SWEPT_OF_FACE = 1, PLII_SWEPT_CROSSED = 2 };
 
 typedef struct plii_swept_work {
     plii_edit edit;
-    const char* function;
     plii_swept_ends ends; /* of the sweep so far */
     int parted;           /* links */
-    bool is_changed;      /* something was cut */
 } plii_swept_work;
 
 /* One blade on the present state of the edit. */
 typedef struct plii_swept_pass {
     plii_swept_work* work;
     plii_edit* edit;
+    plii_scratch scratch;
     const plii_swept_blade* blade;
     int node_count;        /* before the pass */
     double* heights;       /* [node_count] over the blade's plane */
@@ -85,8 +65,8 @@ typedef struct plii_swept_pass {
     plii_edge_map cuts;    /* to be opened */
 } plii_swept_pass;
 
-static inline plii_swept_vector plii_swept_point(const plii_swept_pass* pass, int node) {
-    return plii_swept_wide(plii_edit_position(pass->edit, node));
+static inline plii_dvec3 plii_swept_point(const plii_swept_pass* pass, int node) {
+    return plii_dvec3_from(plii_edit_position(pass->edit, node));
 }
 
 static inline bool plii_swept_is_on_blade(const plii_swept_pass* pass, int node) {
@@ -108,9 +88,8 @@ static inline double plii_swept_crossing(const plii_swept_pass* pass, int a, int
         return -1.0;
     }
     const double t = height_a / (height_a - height_b);
-    return plii_swept_is_inside(pass->blade, plii_swept_lerp(plii_swept_point(pass, a), plii_swept_point(pass, b), t))
-               ? t
-               : -1.0;
+    const plii_dvec3 start = plii_swept_point(pass, a), edge = plii_dvec3_sub(plii_swept_point(pass, b), start);
+    return plii_swept_is_inside(pass->blade, plii_dvec3_add_scaled(start, edge, t)) ? t : -1.0;
 }
 
 // The parts of a pass, in their order; false when out of memory, but for plii_swept_meets_something.
@@ -125,7 +104,7 @@ pli_status plii_swept_check_tetras(const plii_swept_pass* pass);
 void plii_swept_remove_links(plii_swept_pass* pass);
 /* A rope that is crossed gets two ends. Their nodes lie behind each other. */
 bool plii_swept_part_rope_links(plii_swept_pass* pass);
-/* A node of a rope on the blade is doubled; the copy takes the links below. */
+/* A node of a rope on the blade is doubled; the copy gets the links below. */
 bool plii_swept_part_rope_nodes(plii_swept_pass* pass);
 
 /* Nodes where the blade crosses edges of faces. */

@@ -22,10 +22,10 @@ static bool swept_meet_edge(plii_swept_pass* pass, int end_a, int end_b, unsigne
         plii_swept_mark(pass, t <= SWEPT_SNAP ? a : b, PLII_SWEPT_ON_BLADE);
         return true;
     }
-    const int place = plii_edge_map_add(&pass->edges, a, b);
-    if (place == PLI_NULL_INDEX) { return false; }
-    pass->edges.edges[place].share = (float)t;
-    pass->edges.edges[place].flags |= flags | PLII_SWEPT_CROSSED;
+    plii_edge* edge = plii_edge_map_add(&pass->edges, a, b);
+    if (edge == NULL) { return false; }
+    edge->share = (float)t;
+    edge->flags |= flags | PLII_SWEPT_CROSSED;
     return true;
 }
 
@@ -62,26 +62,18 @@ bool plii_swept_meets_something(const plii_swept_pass* pass) {
     return false;
 }
 
-static bool swept_is_crossed(const plii_swept_pass* pass, int a, int b) {
-    const int place = plii_edge_map_find(&pass->edges, a, b);
-    return place != PLI_NULL_INDEX && (pass->edges.edges[place].flags & PLII_SWEPT_CROSSED) != 0;
+static bool swept_meets_tetra(const int nodes[4], const void* user) {
+    const plii_swept_pass* pass = user;
+    for (int j = 0; j < 4; ++j) {
+        if (plii_swept_is_on_blade(pass, nodes[j])) { return true; }
+        for (int k = j + 1; k < 4; ++k) {
+            const plii_edge* edge = plii_edge_map_find(&pass->edges, nodes[j], nodes[k]);
+            if (edge != NULL && (edge->flags & PLII_SWEPT_CROSSED) != 0) { return true; }
+        }
+    }
+    return false;
 }
 
 pli_status plii_swept_check_tetras(const plii_swept_pass* pass) {
-    const plii_topology* topology = pass->edit->old_topology;
-    for (int i = 0; i < topology->tetra_count; ++i) {
-        const int* nodes = topology->tetras[i];
-        bool is_met = false;
-        for (int j = 0; j < 4; ++j) {
-            is_met = is_met || plii_swept_is_on_blade(pass, nodes[j]);
-            for (int k = j + 1; k < 4; ++k) {
-                is_met = is_met || swept_is_crossed(pass, nodes[j], nodes[k]);
-            }
-        }
-        if (is_met) {
-            return plii_fail(pass->edit->context, PLI_ERROR_INVALID_MESH, pass->work->function,
-                             "the blade meets tetrahedron %d, tetrahedra cannot be cut", i);
-        }
-    }
-    return PLI_OK;
+    return plii_edit_check_tetras(pass->edit, swept_meets_tetra, pass, "the blade meets");
 }

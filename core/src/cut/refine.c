@@ -14,9 +14,8 @@
 typedef struct refine_work {
     plii_edit edit;
     pli_refine_def def;
-    const char* function;
-    float* values; /* [old nodes] of the surface */
-    size_t value_size;
+    plii_scratch scratch;
+    float* values;       /* [old nodes] of the surface */
     plii_edge_map edges; /* crossed by the surface */
     pli_status status;   /* of the callback */
 } refine_work;
@@ -37,27 +36,17 @@ pli_refine_def pli_refine_def_default(void) {
 static float refine_evaluate(refine_work* work, pli_vec3 point) {
     const float value = work->def.surface(point, work->def.user);
     if (!plii_is_within(value, PLI_MAX_SURFACE_VALUE) && work->status == PLI_OK) {
-        work->status = plii_fail(
-            work->edit.context, plii_is_finite(value) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE, work->function,
-            "the surface is %g at (%g, %g, %g)", (double)value, (double)point.x, (double)point.y, (double)point.z);
+        work->status =
+            plii_fail(work->edit.context, plii_is_finite(value) ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE,
+                      work->edit.function, "the surface is %g at (%g, %g, %g)", (double)value, (double)point.x,
+                      (double)point.y, (double)point.z);
     }
     return value;
-}
-
-static bool refine_evaluate_nodes(refine_work* work) {
-    for (int i = 0; i < work->edit.old_node_count && work->status == PLI_OK; ++i) {
-        work->values[i] = refine_evaluate(work, plii_edit_position(&work->edit, i));
-    }
-    return work->status == PLI_OK;
 }
 
 static bool refine_is_crossed(const refine_work* work, int a, int b) {
     const float low = plii_min(work->values[a], work->values[b]), high = plii_max(work->values[a], work->values[b]);
     return !(low > -work->def.accuracy) && !(high < work->def.accuracy);
-}
-
-static float refine_lerp(float a, float b, float t) {
-    return a + (b - a) * t;
 }
 
 typedef struct refine_bracket {
@@ -75,7 +64,7 @@ static void refine_narrow(refine_bracket* bracket, float t, float value) {
 static float refine_bisect(refine_work* work, pli_vec3 a, pli_vec3 b, refine_bracket bracket) {
     float t = bracket.span[1];
     for (int i = 0; i < 64; ++i) {
-        const float middle = refine_lerp(bracket.span[0], bracket.span[1], 0.5f);
+        const float middle = plii_lerp(bracket.span[0], bracket.span[1], 0.5f);
         if (middle == bracket.span[0] || middle == bracket.span[1]) { break; }
         t = middle;
         const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
@@ -94,7 +83,7 @@ static float refine_solve(refine_work* work, int node_a, int node_b) {
     }
     for (int i = 0; i < 256; ++i) {
         const float along = bracket.values[0] / (bracket.values[0] - bracket.values[1]);
-        const float t = refine_lerp(bracket.span[0], bracket.span[1], along);
+        const float t = plii_lerp(bracket.span[0], bracket.span[1], along);
         const float value = refine_evaluate(work, pli_vec3_lerp(a, b, t));
         if (work->status != PLI_OK || !(t > 0.0f && t < 1.0f)) { break; }
         if (fabsf(value) < work->def.accuracy) { return t; }
@@ -106,21 +95,14 @@ static float refine_solve(refine_work* work, int node_a, int node_b) {
 
 // -------------------------------------------------------------------------------------------------- refining
 
-static void refine_remove_bending_links(refine_work* work) {
-    plii_edit* edit = &work->edit;
-    for (int i = 0; i < edit->link_count;) {
-        const plii_edit_link* link = &edit->links[i];
-        const bool has_same_sign = work->values[link->nodes[0]] * work->values[link->nodes[1]] > 0.0f;
-        if (plii_edit_link_is_bending(link) && !has_same_sign) {
-            plii_edit_remove_link(edit, i);
-        } else {
-            ++i;
-        }
-    }
+/* Bending links across the surface. */
+static bool refine_removes(const plii_edit_link* link, void* user) {
+    const float* values = user;
+    return plii_edit_link_is_bending(link) && !(values[link->nodes[0]] * values[link->nodes[1]] > 0.0f);
 }
 
 static bool refine_add_edge(refine_work* work, int a, int b) {
-    return !refine_is_crossed(work, a, b) || plii_edge_map_add(&work->edges, a, b) != PLI_NULL_INDEX;
+    return !refine_is_crossed(work, a, b) || plii_edge_map_add(&work->edges, a, b) != NULL;
 }
 
 static bool refine_find_edges(refine_work* work) {
@@ -137,40 +119,29 @@ static bool refine_find_edges(refine_work* work) {
     return ok;
 }
 
-/* Tetrahedra are not parted, so a surface that crosses one is refused. */
-static pli_status refine_check_tetras(const refine_work* work) {
-    const plii_topology* topology = work->edit.old_topology;
-    for (int i = 0; i < topology->tetra_count; ++i) {
-        const int* nodes = topology->tetras[i];
-        for (int j = 0; j < 4; ++j) {
-            for (int k = j + 1; k < 4; ++k) {
-                if (!refine_is_crossed(work, nodes[j], nodes[k])) { continue; }
-                return plii_fail(work->edit.context, PLI_ERROR_INVALID_MESH, work->function,
-                                 "the surface crosses tetrahedron %d, tetrahedra cannot be cut", i);
-            }
+static bool refine_crosses_tetra(const int nodes[4], const void* work) {
+    for (int k = 0; k < 4; ++k) {
+        for (int j = 0; j < k; ++j) {
+            if (refine_is_crossed(work, nodes[j], nodes[k])) { return true; }
         }
     }
-    return PLI_OK;
+    return false;
 }
 
 /* New nodes on the edges, in the order of their ends. */
 static bool refine_add_nodes(refine_work* work) {
     plii_edge_map* edges = &work->edges;
-    const size_t order_size = (size_t)edges->count * sizeof(int);
-    int* order = plii_allocate(work->edit.context, order_size);
-    if (order == NULL && order_size > 0) { return false; }
-    bool ok = plii_edge_map_order(edges, work->edit.node_count, order);
-    for (int i = 0; ok && i < edges->count; ++i) {
+    const int* order = plii_edge_map_order(edges, work->edit.node_count, &work->scratch);
+    for (int i = 0; !work->scratch.is_short && i < edges->count; ++i) {
         plii_edge* edge = &edges->edges[order[i]];
         const float t = refine_solve(work, edge->a, edge->b);
         if (work->status != PLI_OK) { break; }
         if (!(t > 0.0f)) { continue; }
         edge->share = t;
         edge->node = plii_edit_add_node(&work->edit, edge->a, edge->b, t);
-        ok = edge->node != PLI_NULL_INDEX;
+        if (edge->node == PLI_NULL_INDEX) { return false; }
     }
-    plii_release(work->edit.context, order, order_size);
-    return ok;
+    return !work->scratch.is_short;
 }
 
 // --------------------------------------------------------------------------------------------- Bullet's cutting
@@ -190,10 +161,12 @@ static void refine_replace(int* nodes, int count, const int* copies) {
     }
 }
 
-/* All nodes on the surface get a copy, which the inside takes. Node 0 is no copy, so 0 stands for none. */
-static bool refine_copy_all(refine_work* work, int* copies, int node_count) {
+/* Nodes on the surface get a copy, which the inside uses; with `sides` only where something lies on both sides. Node 0
+   is no copy, so 0 stands for none. */
+static bool refine_copy_nodes(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
     for (int i = 0; i < node_count; ++i) {
         if (!refine_is_on_surface(work, i)) { continue; }
+        if (sides != NULL && sides[i] != (REFINE_INSIDE | REFINE_OUTSIDE)) { continue; }
         const int copy = plii_edit_copy_node(&work->edit, i);
         if (copy == PLI_NULL_INDEX) { return false; }
         copies[i] = copy;
@@ -208,8 +181,8 @@ static bool refine_detach_as_reference(refine_work* work, const int* copies) {
         const plii_edit_link link = edit->links[i];
         int detached = 0; /* never link 0, as in Bullet */
         if (copies[link.nodes[0]] != 0 && copies[link.nodes[1]] != 0) {
-            detached = plii_edit_add_link(edit, link);
-            if (detached == PLI_NULL_INDEX) { return false; }
+            detached = edit->link_count;
+            if (!plii_edit_add_link(edit, link)) { return false; }
         } else if (refine_is_inside_or_on(work, link.nodes[0]) && refine_is_inside_or_on(work, link.nodes[1])) {
             detached = i;
         }
@@ -225,10 +198,18 @@ static bool refine_detach_as_reference(refine_work* work, const int* copies) {
     return true;
 }
 
-/* Links with an end that nothing else holds go. */
-static bool refine_remove_loose_links(plii_edit* edit) {
-    const size_t rank_size = (size_t)edit->node_count * sizeof(int);
-    int* ranks = plii_allocate(edit->context, rank_size);
+/* An end that nothing else has; `user` counts what is at each node. */
+static bool refine_is_loose(const plii_edit_link* link, void* user) {
+    int *a = (int*)user + link->nodes[0], *b = (int*)user + link->nodes[1];
+    const bool is_loose = *a == 1 || *b == 1;
+    *a -= is_loose;
+    *b -= is_loose;
+    return is_loose;
+}
+
+static bool refine_remove_loose_links(refine_work* work) {
+    plii_edit* edit = &work->edit;
+    int* ranks = PLII_TAKE(&work->scratch, int, edit->node_count);
     if (ranks == NULL) { return false; }
     for (int i = 0; i < edit->link_count; ++i) {
         ++ranks[edit->links[i].nodes[0]];
@@ -239,17 +220,7 @@ static bool refine_remove_loose_links(plii_edit* edit) {
             ++ranks[edit->faces[i].nodes[k]];
         }
     }
-    for (int i = 0; i < edit->link_count;) {
-        const int a = edit->links[i].nodes[0], b = edit->links[i].nodes[1];
-        if (ranks[a] == 1 || ranks[b] == 1) {
-            --ranks[a];
-            --ranks[b];
-            plii_edit_remove_link(edit, i);
-        } else {
-            ++i;
-        }
-    }
-    plii_release(edit->context, ranks, rank_size);
+    plii_edit_remove_links(edit, refine_is_loose, ranks);
     return true;
 }
 
@@ -265,10 +236,6 @@ static unsigned refine_side(const refine_work* work, const int* nodes, int count
     return REFINE_INSIDE;
 }
 
-static bool refine_link_is_on_surface(const refine_work* work, const plii_edit_link* link) {
-    return refine_is_on_surface(work, link->nodes[0]) && refine_is_on_surface(work, link->nodes[1]);
-}
-
 /* Notes the sides of the faces along each edge that lies on the surface. */
 static bool refine_find_borders(const refine_work* work, plii_edge_map* borders) {
     for (int i = 0; i < work->edit.face_count; ++i) {
@@ -276,9 +243,9 @@ static bool refine_find_borders(const refine_work* work, plii_edge_map* borders)
         const unsigned side = refine_side(work, nodes, 3);
         for (int j = 2, k = 0; k < 3; j = k++) {
             if (!refine_is_on_surface(work, nodes[j]) || !refine_is_on_surface(work, nodes[k])) { continue; }
-            const int place = plii_edge_map_add(borders, nodes[j], nodes[k]);
-            if (place == PLI_NULL_INDEX) { return false; }
-            borders->edges[place].flags |= side;
+            plii_edge* border = plii_edge_map_add(borders, nodes[j], nodes[k]);
+            if (border == NULL) { return false; }
+            border->flags |= side;
         }
     }
     return true;
@@ -286,9 +253,10 @@ static bool refine_find_borders(const refine_work* work, plii_edge_map* borders)
 
 /* A link on the surface belongs to the sides of its faces, and to the outside when it has none. */
 static unsigned refine_link_side(const refine_work* work, const plii_edge_map* borders, const plii_edit_link* link) {
-    if (!refine_link_is_on_surface(work, link)) { return refine_side(work, link->nodes, 2); }
-    const int place = plii_edge_map_find(borders, link->nodes[0], link->nodes[1]);
-    return place != PLI_NULL_INDEX ? borders->edges[place].flags : REFINE_OUTSIDE;
+    const bool is_on_surface = refine_is_on_surface(work, link->nodes[0]) && refine_is_on_surface(work, link->nodes[1]);
+    if (!is_on_surface) { return refine_side(work, link->nodes, 2); }
+    const plii_edge* border = plii_edge_map_find(borders, link->nodes[0], link->nodes[1]);
+    return border != NULL ? border->flags : REFINE_OUTSIDE;
 }
 
 static void refine_mark_sides(const int* nodes, int count, unsigned side, uint8_t* sides) {
@@ -309,17 +277,6 @@ static void refine_find_sides(const refine_work* work, const plii_edge_map* bord
     }
 }
 
-/* Nodes on the surface with something on both sides get a copy. */
-static bool refine_copy_where_needed(refine_work* work, const uint8_t* sides, int* copies, int node_count) {
-    for (int i = 0; i < node_count; ++i) {
-        if (sides[i] != (REFINE_INSIDE | REFINE_OUTSIDE) || !refine_is_on_surface(work, i)) { continue; }
-        const int copy = plii_edit_copy_node(&work->edit, i);
-        if (copy == PLI_NULL_INDEX) { return false; }
-        copies[i] = copy;
-    }
-    return true;
-}
-
 static bool refine_detach(refine_work* work, const plii_edge_map* borders, const int* copies) {
     plii_edit* edit = &work->edit;
     const int link_count = edit->link_count;
@@ -327,8 +284,8 @@ static bool refine_detach(refine_work* work, const plii_edge_map* borders, const
         const plii_edit_link link = edit->links[i];
         const unsigned side = refine_link_side(work, borders, &link);
         if ((side & REFINE_INSIDE) == 0) { continue; }
-        const int inner = (side & REFINE_OUTSIDE) != 0 ? plii_edit_add_link(edit, link) : i;
-        if (inner == PLI_NULL_INDEX) { return false; }
+        const int inner = (side & REFINE_OUTSIDE) != 0 ? edit->link_count : i;
+        if (inner != i && !plii_edit_add_link(edit, link)) { return false; }
         refine_replace(edit->links[inner].nodes, 2, copies);
     }
     for (int i = 0; i < edit->face_count; ++i) {
@@ -339,58 +296,47 @@ static bool refine_detach(refine_work* work, const plii_edge_map* borders, const
 }
 
 static bool refine_part(refine_work* work, int* copies, int node_count) {
-    plii_edge_map borders = {.context = work->edit.context};
-    uint8_t* sides = plii_allocate(work->edit.context, (size_t)node_count);
+    plii_edge_map borders = {.table.context = work->edit.context};
+    uint8_t* sides = PLII_TAKE(&work->scratch, uint8_t, node_count);
     bool ok = sides != NULL && refine_find_borders(work, &borders);
     if (ok) {
         refine_find_sides(work, &borders, sides);
-        ok = refine_copy_where_needed(work, sides, copies, node_count) && refine_detach(work, &borders, copies);
+        ok = refine_copy_nodes(work, sides, copies, node_count) && refine_detach(work, &borders, copies);
     }
-    plii_release(work->edit.context, sides, (size_t)node_count);
     plii_edge_map_free(&borders);
     return ok;
 }
 
 // ------------------------------------------------------------------------------------------------ the whole
 
-static bool refine_part_as_reference(refine_work* work, int* copies, int node_count) {
-    return refine_copy_all(work, copies, node_count) && refine_detach_as_reference(work, copies) &&
-           refine_remove_loose_links(&work->edit);
-}
-
-static pli_status refine_check_tetra_copies(const refine_work* work, const int* copies) {
-    const plii_topology* topology = work->edit.old_topology;
-    for (int i = 0; i < topology->tetra_count; ++i) {
-        for (int k = 0; k < 4; ++k) {
-            if (copies[topology->tetras[i][k]] == 0) { continue; }
-            return plii_fail(work->edit.context, PLI_ERROR_INVALID_MESH, work->function,
-                             "the surface touches tetrahedron %d, tetrahedra cannot be cut", i);
-        }
-    }
-    return PLI_OK;
+static bool refine_touches_tetra(const int nodes[4], const void* user) {
+    const int* copies = user;
+    return copies[nodes[0]] != 0 || copies[nodes[1]] != 0 || copies[nodes[2]] != 0 || copies[nodes[3]] != 0;
 }
 
 static pli_status refine_cut(refine_work* work) {
     const int node_count = work->edit.node_count;
-    const size_t copies_size = (size_t)node_count * sizeof(int);
-    int* copies = plii_allocate(work->edit.context, copies_size);
+    int* copies = PLII_TAKE(&work->scratch, int, node_count);
     if (copies == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    const bool ok = work->def.reset_rest_lengths ? refine_part_as_reference(work, copies, node_count)
-                                                 : refine_part(work, copies, node_count);
-    const pli_status status = ok ? refine_check_tetra_copies(work, copies) : PLI_ERROR_OUT_OF_MEMORY;
-    plii_release(work->edit.context, copies, copies_size);
-    return status;
+    const bool ok = work->def.reset_rest_lengths
+                        ? refine_copy_nodes(work, NULL, copies, node_count) &&
+                              refine_detach_as_reference(work, copies) && refine_remove_loose_links(work)
+                        : refine_part(work, copies, node_count);
+    if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
+    return plii_edit_check_tetras(&work->edit, refine_touches_tetra, copies, "the surface touches");
 }
 
 /* Errors but the lack of memory have given their message. */
 static pli_status refine_run(refine_work* work) {
     plii_edit* edit = &work->edit;
-    work->value_size = (size_t)edit->node_count * sizeof *work->values;
-    work->values = plii_allocate(edit->context, work->value_size);
+    work->values = PLII_TAKE(&work->scratch, float, edit->node_count);
     if (work->values == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    if (!refine_evaluate_nodes(work)) { return work->status; }
-    PLII_TRY(refine_check_tetras(work));
-    refine_remove_bending_links(work);
+    for (int i = 0; i < edit->old_node_count && work->status == PLI_OK; ++i) {
+        work->values[i] = refine_evaluate(work, plii_edit_position(edit, i));
+    }
+    PLII_TRY(work->status);
+    PLII_TRY(plii_edit_check_tetras(edit, refine_crosses_tetra, work, "the surface crosses"));
+    plii_edit_remove_links(edit, refine_removes, work->values);
     if (!refine_find_edges(work) || !refine_add_nodes(work)) { return PLI_ERROR_OUT_OF_MEMORY; }
     PLII_TRY(work->status);
     if (!plii_edit_add_crossed_faces(edit, &work->edges)) { return PLI_ERROR_OUT_OF_MEMORY; }
@@ -407,18 +353,11 @@ pli_status pli_body_refine(pli_body* body, const pli_refine_def* def) {
     PLII_TRY(PLII_CHECK_MADE(context, pli_refine_def, def, __func__));
     if (def->surface == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "def->surface is null"); }
     PLII_TRY(plii_check_between(context, def->accuracy, PLII_ABOVE_0, FLT_MAX, "accuracy", __func__));
-    refine_work work = {.def = *def, .function = __func__};
+    refine_work work = {.def = *def, .scratch.context = context, .edges.table.context = context};
     PLII_TRY(plii_edit_open(body, __func__, &work.edit));
     work.edit.takes_rest_shape = def->reset_rest_lengths;
-    work.edges.context = context;
-    pli_status status = refine_run(&work);
-    if (status == PLI_ERROR_OUT_OF_MEMORY) {
-        PLII_FAIL(context, status, "no memory to refine %d nodes, %d links and %d faces", body->node_count,
-                  body->link_count, body->topology->face_count);
-    }
-    if (status == PLI_OK) { status = plii_edit_commit(&work.edit, __func__); }
+    const pli_status status = refine_run(&work);
     plii_edge_map_free(&work.edges);
-    plii_release(context, work.values, work.value_size);
-    plii_edit_close(&work.edit);
-    return status;
+    plii_scratch_free(&work.scratch);
+    return plii_edit_end(&work.edit, status);
 }

@@ -16,13 +16,7 @@
 
 // ----------------------------------------------------------------------------------------------------- life
 
-static bool edit_reserve(plii_edit* edit, int nodes, int links, int faces) {
-    return PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, nodes) &&
-           PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, links) &&
-           PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, faces);
-}
-
-void plii_edit_close(plii_edit* edit) {
+static void edit_close(plii_edit* edit) {
     PLII_RELEASE(edit->context, edit->nodes, edit->node_capacity);
     PLII_RELEASE(edit->context, edit->links, edit->link_capacity);
     PLII_RELEASE(edit->context, edit->faces, edit->face_capacity);
@@ -35,6 +29,7 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
     *edit = (plii_edit){
         .body = body,
         .context = body->context,
+        .function = function,
         .old_topology = topology,
         .old_node_count = body->node_count,
         .old_link_count = body->link_count,
@@ -44,8 +39,10 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
     };
     ++topology->reference_count;
     plii_walk_begin(edit->context);
-    if (!edit_reserve(edit, edit->node_count, edit->link_count, edit->face_count)) {
-        plii_edit_close(edit);
+    if (!PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, edit->node_count) ||
+        !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count) ||
+        !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count)) {
+        edit_close(edit);
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function,
                          "no memory for a copy of %d nodes, %d links and %d faces", body->node_count, body->link_count,
                          topology->face_count);
@@ -71,11 +68,17 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
     return PLI_OK;
 }
 
-// -------------------------------------------------------------------------------------------------- elements
-
-static float edit_mass(float inverse_mass) {
-    return inverse_mass > 0.0f ? 1.0f / inverse_mass : 0.0f;
+pli_status plii_edit_check_tetras(const plii_edit* edit, plii_edit_tetra_fn* is_met, const void* user,
+                                  const char* how) {
+    for (int i = 0; i < edit->old_topology->tetra_count; ++i) {
+        if (!is_met(edit->old_topology->tetras[i], user)) { continue; }
+        return plii_fail(edit->context, PLI_ERROR_INVALID_MESH, edit->function,
+                         "%s tetrahedron %d, tetrahedra cannot be cut", how, i);
+    }
+    return PLI_OK;
 }
+
+// -------------------------------------------------------------------------------------------------- elements
 
 static float edit_inverse_mass(float mass) {
     return mass > 0.0f ? 1.0f / mass : 0.0f;
@@ -126,33 +129,49 @@ int plii_edit_copy_node(plii_edit* edit, int source) {
     plii_edit_node* node = &edit->nodes[edit->node_count];
     *node = *old;
     if (old->position.w > 0.0f) {
-        node->position.w = edit_inverse_mass(edit_mass(old->position.w) * 0.5f);
+        node->position.w = edit_inverse_mass(1.0f / old->position.w * 0.5f);
         old->position.w /= 0.5f;
     }
     node->origin = (plii_node_origin){source, source, 0.0f};
     return edit->node_count++;
 }
 
-int plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
+bool plii_edit_add_link(plii_edit* edit, plii_edit_link link) {
     if (edit->link_count == INT_MAX ||
         !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count + 1)) {
-        return PLI_NULL_INDEX;
+        return false;
     }
-    edit->links[edit->link_count] = link;
-    return edit->link_count++;
+    edit->links[edit->link_count++] = link;
+    return true;
 }
 
-int plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
+bool plii_edit_add_face(plii_edit* edit, plii_edit_face face) {
     if (edit->face_count == INT_MAX ||
         !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count + 1)) {
-        return PLI_NULL_INDEX;
+        return false;
     }
-    edit->faces[edit->face_count] = face;
-    return edit->face_count++;
+    edit->faces[edit->face_count++] = face;
+    return true;
 }
 
-void plii_edit_remove_link(plii_edit* edit, int link) {
-    edit->links[link] = edit->links[--edit->link_count];
+bool plii_edit_split_link(plii_edit* edit, int link, float share, int first, int second) {
+    plii_edit_link half = edit->links[link];
+    half.nodes[0] = second;
+    half.rest_squared = (1.0f - share) * (1.0f - share) * edit->links[link].rest_squared;
+    if (!plii_edit_add_link(edit, half)) { return false; }
+    edit->links[link].nodes[1] = first;
+    edit->links[link].rest_squared = share * share * edit->links[link].rest_squared;
+    return true;
+}
+
+void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user) {
+    for (int i = 0; i < edit->link_count;) {
+        if (goes(&edit->links[i], user)) {
+            edit->links[i] = edit->links[--edit->link_count];
+        } else {
+            ++i;
+        }
+    }
 }
 
 // ---------------------------------------------------------------------------------------------- rest lengths
@@ -161,13 +180,14 @@ static float edit_distance_squared(const plii_edit* edit, int a, int b) {
     return pli_vec3_length_squared(pli_vec3_sub(plii_edit_position(edit, a), plii_edit_position(edit, b)));
 }
 
-float plii_edit_rest_squared(const plii_edit* edit, const plii_edge_map* map, int a, int b) {
-    const int place = plii_edge_map_find(map, a, b);
-    const float known = place != PLI_NULL_INDEX ? map->edges[place].rest_squared : -1.0f;
-    return known >= 0.0f ? known : edit_distance_squared(edit, a, b);
+static float edit_rest_squared(const plii_edit* edit, const plii_edge_map* map, int a, int b) {
+    const plii_edge* edge = plii_edge_map_find(map, a, b);
+    return edge != NULL && edge->rest_squared >= 0.0f ? edge->rest_squared : edit_distance_squared(edit, a, b);
 }
 
-float plii_edit_median_squared(float ab_squared, float ac_squared, float bc_squared, float share) {
+float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share) {
+    const float ab_squared = edit_rest_squared(edit, map, node, b), ac_squared = edit_rest_squared(edit, map, node, c);
+    const float bc_squared = edit_rest_squared(edit, map, b, c);
     const float squared = (1.0f - share) * ab_squared + share * ac_squared - share * (1.0f - share) * bc_squared;
     /* Rest lengths that make no triangle. */
     return plii_max(squared, 0.0f);
@@ -176,10 +196,9 @@ float plii_edit_median_squared(float ab_squared, float ac_squared, float bc_squa
 void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map) {
     for (int i = 0; i < edit->link_count; ++i) {
         const plii_edit_link* link = &edit->links[i];
-        const int place = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
-        if (place == PLI_NULL_INDEX) { continue; }
-        plii_edge* edge = &map->edges[place];
-        if (edge->rest_squared < 0.0f && !plii_edit_link_is_bending(link)) { edge->rest_squared = link->rest_squared; }
+        plii_edge* edge = plii_edge_map_find(map, link->nodes[0], link->nodes[1]);
+        if (edge == NULL || edge->rest_squared >= 0.0f || plii_edit_link_is_bending(link)) { continue; }
+        edge->rest_squared = link->rest_squared;
     }
 }
 
@@ -188,12 +207,11 @@ bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
         const int* nodes = edit->faces[i].nodes;
         bool is_crossed = false;
         for (int j = 2, k = 0; k < 3; j = k++) {
-            const int place = plii_edge_map_find(map, nodes[j], nodes[k]);
-            is_crossed = is_crossed || (place != PLI_NULL_INDEX && map->edges[place].node != PLI_NULL_INDEX);
+            is_crossed = is_crossed || plii_edge_map_node(map, nodes[j], nodes[k]) != PLI_NULL_INDEX;
         }
         if (!is_crossed) { continue; }
         for (int j = 2, k = 0; k < 3; j = k++) {
-            if (plii_edge_map_add(map, nodes[j], nodes[k]) == PLI_NULL_INDEX) { return false; }
+            if (plii_edge_map_add(map, nodes[j], nodes[k]) == NULL) { return false; }
         }
     }
     return true;
@@ -204,33 +222,25 @@ bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map) {
 bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map) {
     const int count = edit->link_count;
     for (int i = 0; i < count; ++i) {
-        const plii_edit_link link = edit->links[i];
-        const int place = plii_edge_map_find(map, link.nodes[0], link.nodes[1]);
-        if (place == PLI_NULL_INDEX || map->edges[place].node == PLI_NULL_INDEX) { continue; }
-        const plii_edge* edge = &map->edges[place];
-        const float share = link.nodes[0] == edge->a ? edge->share : 1.0f - edge->share;
-        plii_edit_link second = link;
-        second.nodes[0] = edge->node;
-        second.rest_squared = (1.0f - share) * (1.0f - share) * link.rest_squared;
-        if (plii_edit_add_link(edit, second) == PLI_NULL_INDEX) { return false; }
-        edit->links[i].nodes[1] = edge->node;
-        edit->links[i].rest_squared = share * share * link.rest_squared;
+        const int* nodes = edit->links[i].nodes;
+        const plii_edge* edge = plii_edge_map_find(map, nodes[0], nodes[1]);
+        if (edge == NULL || edge->node == PLI_NULL_INDEX) { continue; }
+        const float share = nodes[0] == edge->a ? edge->share : 1.0f - edge->share;
+        if (!plii_edit_split_link(edit, i, share, edge->node, edge->node)) { return false; }
     }
     return true;
 }
 
 static bool edit_set_rest_squared(plii_edge_map* map, int a, int b, float rest_squared) {
-    const int place = plii_edge_map_add(map, a, b);
-    if (place == PLI_NULL_INDEX) { return false; }
-    map->edges[place].rest_squared = rest_squared;
-    return true;
+    plii_edge* edge = plii_edge_map_add(map, a, b);
+    if (edge != NULL) { edge->rest_squared = rest_squared; }
+    return edge != NULL;
 }
 
 /* Parts face i at the node on its edge from corner j to corner k. */
-static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, int k, int place) {
+static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, int k, plii_edge edge) {
     const plii_edit_face face = edit->faces[i];
     const int from = face.nodes[j], to = face.nodes[k], opposite = face.nodes[(k + 1) % 3];
-    const plii_edge edge = map->edges[place];
     const float share = from == edge.a ? edge.share : 1.0f - edge.share;
 
     const plii_edit_face first = {
@@ -238,15 +248,12 @@ static bool edit_split_face(plii_edit* edit, plii_edge_map* map, int i, int j, i
     const plii_edit_face second = {
         {edge.node, to, opposite}, face.material, {face.origin.parent, face.origin.share * (1.0f - share)}};
     edit->faces[i] = first;
-    if (plii_edit_add_face(edit, second) == PLI_NULL_INDEX) { return false; }
+    if (!plii_edit_add_face(edit, second)) { return false; }
 
-    const float edge_squared = plii_edit_rest_squared(edit, map, from, to);
-    const float rest_squared =
-        plii_edit_median_squared(plii_edit_rest_squared(edit, map, opposite, from),
-                                 plii_edit_rest_squared(edit, map, opposite, to), edge_squared, share);
+    const float edge_squared = edit_rest_squared(edit, map, from, to);
+    const float rest_squared = plii_edit_median_squared(edit, map, opposite, from, to, share);
     const plii_edit_link link = {{edge.node, opposite}, rest_squared, (plii_link_tag)face.material};
-    return plii_edit_add_link(edit, link) != PLI_NULL_INDEX &&
-           edit_set_rest_squared(map, edge.node, opposite, rest_squared) &&
+    return plii_edit_add_link(edit, link) && edit_set_rest_squared(map, edge.node, opposite, rest_squared) &&
            edit_set_rest_squared(map, from, edge.node, share * share * edge_squared) &&
            edit_set_rest_squared(map, edge.node, to, (1.0f - share) * (1.0f - share) * edge_squared);
 }
@@ -257,12 +264,12 @@ bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map) {
         /* A face is looked at again after each split. */
         for (int j = 2, k = 0; k < 3;) {
             const int* nodes = edit->faces[i].nodes;
-            const int place = plii_edge_map_find(map, nodes[j], nodes[k]);
-            if (place == PLI_NULL_INDEX || map->edges[place].node == PLI_NULL_INDEX) {
+            const plii_edge* edge = plii_edge_map_find(map, nodes[j], nodes[k]);
+            if (edge == NULL || edge->node == PLI_NULL_INDEX) {
                 j = k++;
                 continue;
             }
-            if (!edit_split_face(edit, map, i, j, k, place)) { return false; }
+            if (!edit_split_face(edit, map, i, j, k, *edge)) { return false; }
             j = 2;
             k = 0;
         }
@@ -388,12 +395,12 @@ static void edit_replace(pli_body* body, const pli_body* fresh) {
     body->link_count = fresh->link_count;
 }
 
-pli_status plii_edit_commit(plii_edit* edit, const char* function) {
+static pli_status edit_commit(plii_edit* edit) {
     pli_body* body = edit->body;
-    pli_context* context = edit->context;
     const plii_feature_class* stiff = edit_find_stiff_feature(body);
     if (stiff != NULL) {
-        return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s cannot follow a cut of the body", stiff->name);
+        return plii_fail(edit->context, PLI_ERROR_WRONG_STATE, edit->function, "%s cannot follow a cut of the body",
+                         stiff->name);
     }
     edit_product product = {0};
     plii_topology_change change = {
@@ -414,8 +421,7 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     }
     if (!ok) {
         edit_release_product(edit, &product);
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d nodes, %d links and %d faces",
-                         edit->node_count, edit->link_count, edit->face_count);
+        return PLI_ERROR_OUT_OF_MEMORY;
     }
 
     edit_replace(body, &product.body);
@@ -431,4 +437,14 @@ pli_status plii_edit_commit(plii_edit* edit, const char* function) {
     plii_body_refresh(body);
     plii_features_notify(body, PLII_TOPOLOGY_CHANGED);
     return PLI_OK;
+}
+
+pli_status plii_edit_end(plii_edit* edit, pli_status status) {
+    if (status == PLI_OK && !edit->is_unchanged) { status = edit_commit(edit); }
+    if (status == PLI_ERROR_OUT_OF_MEMORY) {
+        plii_fail(edit->context, status, edit->function, "no memory to cut %d nodes, %d links and %d faces",
+                  edit->old_node_count, edit->old_link_count, edit->old_topology->face_count);
+    }
+    edit_close(edit);
+    return status;
 }

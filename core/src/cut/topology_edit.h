@@ -26,7 +26,8 @@ typedef struct plii_edit_face {
 typedef struct plii_edit {
     pli_body* body;
     pli_context* context;
-    plii_topology* old_topology; /* held until the edit is closed */
+    const char* function;        /* messages name it */
+    plii_topology* old_topology; /* held until the end */
     int old_node_count, old_link_count;
     int node_count, link_count, face_count;
     int node_capacity, link_capacity, face_capacity;
@@ -34,14 +35,17 @@ typedef struct plii_edit {
     plii_edit_link* links;
     plii_edit_face* faces;
     bool takes_rest_shape; /* rest lengths and areas become the present ones */
+    bool is_unchanged;     /* the body stays as it is */
 } plii_edit;
 
-/* A walk over an idle body, which ends when the edit is closed. Fails when out of memory, messages name `function`. To
-   be closed after success. */
+/* A walk over an idle body, until plii_edit_end. Fails when out of memory: there is nothing to end then. */
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit);
-void plii_edit_close(plii_edit* edit);
-/* Replaces the nodes, links and faces of the body and lets all features follow; on failure all is as before. */
-pli_status plii_edit_commit(plii_edit* edit, const char* function);
+/* With `status` PLI_OK replaces the nodes, links and faces of the body and lets all features follow; on failure all is
+   as before. Returns what became of it; PLI_ERROR_OUT_OF_MEMORY gets its message here, other errors have theirs. */
+pli_status plii_edit_end(plii_edit* edit, pli_status status);
+/* Tetrahedra cannot be cut: PLI_OK, or the error of one that `is_met`; `how` as "the blade meets". */
+typedef bool plii_edit_tetra_fn(const int nodes[4], const void* user);
+pli_status plii_edit_check_tetras(const plii_edit* edit, plii_edit_tetra_fn* is_met, const void* user, const char* how);
 
 static inline pli_vec3 plii_edit_position(const plii_edit* edit, int node) {
     return plii_xyz(edit->nodes[node].position);
@@ -50,19 +54,23 @@ static inline bool plii_edit_link_is_bending(const plii_edit_link* link) {
     return (link->tag & PLII_LINK_TAG_BENDING) != 0;
 }
 
-/* These add an element and give its index, or PLI_NULL_INDEX when out of memory. */
-
-/* A node between two, which give it part of their masses as in btSoftBody::refine. */
+/* A node between two, which give it part of their masses as in btSoftBody::refine. PLI_NULL_INDEX when out of memory.
+ */
 int plii_edit_add_node(plii_edit* edit, int a, int b, float share);
-/* A second node at the same place; both have half of the mass. */
+/* A second node at the same point; both have half of the mass. */
 int plii_edit_copy_node(plii_edit* edit, int node);
-int plii_edit_add_link(plii_edit* edit, plii_edit_link link);
-int plii_edit_add_face(plii_edit* edit, plii_edit_face face);
+/* False when out of memory. */
+bool plii_edit_add_link(plii_edit* edit, plii_edit_link link);
+bool plii_edit_add_face(plii_edit* edit, plii_edit_face face);
+/* Parts a link at `share` of its length: it ends at node `first` then, and its other half begins at `second`. */
+bool plii_edit_split_link(plii_edit* edit, int link, float share, int first, int second);
+/* Removes the links that go; each swaps with the last one, as in btSoftBody. */
+typedef bool plii_edit_link_fn(const plii_edit_link* link, void* user);
+void plii_edit_remove_links(plii_edit* edit, plii_edit_link_fn* goes, void* user);
 
-/* Squared rest length of the link of an edge in the map; where there is none, of the present distance. */
-float plii_edit_rest_squared(const plii_edit* edit, const plii_edge_map* map, int a, int b);
-/* Squared distance, at rest, from a corner to the point at `share` from b to c, by Stewart's theorem. */
-float plii_edit_median_squared(float ab_squared, float ac_squared, float bc_squared, float share);
+/* Squared distance, at rest, from a node to the point at `share` from b to c, by Stewart's theorem. Squared rest
+   lengths are those of the links in the map; where there is none, of the present distance. */
+float plii_edit_median_squared(const plii_edit* edit, const plii_edge_map* map, int node, int b, int c, float share);
 /* Takes the rest lengths of links along edges that are in the map. */
 void plii_edit_learn_rest_lengths(const plii_edit* edit, plii_edge_map* map);
 /* Adds the edges of all faces that have an edge with a node on it, for the rest lengths of new links. */
@@ -72,8 +80,5 @@ bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map);
    get links between their new nodes. False when out of memory. */
 bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map);
 bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map);
-
-/* A link swaps with the last one and goes, as in btSoftBody. */
-void plii_edit_remove_link(plii_edit* edit, int link);
 
 #endif

@@ -4,8 +4,6 @@
 
 #include "math/bounds.h"
 
-#include <string.h>
-
 /* The ten low bits of a number, two zero bits put between each. */
 static uint32_t bvh_spread(uint32_t v) {
     v = (v | v << 16) & 0x030000ffu;
@@ -20,8 +18,7 @@ static uint32_t bvh_cell(float value, float low, float scale) {
 }
 
 static pli_bounds bvh_join(pli_bounds a, pli_bounds b) {
-    const pli_bounds both = {plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
-    return both;
+    return (pli_bounds){plii_vec3_min(a.min, b.min), plii_vec3_max(a.max, b.max)};
 }
 
 /* Sorts items by key, eight bits at a time, least significant first. */
@@ -39,9 +36,9 @@ static void bvh_sort(plii_bvh* tree, int count) {
             begin[digit + 1] += begin[digit];
         }
         for (int i = 0; i < count; ++i) {
-            const int place = begin[keys[i] >> shift & 255u]++;
-            other_keys[place] = keys[i];
-            other_items[place] = items[i];
+            const int at = begin[keys[i] >> shift & 255u]++;
+            other_keys[at] = keys[i];
+            other_items[at] = items[i];
         }
         uint32_t* swap_keys = keys;
         keys = other_keys;
@@ -53,23 +50,10 @@ static void bvh_sort(plii_bvh* tree, int count) {
     /* After an even number of passes the result is back where it began. */
 }
 
-/* Fills `begin`, where each level begins, and after the last one the number of all boxes; returns how many levels. */
-static int bvh_lay_out(int count, int* begin) {
-    int box_count = 0;
-    int level_count = 0;
-    for (int width = count;; width = (width + PLII_BVH_FAN - 1) / PLII_BVH_FAN) {
-        begin[level_count++] = box_count;
-        box_count += width;
-        if (width == 1) { break; }
-    }
-    begin[level_count] = box_count;
-    return level_count;
-}
-
 bool plii_bvh_reserve(pli_context* context, plii_bvh* tree, int count) {
     if (count <= 0) { return true; }
     int begin[PLII_BVH_MAX_LEVELS + 1];
-    const int level_count = bvh_lay_out(count, begin);
+    const int level_count = plii_bvh_lay_out(count, begin);
     return PLII_RESERVE(context, &tree->items, &tree->item_capacity, count) &&
            PLII_RESERVE(context, &tree->sorting, &tree->sorting_capacity, count) &&
            PLII_RESERVE(context, &tree->keys, &tree->key_capacity, 2 * count) &&
@@ -81,7 +65,7 @@ bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_b
     tree->level_count = 0;
     if (count <= 0) { return true; }
     if (!plii_bvh_reserve(context, tree, count)) { return false; }
-    const int level_count = bvh_lay_out(count, tree->begin);
+    const int level_count = plii_bvh_lay_out(count, tree->begin);
 
     pli_bounds all = boxes[0];
     for (int i = 1; i < count; ++i) {
@@ -122,7 +106,7 @@ void plii_bvh_free(pli_context* context, plii_bvh* tree) {
     PLII_RELEASE(context, tree->boxes, tree->box_capacity);
     PLII_RELEASE(context, tree->keys, tree->key_capacity);
     PLII_RELEASE(context, tree->sorting, tree->sorting_capacity);
-    memset(tree, 0, sizeof *tree);
+    *tree = (plii_bvh){.count = 0};
 }
 
 size_t plii_bvh_bytes(const plii_bvh* tree) {
@@ -144,8 +128,7 @@ void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* 
     int depth = 0;
     const int top = tree->level_count - 1;
     if (top < 0 || !plii_bounds_overlap(tree->boxes[tree->begin[top]], box)) { return; }
-    stack[depth].level = top;
-    stack[depth++].index = 0;
+    stack[depth++] = (bvh_entry){.level = top, .index = 0};
     while (depth > 0) {
         const bvh_entry entry = stack[--depth]; /* overlaps */
         if (entry.level == 0) {
@@ -157,8 +140,7 @@ void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* 
         const pli_bounds* boxes = tree->boxes + tree->begin[entry.level - 1];
         for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             if (!plii_bounds_overlap(boxes[child], box)) { continue; }
-            stack[depth].level = entry.level - 1;
-            stack[depth++].index = child;
+            stack[depth++] = (bvh_entry){.level = entry.level - 1, .index = child};
         }
     }
 }
@@ -174,11 +156,7 @@ int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, pl
     int depth = 0;
     int nearest = PLI_NULL_INDEX;
     float nearest_squared = max_squared;
-    if (tree->level_count > 0) {
-        stack[depth].level = tree->level_count - 1;
-        stack[depth].index = 0;
-        stack[depth++].squared = 0.0f;
-    }
+    if (tree->level_count > 0) { stack[depth++] = (bvh_entry){tree->level_count - 1, 0, 0.0f}; }
     while (depth > 0) {
         const bvh_entry entry = stack[--depth];
         if (!(entry.squared < nearest_squared)) { continue; }
@@ -198,13 +176,11 @@ int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, pl
         for (int child = first; child < first + PLII_BVH_FAN && child < width; ++child) {
             const float squared = bvh_squared_distance(tree->boxes[tree->begin[entry.level - 1] + child], point);
             if (!(squared < nearest_squared)) { continue; }
-            int place = depth++;
-            for (; place > bottom && stack[place - 1].squared < squared; --place) {
-                stack[place] = stack[place - 1];
+            int at = depth++;
+            for (; at > bottom && stack[at - 1].squared < squared; --at) {
+                stack[at] = stack[at - 1];
             }
-            stack[place].level = entry.level - 1;
-            stack[place].index = child;
-            stack[place].squared = squared;
+            stack[at] = (bvh_entry){entry.level - 1, child, squared};
         }
     }
     return nearest;

@@ -24,6 +24,19 @@ typedef struct plii_bvh {
     int item_capacity, box_capacity, key_capacity, sorting_capacity;
 } plii_bvh;
 
+/* Levels over `width` boxes of the lowest one, up to a single one: fills `begin`, where each level begins, and after
+   the last one the number of all boxes; returns how many levels. */
+static inline int plii_bvh_lay_out(int width, int* begin) {
+    int box_count = 0, level_count = 0;
+    for (;; width = (width + PLII_BVH_FAN - 1) / PLII_BVH_FAN) {
+        begin[level_count++] = box_count;
+        box_count += width;
+        if (width == 1) { break; }
+    }
+    begin[level_count] = box_count;
+    return level_count;
+}
+
 /* Replaces what the tree held; the boxes must be finite. Memory is kept from build to build.
    False when out of memory: the tree is then empty. */
 bool plii_bvh_build(pli_context* context, plii_bvh* tree, int count, const pli_bounds* boxes);
@@ -38,7 +51,7 @@ void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* 
 
 /* Looks for the nearest item. `measure` gives the squared distance of an item, or FLT_MAX to refuse it.
    Returns the item with the smallest squared distance below `max_squared`, or PLI_NULL_INDEX; equally near items go by
-   place in the tree. */
+   index in the tree. */
 typedef float plii_bvh_measure_fn(int item, pli_vec3 point, const void* user);
 int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
                      const void* user);

@@ -4,6 +4,8 @@
 
 #include "geometry/bvh4.h"
 
+#include "geometry/bvh.h"
+
 static void bvh4_set(plii_box4* group, int lane, pli_vec3 low, pli_vec3 high) {
     group->low[0][lane] = low.x;
     group->low[1][lane] = low.y;
@@ -34,22 +36,10 @@ static void bvh4_pad(plii_box4* groups, int count) {
     }
 }
 
-/* Fills `begin`, where each level begins, and after the last one the number of all groups; returns how many levels. */
-static int bvh4_lay_out(int count, int* begin) {
-    int level_count = 0, total = 0;
-    for (int width = (count + 3) / 4;; width = (width + 3) / 4) {
-        begin[level_count++] = total;
-        total += width;
-        if (width == 1) { break; }
-    }
-    begin[level_count] = total;
-    return level_count;
-}
-
 bool plii_bvh4_reserve(pli_context* context, plii_bvh4* boxes, int count) {
     if (count <= 0) { return true; }
     int begin[PLII_BVH4_MAX_LEVELS + 1];
-    const int level_count = bvh4_lay_out(count, begin);
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, begin);
     return PLII_RESERVE(context, &boxes->groups, &boxes->capacity, begin[level_count]);
 }
 
@@ -57,7 +47,7 @@ bool plii_bvh4_build(pli_context* context, plii_bvh4* boxes, int count, const pl
     boxes->level_count = 0;
     if (count <= 0) { return true; }
     if (!plii_bvh4_reserve(context, boxes, count)) { return false; }
-    const int level_count = bvh4_lay_out(count, boxes->begin);
+    const int level_count = plii_bvh_lay_out((count + 3) / 4, boxes->begin);
     for (int i = 0; i < count; ++i) {
         bvh4_set(&boxes->groups[i / 4], i % 4, bounds[i].min, bounds[i].max);
     }
@@ -85,10 +75,28 @@ size_t plii_bvh4_bytes(const plii_bvh4* boxes) {
     return (size_t)boxes->capacity * sizeof *boxes->groups;
 }
 
-typedef struct near_search {
-    plii_float4 x, y, z; /* of the point, in all lanes */
+/* What is looked for, in all lanes. */
+typedef struct bvh4_query {
+    plii_vec3x4 low, high;
     plii_float4 squared_radius;
-} near_search;
+} bvh4_query;
+
+/* Bit k where box k touches what is looked for. */
+typedef int bvh4_test(const bvh4_query* query, const plii_box4* group);
+
+PLII_SIMD_INLINE plii_mask4 bvh4_overlaps_axis(plii_float4 low, plii_float4 high, const float* box_low,
+                                               const float* box_high) {
+    return plii_lanes_both(plii_lanes_less_equal(plii_float4_load(box_low), high),
+                           plii_lanes_less_equal(low, plii_float4_load(box_high)));
+}
+
+PLII_SIMD_INLINE int bvh4_overlaps(const bvh4_query* query, const plii_box4* group) {
+    const plii_vec3x4 low = query->low, high = query->high;
+    const plii_mask4 x = bvh4_overlaps_axis(low.x, high.x, group->low[0], group->high[0]);
+    const plii_mask4 y = bvh4_overlaps_axis(low.y, high.y, group->low[1], group->high[1]);
+    const plii_mask4 z = bvh4_overlaps_axis(low.z, high.z, group->low[2], group->high[2]);
+    return plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z));
+}
 
 /* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
    maximum of two values is the second one then. */
@@ -99,61 +107,48 @@ PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, const float* low, c
     return plii_float4_mul(outside, outside);
 }
 
-/* Bit k where box k is near. */
-PLII_SIMD_INLINE int bvh4_test(const near_search* search, const plii_box4* group) {
-    const plii_float4 x = bvh4_outside(search->x, group->low[0], group->high[0]);
-    const plii_float4 y = bvh4_outside(search->y, group->low[1], group->high[1]);
-    const plii_float4 z = bvh4_outside(search->z, group->low[2], group->high[2]);
+/* Of a point: low is high. */
+PLII_SIMD_INLINE int bvh4_is_near(const bvh4_query* query, const plii_box4* group) {
+    const plii_float4 x = bvh4_outside(query->low.x, group->low[0], group->high[0]);
+    const plii_float4 y = bvh4_outside(query->low.y, group->low[1], group->high[1]);
+    const plii_float4 z = bvh4_outside(query->low.z, group->low[2], group->high[2]);
     const plii_float4 squared = plii_float4_add(plii_float4_add(x, y), z);
-    return plii_lanes_bits(plii_lanes_less_equal(squared, search->squared_radius));
+    return plii_lanes_bits(plii_lanes_less_equal(squared, query->squared_radius));
 }
 
-/* The lowest bit that is set, of four. */
-static const uint8_t bvh4_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
-
-int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
-    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
-    const int end = boxes->level_count > 0 ? boxes->begin[1] : 0;
-    int count = 0;
-    for (int i = 0; i < end; ++i) {
-        const plii_box4* group = &boxes->groups[i];
-        const plii_mask4 x = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[0]), high.x),
-                                             plii_lanes_less_equal(low.x, plii_float4_load(group->high[0])));
-        const plii_mask4 y = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[1]), high.y),
-                                             plii_lanes_less_equal(low.y, plii_float4_load(group->high[1])));
-        const plii_mask4 z = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[2]), high.z),
-                                             plii_lanes_less_equal(low.z, plii_float4_load(group->high[2])));
-        for (int bits = plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z)); bits != 0; bits &= bits - 1) {
-            items[count++] = 4 * i + bvh4_first[bits];
-        }
-    }
-    return count;
-}
-
-int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {
-    const near_search search = {plii_float4_all(point.x), plii_float4_all(point.y), plii_float4_all(point.z),
-                                plii_float4_all(radius * radius)};
-    /* Depth first: of the groups on the way down, what is left to be looked at. */
+/* Depth first: of the groups on the path down, what is left to be looked at. */
+PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bvh4_query* query, int* items) {
+    static const uint8_t lowest_bits[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
     int bits[PLII_BVH4_MAX_LEVELS], group[PLII_BVH4_MAX_LEVELS];
     int count = 0;
     const int top = boxes->level_count - 1;
     if (top < 0) { return 0; }
     group[top] = 0;
-    bits[top] = bvh4_test(&search, &boxes->groups[boxes->begin[top]]);
+    bits[top] = test(query, &boxes->groups[boxes->begin[top]]);
     for (int level = top; level <= top;) {
         if (bits[level] == 0) {
             ++level;
             continue;
         }
-        const int box = 4 * group[level] + bvh4_first[bits[level]];
+        const int box = 4 * group[level] + lowest_bits[bits[level]];
         bits[level] &= bits[level] - 1;
         if (level == 0) {
             items[count++] = box;
         } else {
             --level;
             group[level] = box;
-            bits[level] = bvh4_test(&search, &boxes->groups[boxes->begin[level] + box]);
+            bits[level] = test(query, &boxes->groups[boxes->begin[level] + box]);
         }
     }
     return count;
+}
+
+int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
+    const bvh4_query query = {plii_vec3x4_all(bounds->min), plii_vec3x4_all(bounds->max), plii_float4_all(0.0f)};
+    return bvh4_walk(boxes, bvh4_overlaps, &query, items);
+}
+
+int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {
+    const bvh4_query query = {plii_vec3x4_all(point), plii_vec3x4_all(point), plii_float4_all(radius * radius)};
+    return bvh4_walk(boxes, bvh4_is_near, &query, items);
 }

@@ -14,6 +14,15 @@ typedef enum plii_triangle_feature {
     PLII_TRIANGLE_FACE
 } plii_triangle_feature;
 
+/* How large a triangle is. */
+typedef struct plii_triangle_size {
+    float doubled_area, longest_squared; /* m^2; of the longest edge */
+    pli_vec3 normal;                     /* unit, where there is an area */
+    bool is_usable;                      /* not too thin for a normal */
+} plii_triangle_size;
+
+plii_triangle_size plii_measure_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c);
+
 /* A point of a triangle. */
 typedef struct plii_closest_feature {
     plii_triangle_feature feature;

@@ -8,12 +8,12 @@
 #define CONVEX_GAP 0.05               /* of the depth: how far beyond it the cores are moved */
 #define CONVEX_SMALLEST_GAP 1e-4      /* of the size */
 #define CONVEX_PROGRESS 1e-5          /* of the depth */
-#define CONVEX_FOLLOWED_PROGRESS 1e-2 /* where a way is followed from query to query */
+#define CONVEX_FOLLOWED_PROGRESS 1e-2 /* where an axis is followed from query to query */
 #define CONVEX_TURN 1e-6f             /* radians: the same direction */
 #define CONVEX_MAX_STEPS 8            /* of a descent */
 #define CONVEX_MAX_DESCENTS 3         /* from the best directions of the start */
 #define CONVEX_HOPELESS 2             /* times the best depth: starts deeper than this are left out */
-#define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known way deeper than this is given up */
+#define CONVEX_FOLLOWED 1.5  /* times the depth towards the other centre: a known axis deeper than this is given up */
 #define CONVEX_STEP_CALLS 24 /* a step is begun with this many calls left, except the first */
 #define CONVEX_MAX_STARTS 13
 
@@ -40,8 +40,7 @@ typedef struct convex_search {
 } convex_search;
 
 plii_convex_options plii_convex_options_default(void) {
-    const plii_convex_options options = {.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
-    return options;
+    return (plii_convex_options){.max_distance = HUGE_VALF, .max_support_calls = PLII_CONVEX_MAX_SUPPORT_CALLS};
 }
 
 /* False for what has no direction. */
@@ -171,7 +170,7 @@ static bool convex_search_penetration(convex_search* search, plii_penetration_fn
            !found->is_over_budget;
 }
 
-/* From a known way out, or from that between the centres when it is shorter. False when the known one has become too
+/* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
    deep for that. */
 static bool convex_search_cached_axis(convex_search* search, const plii_convex_cache* cache) {
     convex_axis known, between;
@@ -233,10 +232,6 @@ static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, co
         result->point_a = search->point_a;
         result->point_b = pli_vec3_add(search->point_a, pli_vec3_scale(result->normal, depth));
     }
-    if (cache != NULL) {
-        cache->normal = result->normal;
-        cache->has_normal = true;
-    }
 }
 
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
@@ -262,13 +257,13 @@ void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii
                                 .progress = options->uses_cached_axis ? CONVEX_FOLLOWED_PROGRESS : CONVEX_PROGRESS,
                                 .is_finite = true};
         convex_overlap(&search, &gjk, options, cache, result);
-        return;
+    } else {
+        result->distance = (float)gjk.distance;
+        result->point_a = plii_dvec3_to_float(gjk.point_a);
+        result->point_b = plii_dvec3_to_float(gjk.point_b);
+        result->normal = plii_dvec3_to_float(gjk.normal);
     }
-    result->distance = (float)gjk.distance;
-    result->point_a = plii_dvec3_to_float(gjk.point_a);
-    result->point_b = plii_dvec3_to_float(gjk.point_b);
-    result->normal = plii_dvec3_to_float(gjk.normal);
-    if (cache != NULL) {
+    if (cache != NULL && result->relation != PLII_CONVEX_UNDEFINED) {
         cache->normal = result->normal;
         cache->has_normal = true;
     }

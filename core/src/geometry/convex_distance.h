@@ -5,7 +5,7 @@
 
 #include "geometry/gjk.h"
 
-/* The way to a translation of `a` that ends an overlap. */
+/* Looks for a translation of `a` that ends an overlap. */
 typedef struct plii_penetration_query {
     const plii_convex* a;
     const plii_convex* b;
@@ -31,7 +31,7 @@ typedef struct plii_convex_options {
     float max_distance;               /* of the cores; farther pairs need no exact answer. m */
     plii_penetration_fn* penetration; /* plii_penetration_mpr, plii_penetration_epa, or NULL: descent only */
     double gap;                       /* as that of plii_gjk_query */
-    bool uses_cached_axis; /* the last way out of an overlap is followed, though another may be a little shorter */
+    bool uses_cached_axis; /* the last axis out of an overlap is followed, though another may be a little shorter */
     int max_support_calls; /* for all stages together, at least PLII_CONVEX_MIN_SUPPORT_CALLS */
 } plii_convex_options;
 

@@ -5,6 +5,7 @@
 #include "geometry/convex_hull.h"
 
 #include "geometry/orient3d.h"
+#include "math/dvec3.h"
 #include "math/vec.h"
 
 #include <limits.h>
@@ -44,21 +45,8 @@ typedef struct hull_work {
     int rim_count, rim_capacity;
 } hull_work;
 
-typedef struct hull_double3 {
-    double x, y, z;
-} hull_double3;
-
-static hull_double3 hull_sub(pli_vec3 a, pli_vec3 b) {
-    return (hull_double3){(double)a.x - (double)b.x, (double)a.y - (double)b.y, (double)a.z - (double)b.z};
-}
-static double hull_dot(hull_double3 a, hull_double3 b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-static hull_double3 hull_cross(hull_double3 a, hull_double3 b) {
-    return (hull_double3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-static hull_double3 hull_madd(hull_double3 a, hull_double3 b, double s) {
-    return (hull_double3){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
+static plii_dvec3 hull_sub(pli_vec3 a, pli_vec3 b) {
+    return plii_dvec3_sub(plii_dvec3_from(a), plii_dvec3_from(b));
 }
 
 static pli_vec3 hull_corner(const hull_work* work, const hull_face* face, int corner) {
@@ -70,37 +58,37 @@ static bool hull_sees(const hull_work* work, int point, const hull_face* face) {
                          work->points[point]) > 0;
 }
 
-static hull_double3 hull_normal(const hull_work* work, const hull_face* face) {
+static plii_dvec3 hull_normal(const hull_work* work, const hull_face* face) {
     const pli_vec3 origin = hull_corner(work, face, 0);
-    return hull_cross(hull_sub(hull_corner(work, face, 1), origin), hull_sub(hull_corner(work, face, 2), origin));
+    return plii_dvec3_cross(hull_sub(hull_corner(work, face, 1), origin), hull_sub(hull_corner(work, face, 2), origin));
 }
 
 // --------------------------------------------------------------------------------------------- distance to the hull
 
 /* Squared distance of q (relative to a corner at the origin) from the segment to `edge`. */
-static double hull_segment_distance(hull_double3 q, hull_double3 edge) {
-    const double along = hull_dot(q, edge), length = hull_dot(edge, edge);
+static double hull_segment_distance(plii_dvec3 q, plii_dvec3 edge) {
+    const double along = plii_dvec3_dot(q, edge), length = plii_dvec3_dot(edge, edge);
     const double t = length > 0.0 && along > 0.0 ? (along < length ? along / length : 1.0) : 0.0;
-    const hull_double3 offset = hull_madd(q, edge, -t);
-    return hull_dot(offset, offset);
+    const plii_dvec3 offset = plii_dvec3_add_scaled(q, edge, -t);
+    return plii_dvec3_dot(offset, offset);
 }
 
 /* Squared distance of p from the triangle of three points. */
 static double hull_triangle_distance(const hull_work* work, int point, const int corners[3]) {
     const pli_vec3 p = work->points[point], a = work->points[corners[0]];
-    const hull_double3 normal =
-        hull_cross(hull_sub(work->points[corners[1]], a), hull_sub(work->points[corners[2]], a));
+    const plii_dvec3 normal =
+        plii_dvec3_cross(hull_sub(work->points[corners[1]], a), hull_sub(work->points[corners[2]], a));
     double nearest = HUGE_VAL;
     bool is_above = true;
     for (int i = 0; i < 3; ++i) {
         const pli_vec3 from = work->points[corners[i]];
-        const hull_double3 edge = hull_sub(work->points[corners[(i + 1) % 3]], from), q = hull_sub(p, from);
-        is_above = is_above && hull_dot(hull_cross(normal, edge), q) >= 0.0;
+        const plii_dvec3 edge = hull_sub(work->points[corners[(i + 1) % 3]], from), q = hull_sub(p, from);
+        is_above = is_above && plii_dvec3_dot(plii_dvec3_cross(normal, edge), q) >= 0.0;
         nearest = fmin(nearest, hull_segment_distance(q, edge));
     }
-    const double area = hull_dot(normal, normal);
+    const double area = plii_dvec3_dot(normal, normal);
     if (is_above && area > 0.0) {
-        const double height = hull_dot(normal, hull_sub(p, a));
+        const double height = plii_dvec3_dot(normal, hull_sub(p, a));
         return height * height / area;
     }
     return nearest;
@@ -160,9 +148,9 @@ static void hull_assign(hull_work* work, int point, const int* candidates, int c
     for (int i = 0; i < count; ++i) {
         const hull_face* face = &work->faces[candidates[i]];
         if (!hull_sees(work, point, face)) { continue; }
-        const hull_double3 normal = hull_normal(work, face);
-        const double height = hull_dot(normal, hull_sub(work->points[point], hull_corner(work, face, 0))) /
-                              sqrt(hull_dot(normal, normal));
+        const plii_dvec3 normal = hull_normal(work, face);
+        const double height = plii_dvec3_dot(normal, hull_sub(work->points[point], hull_corner(work, face, 0))) /
+                              plii_dvec3_length(normal);
         if (best < 0 || height > best_height) {
             best = candidates[i];
             best_height = height;
@@ -181,13 +169,13 @@ static bool hull_must_wait(const hull_work* work, int point) {
    that is beyond the tolerance. */
 static int hull_find_farthest(hull_work* work, int face_index) {
     hull_face* face = &work->faces[face_index];
-    const hull_double3 normal = hull_normal(work, face);
-    const double length = sqrt(hull_dot(normal, normal));
+    const plii_dvec3 normal = hull_normal(work, face);
+    const double length = plii_dvec3_length(normal);
     int kept = -1, best = -1;
     double best_height = -HUGE_VAL;
     for (int point = face->outside, next; point >= 0; point = next) {
         next = work->next_outside[point];
-        const double height = hull_dot(normal, hull_sub(work->points[point], hull_corner(work, face, 0)));
+        const double height = plii_dvec3_dot(normal, hull_sub(work->points[point], hull_corner(work, face, 0)));
         const bool must_wait = hull_must_wait(work, point);
         if (!must_wait && height <= work->tolerance * length && hull_is_near(work, point, face_index)) { continue; }
         work->next_outside[point] = kept;
@@ -236,7 +224,7 @@ static bool hull_look(hull_work* work, int point, int start) {
     return true;
 }
 
-/* Puts the cone from the rim to the point in place of what the point sees. */
+/* Replaces what the point sees by the cone from the rim to the point. */
 static bool hull_insert(hull_work* work, int point, int start) {
     if (!hull_look(work, point, start)) { return false; }
     const int rim_count = work->rim_count;
@@ -299,28 +287,28 @@ static bool hull_find_start(const hull_work* work, int corners[4]) {
     }
     double farthest = 0.0;
     for (int axis = 0; axis < 3 && low[axis] >= 0; ++axis) {
-        const hull_double3 span = hull_sub(work->points[high[axis]], work->points[low[axis]]);
-        if (hull_dot(span, span) > farthest) {
-            farthest = hull_dot(span, span);
+        const plii_dvec3 span = hull_sub(work->points[high[axis]], work->points[low[axis]]);
+        if (plii_dvec3_dot(span, span) > farthest) {
+            farthest = plii_dvec3_dot(span, span);
             corners[0] = low[axis];
             corners[1] = high[axis];
         }
     }
     if (!(farthest > 0.0)) { return false; }
     const pli_vec3 origin = work->points[corners[0]];
-    const hull_double3 axis = hull_sub(work->points[corners[1]], origin);
-    hull_double3 normal = {0, 0, 0};
+    const plii_dvec3 axis = hull_sub(work->points[corners[1]], origin);
+    plii_dvec3 normal = {0, 0, 0};
     corners[2] = corners[3] = -1;
     for (int i = 0; i < work->point_count; ++i) {
-        const hull_double3 candidate = hull_cross(axis, hull_sub(work->points[i], origin));
-        if (!hull_must_wait(work, i) && hull_dot(candidate, candidate) > hull_dot(normal, normal)) {
+        const plii_dvec3 candidate = plii_dvec3_cross(axis, hull_sub(work->points[i], origin));
+        if (!hull_must_wait(work, i) && plii_dvec3_dot(candidate, candidate) > plii_dvec3_dot(normal, normal)) {
             normal = candidate;
             corners[2] = i;
         }
     }
-    double highest = work->flatness * sqrt(hull_dot(normal, normal));
+    double highest = work->flatness * plii_dvec3_length(normal);
     for (int i = 0; i < work->point_count; ++i) {
-        const double height = hull_dot(normal, hull_sub(work->points[i], origin));
+        const double height = plii_dvec3_dot(normal, hull_sub(work->points[i], origin));
         if (!hull_must_wait(work, i) && fabs(height) > highest) {
             highest = fabs(height);
             corners[3] = i;

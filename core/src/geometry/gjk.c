@@ -31,11 +31,7 @@ typedef struct gjk_nearest {
 static void gjk_reduce_to_vertex(const gjk_vertex* s, int i, gjk_nearest* best) {
     const double squared = plii_dvec3_dot(s[i].w, s[i].w);
     if (!(squared < best->squared)) { return; }
-    best->point = s[i].w;
-    best->squared = squared;
-    best->index[0] = i;
-    best->weight[0] = 1.0;
-    best->count = 1;
+    *best = (gjk_nearest){s[i].w, squared, {i}, {1.0}, 1};
 }
 
 static void gjk_reduce_segment(const gjk_vertex* s, int i, int j, gjk_nearest* best) {
@@ -49,14 +45,7 @@ static void gjk_reduce_segment(const gjk_vertex* s, int i, int j, gjk_nearest* b
         const double t = along / length_squared;
         const plii_dvec3 point = plii_dvec3_add_scaled(a, ab, t);
         const double squared = plii_dvec3_dot(point, point);
-        if (!(squared < best->squared)) { return; }
-        best->point = point;
-        best->squared = squared;
-        best->index[0] = i;
-        best->index[1] = j;
-        best->weight[0] = 1.0 - t;
-        best->weight[1] = t;
-        best->count = 2;
+        if (squared < best->squared) { *best = (gjk_nearest){point, squared, {i, j}, {1.0 - t, t}, 2}; }
     }
 }
 
@@ -81,15 +70,7 @@ static void gjk_reduce_triangle(const gjk_vertex* s, int i, int j, int k, gjk_ne
         const double squared = plii_dvec3_dot(p, p);
         if (!(squared < best->squared)) { return; }
         const double inverse = 1.0 / (u + v + w);
-        best->point = p;
-        best->squared = squared;
-        best->index[0] = i;
-        best->index[1] = j;
-        best->index[2] = k;
-        best->weight[0] = u * inverse;
-        best->weight[1] = v * inverse;
-        best->weight[2] = w * inverse;
-        best->count = 3;
+        *best = (gjk_nearest){p, squared, {i, j, k}, {u * inverse, v * inverse, w * inverse}, 3};
         return;
     }
     if (!(u > 0.0)) { gjk_reduce_segment(s, j, k, best); }
@@ -137,10 +118,7 @@ static void gjk_reduce_tetrahedron(const gjk_vertex* s, gjk_nearest* best) {
 }
 
 static gjk_nearest gjk_find_nearest(const gjk_vertex* simplex, int count) {
-    gjk_nearest best;
-    best.point = plii_dvec3_make(0, 0, 0);
-    best.squared = HUGE_VAL;
-    best.count = 0;
+    gjk_nearest best = {.squared = HUGE_VAL};
     if (count == 4) {
         gjk_reduce_tetrahedron(simplex, &best);
     } else if (count == 3) {
@@ -185,7 +163,7 @@ static void gjk_set_points(gjk_state* state, pli_vec3 a, pli_vec3 b, gjk_vertex*
     if (squared > state->reach_squared) { state->reach_squared = squared; }
 }
 
-/* Takes the points of numbered vertices. */
+/* Sets the points of numbered vertices. */
 static void gjk_set_vertices(gjk_state* state, gjk_vertex* v) {
     const plii_convex *a = state->query->a, *b = state->query->b;
     gjk_set_points(state, a->vertices->point(a->user, v->vertices[0]), b->vertices->point(b->user, v->vertices[1]), v);

@@ -1,35 +1,30 @@
-/* Two lists of records, one per step, and a hash table over the older one. */
+/* Two lists of records, one per step, and a table of the older one by hashes of keys. */
 
 #include "geometry/pair_cache.h"
 
-#include <string.h>
-
 #define PAIR_LOOK_AHEAD 3
 
-static size_t pair_hash(plii_pair_key key) {
+/* Of keys with the same hash, which hardly happens, only the first is found. */
+static uint64_t pair_hash(plii_pair_key key) {
     uint64_t hash = (uint64_t)(uintptr_t)key.other;
     hash = (hash ^ (uint64_t)(uint32_t)key.first ^ (uint64_t)(uint32_t)key.part << 32) * UINT64_C(0x9e3779b97f4a7c15);
     hash = (hash ^ (hash >> 29) ^ (uint64_t)(uint32_t)key.second) * UINT64_C(0xbf58476d1ce4e5b9);
-    return (size_t)(hash ^ (hash >> 32));
+    return (hash ^ (hash >> 32)) >> 1;
 }
 
 static bool pair_keys_equal(plii_pair_key a, plii_pair_key b) {
     return a.first == b.first && a.second == b.second && a.other == b.other && a.part == b.part;
 }
 
-/* Half of the table stays free. */
-static int pair_table_size(int count) {
-    int size = 16;
-    while (size / 2 < count) {
-        size *= 2;
-    }
-    return size;
+static bool pair_reserve_table(pli_context* context, plii_pair_cache* cache, int count) {
+    cache->table.context = context;
+    return plii_key_table_reserve(&cache->table, (size_t)count);
 }
 
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
     return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
            PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
-           PLII_RESERVE(context, &cache->table, &cache->table_capacity, pair_table_size(count));
+           pair_reserve_table(context, cache, count);
 }
 
 bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
@@ -49,37 +44,25 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
         cache->present = plii_allocate(context, (size_t)cache->before_capacity * sizeof *cache->present);
         cache->present_capacity = cache->present != NULL ? cache->before_capacity : 0;
     }
-    const int size = pair_table_size(cache->before_count);
-    if (!PLII_RESERVE(context, &cache->table, &cache->table_capacity, size)) {
-        cache->before_count = cache->table_size = 0;
+    plii_key_table_clear(&cache->table);
+    if (!pair_reserve_table(context, cache, cache->before_count)) {
+        cache->before_count = 0;
         return false;
     }
-    cache->table_size = size;
-    memset(cache->table, 0, (size_t)size * sizeof *cache->table);
-    const size_t mask = (size_t)size - 1;
     for (int i = 0; i < cache->before_count; ++i) {
-        size_t slot = pair_hash(cache->before[i].key) & mask;
-        while (cache->table[slot] != 0) {
-            slot = (slot + 1) & mask;
-        }
-        cache->table[slot] = i + 1;
+        (void)plii_key_table_add(&cache->table, pair_hash(cache->before[i].key), i);
     }
     return true;
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */
-static int pair_find_slot(const plii_pair_cache* cache, plii_pair_key key) {
-    const size_t mask = (size_t)cache->table_size - 1;
-    for (size_t slot = pair_hash(key) & mask; cache->before_count > 0 && cache->table[slot] != 0;
-         slot = (slot + 1) & mask) {
-        const int index = cache->table[slot] - 1;
-        if (pair_keys_equal(cache->before[index].key, key)) { return index; }
-    }
-    return PLI_NULL_INDEX;
+static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
+    const int index = plii_key_table_find(&cache->table, pair_hash(key));
+    return index != PLI_NULL_INDEX && pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
 }
 
 const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
-    const int index = pair_find_slot(cache, key);
+    const int index = pair_find_before(cache, key);
     return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;
 }
 
@@ -91,13 +74,14 @@ static int pair_find_previous(plii_pair_cache* cache, plii_pair_key key) {
             return index;
         }
     }
-    const int index = pair_find_slot(cache, key);
+    const int index = pair_find_before(cache, key);
     if (index != PLI_NULL_INDEX) { cache->next = index + 1; }
     return index;
 }
 
 void plii_pair_cache_clear(plii_pair_cache* cache) {
     cache->present_count = cache->before_count = 0;
+    plii_key_table_clear(&cache->table);
 }
 
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
@@ -111,12 +95,11 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache) {
     PLII_RELEASE(context, cache->present, cache->present_capacity);
     PLII_RELEASE(context, cache->before, cache->before_capacity);
-    PLII_RELEASE(context, cache->table, cache->table_capacity);
+    plii_key_table_free(&cache->table);
     *cache = (plii_pair_cache){0};
 }
 
 size_t plii_pair_cache_bytes(const plii_pair_cache* cache) {
     return (size_t)cache->present_capacity * sizeof *cache->present +
-           (size_t)cache->before_capacity * sizeof *cache->before +
-           (size_t)cache->table_capacity * sizeof *cache->table;
+           (size_t)cache->before_capacity * sizeof *cache->before + plii_key_table_bytes(&cache->table);
 }

@@ -4,7 +4,7 @@
 /* What pairs of convex sets remember from one step to the next, found by key. Only pairs that were asked for in the
    last step are kept. */
 
-#include "base/context.h"
+#include "base/key_table.h"
 #include "geometry/gjk.h"
 
 typedef struct plii_pair_key {
@@ -25,9 +25,8 @@ typedef struct plii_pair_cache {
     int present_count, present_capacity;
     plii_pair_record* before; /* of the last step */
     int before_count, before_capacity;
-    int* table; /* [table_size] index in `before` + 1, 0 = free; open addressing */
-    int table_size, table_capacity;
-    int next; /* place in `before` of what is likely to be asked next */
+    plii_key_table table; /* of `before` */
+    int next;             /* index in `before` of what is likely to be asked next */
 } plii_pair_cache;
 
 /* Room for that many pairs in a step; false when out of memory. */

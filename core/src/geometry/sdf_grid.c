@@ -35,7 +35,7 @@ typedef struct sampling_grid {
     float* distances;
     int* nearest; /* triangle of each sample; -1 - triangle where the distance is exact */
     bool* is_inside;
-    float highest_winding; /* of all samples, either way */
+    float highest_winding; /* of all samples, absolute */
 } sampling_grid;
 
 static bool sampling_is_solid(float winding) {
@@ -167,9 +167,9 @@ static bool sampling_find_holes(sampling_grid* grid) {
         for (int j = 0; j < grid->counts[1]; ++j) {
             for (int i = 0; i < grid->counts[0]; ++i) {
                 const size_t at = sampling_index(grid, i, j, k);
-                const int place[3] = {i, j, k};
+                const int sample[3] = {i, j, k};
                 for (int axis = 0; axis < 3; ++axis) {
-                    if (place[axis] + 1 == grid->counts[axis]) { continue; }
+                    if (sample[axis] + 1 == grid->counts[axis]) { continue; }
                     const size_t next = at + grid->strides[axis];
                     if (grid->is_inside[at] == grid->is_inside[next]) { continue; }
                     if (grid->distances[at] + grid->distances[next] <= SAMPLING_HOLE) { continue; }
@@ -183,8 +183,9 @@ static bool sampling_find_holes(sampling_grid* grid) {
     return has_holes;
 }
 
-/* No distance may exceed that of a neighbour by more than the way there: half of the 26 neighbours in the order of the
-   samples, the other half in the opposite order (Borgefors, Distance transformations in digital images, 1986). */
+/* No distance may exceed that of a neighbour by more than the distance between them: half of the 26 neighbours in the
+   order of the samples, the other half in the opposite order (Borgefors, Distance transformations in digital images,
+   1986). */
 static void sampling_lower(sampling_grid* grid, bool is_backward) {
     const float lengths[4] = {0.0f, 1.0f, 1.41421356f, 1.73205081f};
     for (int kk = 0; kk < grid->counts[2]; ++kk) {
@@ -194,7 +195,7 @@ static void sampling_lower(sampling_grid* grid, bool is_backward) {
             for (int ii = 0; ii < grid->counts[0]; ++ii) {
                 const int i = is_backward ? grid->counts[0] - 1 - ii : ii;
                 float* distance = &grid->distances[sampling_index(grid, i, j, k)];
-                /* The 13 neighbours before this one are the first of the 27 places around it. */
+                /* The 13 neighbours before this one are the first of the 27 samples around it. */
                 for (int n = 0; n < 13; ++n) {
                     const int sign = is_backward ? -1 : 1;
                     const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
@@ -203,8 +204,8 @@ static void sampling_lower(sampling_grid* grid, bool is_backward) {
                         z >= grid->counts[2]) {
                         continue;
                     }
-                    const float way = lengths[dx * dx + dy * dy + dz * dz];
-                    *distance = plii_min(*distance, grid->distances[sampling_index(grid, x, y, z)] + way);
+                    const float length = lengths[dx * dx + dy * dy + dz * dz];
+                    *distance = plii_min(*distance, grid->distances[sampling_index(grid, x, y, z)] + length);
                 }
             }
         }

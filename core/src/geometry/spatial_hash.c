@@ -67,19 +67,19 @@ static void spatial_hash_choose_table(plii_spatial_hash* hash, pli_vec3 extent, 
     hash->mask = size - 1;
 }
 
-enum { NODE_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
+enum { SPATIAL_HASH_SAMPLE = 16 }; /* of so many points one shows the order */
 
 static void spatial_hash_choose_axes(plii_spatial_hash* hash, int count, const pli_vec3* positions) {
-    float way[3] = {0.0f, 0.0f, 0.0f};
-    for (int i = 1; i < count; i += NODE_HASH_SAMPLE) {
+    float lengths[3] = {0.0f, 0.0f, 0.0f};
+    for (int i = 1; i < count; i += SPATIAL_HASH_SAMPLE) {
         const pli_vec3 step = pli_vec3_sub(positions[i], positions[i - 1]);
-        way[0] += fabsf(step.x);
-        way[1] += fabsf(step.y);
-        way[2] += fabsf(step.z);
+        lengths[0] += fabsf(step.x);
+        lengths[1] += fabsf(step.y);
+        lengths[2] += fabsf(step.z);
     }
     int last = 2;
     for (int k = 0; k < 2; ++k) {
-        last = way[k] > way[last] ? k : last;
+        last = lengths[k] > lengths[last] ? k : last;
     }
     hash->axes[0] = (last + 1) % 3;
     hash->axes[1] = (last + 2) % 3;
@@ -104,33 +104,22 @@ static void spatial_hash_set_grid(plii_spatial_hash* hash, int count, const pli_
 }
 
 static bool spatial_hash_reserve(pli_context* context, plii_spatial_hash* hash, int count, int size) {
-    bool has_room = PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
-                    PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
-                    PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, count + PLII_LANES - 1) &&
-                    PLII_RESERVE(context, &hash->columns, &hash->column_capacity, count + PLII_LANES - 1);
-    for (int k = 0; k < 3; ++k) {
-        has_room = has_room &&
-                   PLII_RESERVE(context, &hash->components[k], &hash->component_capacities[k], count + PLII_LANES - 1);
-    }
-    return has_room;
+    if (count > INT32_MAX / 3 - PLII_LANES) { return false; }
+    hash->stride = count + PLII_LANES - 1;
+    return PLII_RESERVE(context, &hash->starts, &hash->start_capacity, size + 1) &&
+           PLII_RESERVE(context, &hash->cells, &hash->cell_capacity, count) &&
+           PLII_RESERVE(context, &hash->nodes, &hash->node_capacity, hash->stride) &&
+           PLII_RESERVE(context, &hash->columns, &hash->column_capacity, hash->stride) &&
+           PLII_RESERVE(context, &hash->components, &hash->component_capacity, 3 * hash->stride);
 }
 
-static void spatial_hash_put(plii_spatial_hash* hash, int place, int node, pli_vec3 position) {
-    hash->nodes[place] = node;
-    if (!spatial_hash_is_grid(hash)) {
-        hash->columns[place] = spatial_hash_column_name(hash->cells[node].x, hash->cells[node].y);
-    }
-    hash->components[0][place] = position.x;
-    hash->components[1][place] = position.y;
-    hash->components[2][place] = position.z;
-}
-
-static void spatial_hash_clear(plii_spatial_hash* hash, int place) {
-    hash->nodes[place] = 0;
-    if (!spatial_hash_is_grid(hash)) { hash->columns[place] = 0; }
-    for (int k = 0; k < 3; ++k) {
-        hash->components[k][place] = 0.0f;
-    }
+static void spatial_hash_put(plii_spatial_hash* hash, int entry, int node, uint64_t column, pli_vec3 position) {
+    hash->nodes[entry] = node;
+    if (!spatial_hash_is_grid(hash)) { hash->columns[entry] = column; }
+    float* components = hash->components + entry;
+    components[0] = position.x;
+    components[hash->stride] = position.y;
+    components[2 * hash->stride] = position.z;
 }
 
 bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
@@ -154,10 +143,12 @@ bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int 
     }
     (void)plii_csr_sum((int)size, hash->starts);
     for (int i = count - 1; i >= 0; --i) {
-        spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, hash->cells[i])], i, positions[i]);
+        const plii_spatial_hash_cell cell = hash->cells[i];
+        spatial_hash_put(hash, --hash->starts[spatial_hash_bucket(hash, cell)], i,
+                         spatial_hash_column_name(cell.x, cell.y), positions[i]);
     }
-    for (int i = count; i < count + PLII_LANES - 1; ++i) {
-        spatial_hash_clear(hash, i);
+    for (int i = count; i < hash->stride; ++i) {
+        spatial_hash_put(hash, i, 0, 0, pli_vec3_make(0, 0, 0));
     }
     return true;
 }
@@ -168,7 +159,7 @@ typedef struct spatial_hash_run {
     uint64_t column;
 } spatial_hash_run;
 
-enum { NODE_HASH_MAX_RUNS = 10 };
+enum { SPATIAL_HASH_MAX_RUNS = 10 };
 
 typedef struct spatial_hash_search {
     pli_context* context;
@@ -178,9 +169,9 @@ typedef struct spatial_hash_search {
 } spatial_hash_search;
 
 static plii_float4 spatial_hash_squared_distances(const plii_spatial_hash* hash, int first, plii_vec3x4 p) {
-    const plii_vec3x4 at = {plii_float4_load(hash->components[0] + first),
-                            plii_float4_load(hash->components[1] + first),
-                            plii_float4_load(hash->components[2] + first)};
+    const float* components = hash->components + first;
+    const plii_vec3x4 at = {plii_float4_load(components), plii_float4_load(components + hash->stride),
+                            plii_float4_load(components + 2 * hash->stride)};
     const plii_vec3x4 apart = plii_vec3x4_sub(at, p);
     return plii_vec3x4_dot(apart, apart);
 }
@@ -233,8 +224,8 @@ static bool spatial_hash_append(const spatial_hash_search* search, pli_vec3 p, c
 }
 
 /* Of the bucket of a node, those of larger index. */
-static spatial_hash_run spatial_hash_own_run(const plii_spatial_hash* hash, int node, unsigned bucket,
-                                             uint64_t column) {
+static spatial_hash_run spatial_hash_run_after(const plii_spatial_hash* hash, int node, unsigned bucket,
+                                               uint64_t column) {
     spatial_hash_run run = {hash->starts[bucket + 1], hash->starts[bucket + 1], column};
     while (run.begin > hash->starts[bucket] && hash->nodes[run.begin - 1] > node) {
         --run.begin;
@@ -250,8 +241,8 @@ bool plii_spatial_hash_find(pli_context* context, const plii_spatial_hash* hash,
     const plii_spatial_hash_cell cell = hash->cells[node];
     const unsigned own = spatial_hash_bucket(hash, cell), above = (own + 1) & hash->mask;
     const uint64_t name = spatial_hash_column_name(cell.x, cell.y);
-    spatial_hash_run runs[NODE_HASH_MAX_RUNS] = {spatial_hash_own_run(hash, node, own, name),
-                                                 {starts[above], starts[above + 1], name}};
+    spatial_hash_run runs[SPATIAL_HASH_MAX_RUNS] = {spatial_hash_run_after(hash, node, own, name),
+                                                    {starts[above], starts[above + 1], name}};
     int run_count = 2;
     for (int c = 0; c < 4; ++c) {
         const int x = cell.x + columns[c][0], y = cell.y + columns[c][1];
@@ -270,12 +261,12 @@ bool plii_spatial_hash_find_in_cell(pli_context* context, const plii_spatial_has
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     const plii_spatial_hash_cell cell = hash->cells[node];
     const spatial_hash_run run =
-        spatial_hash_own_run(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
+        spatial_hash_run_after(hash, node, spatial_hash_bucket(hash, cell), spatial_hash_column_name(cell.x, cell.y));
     return spatial_hash_append(&search, position, &run, 1);
 }
 
 /* A search from far away would go through more cells than there are nodes. */
-#define NODE_HASH_MAX_CELLS 16.0f
+#define SPATIAL_HASH_MAX_CELLS 16.0f
 
 /* As in spatial_hash_padded_size. */
 static float spatial_hash_padded_radius(const plii_spatial_hash* hash, pli_vec3 point, float radius) {
@@ -303,7 +294,7 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
     const spatial_hash_search search = {context, hash, pairs, radius * radius};
     const float padded = spatial_hash_padded_radius(hash, point, radius);
     if (hash->count == 0) { return true; }
-    if (!(padded <= NODE_HASH_MAX_CELLS * hash->cell_size)) { return false; }
+    if (!(padded <= SPATIAL_HASH_MAX_CELLS * hash->cell_size)) { return false; }
     const pli_vec3 reach = pli_vec3_make(padded, padded, padded);
     const plii_spatial_hash_cell low = spatial_hash_cell_of(hash, pli_vec3_sub(point, reach)),
                                  high = spatial_hash_cell_of(hash, pli_vec3_add(point, reach));
@@ -318,34 +309,4 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b) {
     const plii_spatial_hash_cell i = spatial_hash_cell_of(hash, a), j = spatial_hash_cell_of(hash, b);
     return i.x == j.x && i.y == j.y && i.z == j.z;
-}
-
-void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash) {
-    PLII_RELEASE(context, hash->starts, hash->start_capacity);
-    PLII_RELEASE(context, hash->cells, hash->cell_capacity);
-    PLII_RELEASE(context, hash->nodes, hash->node_capacity);
-    PLII_RELEASE(context, hash->columns, hash->column_capacity);
-    for (int k = 0; k < 3; ++k) {
-        plii_release(context, hash->components[k], (size_t)hash->component_capacities[k] * sizeof(float));
-    }
-    *hash = (plii_spatial_hash){0};
-}
-
-size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash) {
-    size_t bytes =
-        (size_t)hash->start_capacity * sizeof *hash->starts + (size_t)hash->cell_capacity * sizeof *hash->cells +
-        (size_t)hash->node_capacity * sizeof *hash->nodes + (size_t)hash->column_capacity * sizeof *hash->columns;
-    for (int k = 0; k < 3; ++k) {
-        bytes += (size_t)hash->component_capacities[k] * sizeof(float);
-    }
-    return bytes;
-}
-
-void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs) {
-    PLII_RELEASE(context, pairs->pairs, pairs->capacity);
-    *pairs = (plii_node_pairs){0};
-}
-
-size_t plii_node_pairs_bytes(const plii_node_pairs* pairs) {
-    return (size_t)pairs->capacity * sizeof *pairs->pairs;
 }

@@ -30,12 +30,12 @@ typedef struct plii_spatial_hash {
     unsigned strides[2];           /* of the first two axes in the table; 0 where columns are hashed */
     int* starts;                   /* [mask + 2] first entry of each bucket */
     plii_spatial_hash_cell* cells; /* [count] by node */
-    /* By bucket, then by node; with room to read four from any place. */
-    int* nodes; /* [count] */
-    uint64_t*
-        columns; /* [count] set where columns are hashed: of the cell. Others in a run of the table are not near. */
-    float* components[3]; /* [count] of positions */
-    int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacities[3];
+    /* By bucket, then by node; with room to read four from any entry. */
+    int* nodes;        /* [count] */
+    uint64_t* columns; /* [count] of the cell, where columns are hashed: others in a run of the table are not near */
+    float* components; /* [3 * stride] of positions: x of all, y of all, z of all */
+    int stride;
+    int start_capacity, cell_capacity, node_capacity, column_capacity, component_capacity;
 } plii_spatial_hash;
 
 /* Of one node in one search; a body that has collapsed to a point must not ask for the square of its nodes in memory
@@ -50,8 +50,8 @@ typedef struct plii_node_pairs {
     bool is_truncated; /* some are missing */
 } plii_node_pairs;
 
-/* Sorts points into cells of at least `cell_size` > 0 m; `shift` m moves the grid along all axes. Positions that are
-   not finite do no harm. False when out of memory. */
+/* Whoever has a hash or pairs frees their arrays. Sorts points into cells of at least `cell_size` > 0 m; `shift` m
+   moves the grid along all axes. Positions that are not finite do no harm. False when out of memory. */
 bool plii_spatial_hash_build(pli_context* context, plii_spatial_hash* hash, int count, const pli_vec3* positions,
                              float cell_size, float shift);
 /* Appends nodes that are nearer to node `node`, at `position`, than `radius`, at most the cell size that the hash was
@@ -68,10 +68,5 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
                                  plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b);
-
-void plii_spatial_hash_free(pli_context* context, plii_spatial_hash* hash);
-size_t plii_spatial_hash_bytes(const plii_spatial_hash* hash);
-void plii_node_pairs_free(pli_context* context, plii_node_pairs* pairs);
-size_t plii_node_pairs_bytes(const plii_node_pairs* pairs);
 
 #endif

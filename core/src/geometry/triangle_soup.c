@@ -4,11 +4,9 @@
 #include "geometry/triangle_soup.h"
 
 #include "geometry/closest_point.h"
+#include "math/bounds.h"
 
 #include <stdlib.h>
-
-/* Doubled area below this share of the longest edge squared counts as none. */
-#define SOUP_MIN_SHAPE 1e-6f
 
 /* A triangle with its corners in ascending order. */
 typedef struct soup_entry {
@@ -16,40 +14,21 @@ typedef struct soup_entry {
     int parity; /* +1 when it took an even number of swaps to order them, else -1 */
 } soup_entry;
 
-static int soup_compare_floats(float a, float b) {
-    return a < b ? -1 : a > b ? 1 : 0;
-}
-
-static int soup_compare_points(pli_vec3 a, pli_vec3 b) {
-    int order = soup_compare_floats(a.x, b.x);
-    if (order == 0) { order = soup_compare_floats(a.y, b.y); }
-    return order != 0 ? order : soup_compare_floats(a.z, b.z);
-}
-
 static int soup_compare_corners(const void* left, const void* right) {
     const soup_entry *a = left, *b = right;
     for (int k = 0; k < 3; ++k) {
-        const int order = soup_compare_points(a->corners[k], b->corners[k]);
+        const int order = plii_vec3_compare(a->corners[k], b->corners[k]);
         if (order != 0) { return order; }
     }
     return 0;
 }
 
 static void soup_order_pair(soup_entry* entry, int i, int j) {
-    if (soup_compare_points(entry->corners[i], entry->corners[j]) <= 0) { return; }
+    if (plii_vec3_compare(entry->corners[i], entry->corners[j]) <= 0) { return; }
     const pli_vec3 swap = entry->corners[i];
     entry->corners[i] = entry->corners[j];
     entry->corners[j] = swap;
     entry->parity = -entry->parity;
-}
-
-static bool soup_has_area(const pli_vec3* corners) {
-    const pli_vec3 ab = pli_vec3_sub(corners[1], corners[0]), ac = pli_vec3_sub(corners[2], corners[0]);
-    const pli_vec3 bc = pli_vec3_sub(corners[2], corners[1]);
-    const float longest =
-        plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
-    const float doubled_area = pli_vec3_length(pli_vec3_cross(ab, ac));
-    return doubled_area > SOUP_MIN_SHAPE * longest && doubled_area > FLT_MIN;
 }
 
 /* Triangles with an area into `entries`; gives their number. */
@@ -65,7 +44,8 @@ static int soup_collect(soup_entry* entries, const pli_vec3* points, int triangl
         soup_order_pair(entry, 0, 1);
         soup_order_pair(entry, 1, 2);
         soup_order_pair(entry, 0, 1);
-        if (soup_has_area(entry->corners)) { ++count; }
+        const pli_vec3* c = entry->corners;
+        if (plii_measure_triangle(c[0], c[1], c[2]).is_usable) { ++count; }
     }
     return count;
 }
@@ -94,8 +74,7 @@ static bool soup_build_tree(plii_soup* soup) {
     if (boxes == NULL) { return false; }
     for (int i = 0; i < soup->count; ++i) {
         const pli_vec3* c = soup->triangles[i].corners;
-        boxes[i].min = plii_vec3_min(c[0], plii_vec3_min(c[1], c[2]));
-        boxes[i].max = plii_vec3_max(c[0], plii_vec3_max(c[1], c[2]));
+        boxes[i] = plii_bounds_of_triangle(c[0], c[1], c[2]);
     }
     const bool is_built = plii_bvh_build(soup->context, &soup->tree, soup->count, boxes);
     plii_release(soup->context, boxes, size);
@@ -123,8 +102,8 @@ void plii_soup_free(plii_soup* soup) {
 static float soup_measure(int triangle, pli_vec3 point, const void* user) {
     const plii_soup_triangle* t = &((const plii_soup*)user)->triangles[triangle];
     if (t->is_hidden) { return FLT_MAX; }
-    plii_closest_feature place;
-    const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &place);
+    plii_closest_feature closest;
+    const pli_vec3 foot = plii_closest_point_on_triangle(point, t->corners[0], t->corners[1], t->corners[2], &closest);
     return pli_vec3_length_squared(pli_vec3_sub(point, foot));
 }
 

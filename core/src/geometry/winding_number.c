@@ -8,14 +8,10 @@
 #define WINDING_FAR 3.0f
 #define WINDING_FULL 12.566370614f /* the solid angle of everything, 4 pi */
 
-static float winding_radius_squared(pli_bounds box, pli_vec3 centre) {
-    const pli_vec3 low = pli_vec3_sub(centre, box.min), high = pli_vec3_sub(box.max, centre);
-    return pli_vec3_length_squared(plii_vec3_max(low, high));
-}
-
 static void winding_finish(plii_winding_cluster* cluster, pli_bounds box) {
     cluster->centre = plii_vec3_divide(cluster->centre, cluster->area);
-    cluster->reach_squared = WINDING_FAR * WINDING_FAR * winding_radius_squared(box, cluster->centre);
+    const pli_vec3 low = pli_vec3_sub(cluster->centre, box.min), high = pli_vec3_sub(box.max, cluster->centre);
+    cluster->reach_squared = WINDING_FAR * WINDING_FAR * pli_vec3_length_squared(plii_vec3_max(low, high));
 }
 
 static void winding_add_weighted(plii_winding_cluster* sum, pli_vec3 centre, pli_vec3 area_normal, float area) {

@@ -58,12 +58,22 @@ static inline float plii_max(float a, float b) {
 static inline float plii_clamp(float v, float low, float high) {
     return v < low ? low : v > high ? high : v;
 }
+static inline float plii_lerp(float a, float b, float t) {
+    return a + (b - a) * t;
+}
 
 static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_min(a.x, b.x), plii_min(a.y, b.y), plii_min(a.z, b.z));
 }
 static inline pli_vec3 plii_vec3_max(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_max(a.x, b.x), plii_max(a.y, b.y), plii_max(a.z, b.z));
+}
+
+/* By x, then y, then z: < 0, 0 or > 0. */
+static inline int plii_vec3_compare(pli_vec3 a, pli_vec3 b) {
+    if (a.x != b.x) { return a.x < b.x ? -1 : 1; }
+    if (a.y != b.y) { return a.y < b.y ? -1 : 1; }
+    return (a.z > b.z) - (a.z < b.z);
 }
 
 static inline bool plii_vec3_is_zero(pli_vec3 v) {

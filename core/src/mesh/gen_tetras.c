@@ -1,6 +1,6 @@
 /* A tetrahedral mesh with a link per edge, in the order of btSoftBodyHelpers::CreateFromTetGenData. */
 
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
@@ -42,8 +42,8 @@ pli_status pli_mesh_create_from_tetras(pli_context* context, int point_count, co
     const int64_t edges = (int64_t)6 * tetra_count;
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(context, point_count, edges, 0, tetra_count, __func__, &made));
-    plii_edge_set set;
-    if (!plii_edge_set_create(context, (size_t)edges, &set)) {
+    plii_key_table known = {.context = context};
+    if (!plii_key_table_reserve(&known, (size_t)edges)) {
         pli_mesh_destroy(made);
         return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the edges of %d tetras", tetra_count);
     }
@@ -55,10 +55,10 @@ pli_status pli_mesh_create_from_tetras(pli_context* context, int point_count, co
         plii_mesh_push_tetra(made, n[0], n[1], n[2], n[3]);
         for (int k = 0; k < 6; ++k) {
             const int a = n[edge_ends[k][0]], b = n[edge_ends[k][1]];
-            if (plii_edge_set_insert(&set, a, b)) { plii_mesh_push_link(made, a, b); }
+            if (plii_key_table_insert(&known, plii_edge_key(a, b))) { plii_mesh_push_link(made, a, b); }
         }
     }
-    plii_edge_set_destroy(&set);
+    plii_key_table_free(&known);
     *mesh = made;
     return PLI_OK;
 }

@@ -1,7 +1,7 @@
 /* A surface mesh with a link per edge. Links come in the order of btSoftBodyHelpers::CreateFromTriMesh, whose table of
    all pairs of nodes is a hash set here. */
 
-#include "base/edge_set.h"
+#include "base/key_table.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
@@ -34,8 +34,8 @@ pli_status pli_mesh_create_from_triangles(pli_context* context, int point_count,
     const int64_t edges = (int64_t)3 * triangle_count;
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(context, point_count, edges, triangle_count, 0, __func__, &made));
-    plii_edge_set set;
-    if (!plii_edge_set_create(context, (size_t)edges, &set)) {
+    plii_key_table known = {.context = context};
+    if (!plii_key_table_reserve(&known, (size_t)edges)) {
         pli_mesh_destroy(made);
         return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for the edges of %d triangles", triangle_count);
     }
@@ -45,11 +45,12 @@ pli_status pli_mesh_create_from_triangles(pli_context* context, int point_count,
     for (int i = 0; i < triangle_count; ++i) {
         const int* n = triangles + (ptrdiff_t)3 * i;
         for (int j = 2, k = 0; k < 3; j = k++) {
-            if (n[j] != n[k] && plii_edge_set_insert(&set, n[j], n[k])) { plii_mesh_push_link(made, n[j], n[k]); }
+            if (n[j] == n[k] || !plii_key_table_insert(&known, plii_edge_key(n[j], n[k]))) { continue; }
+            plii_mesh_push_link(made, n[j], n[k]);
         }
         if (n[0] != n[1] && n[1] != n[2] && n[2] != n[0]) { plii_mesh_push_face(made, n[0], n[1], n[2]); }
     }
-    plii_edge_set_destroy(&set);
+    plii_key_table_free(&known);
     if (shuffle) { plii_mesh_shuffle(made); }
     *mesh = made;
     return PLI_OK;

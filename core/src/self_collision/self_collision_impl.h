@@ -45,6 +45,17 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
     return (plii_self_nodes){body->positions, substep->displacements, substep->start_displacements};
 }
 
+/* Lists of a feature for a plii_spatial_hash and a plii_node_pairs of its state: nothing in them is needed by the next
+   step. */
+#define PLII_SPATIAL_HASH_LISTS(type, hash, near)                                                                      \
+    {PLII_LIST_OF(type, hash.starts, hash.start_capacity), .is_kept = true},                                           \
+        {PLII_LIST_OF(type, hash.cells, hash.cell_capacity), .is_kept = true},                                         \
+        {PLII_LIST_OF(type, hash.nodes, hash.node_capacity), .is_kept = true},                                         \
+        {PLII_LIST_OF(type, hash.columns, hash.column_capacity), .is_kept = true},                                     \
+        {PLII_LIST_OF(type, hash.components, hash.component_capacity), .is_kept = true}, {                             \
+        PLII_LIST_OF(type, near.pairs, near.capacity), .is_kept = true                                                 \
+    }
+
 /* A unit vector that depends on the indices only, for points that coincide. */
 pli_vec3 plii_self_direction(int a, int b);
 

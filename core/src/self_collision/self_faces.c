@@ -83,6 +83,10 @@ static const plii_feature_array self_faces_arrays[] = {
     {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1},
     {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3},
     {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE},
+    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity)},
+    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity)},
     {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity)},
     {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity)},
     {PLII_LIST_OF(plii_self_faces_state, due, due_capacity)},
@@ -97,15 +101,6 @@ static pli_status self_faces_enable(pli_body* body, void* data) {
     }
     plii_self_faces_find_edges(body, state);
     return PLI_OK;
-}
-
-static void self_faces_disable(pli_body* body, void* data) {
-    plii_bvh_free(body->context, &((plii_self_faces_state*)data)->tree);
-}
-
-static size_t self_faces_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    return plii_bvh_bytes(&((const plii_self_faces_state*)data)->tree);
 }
 
 static void self_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
@@ -139,8 +134,6 @@ static const plii_feature_class self_faces_class = {
     .substepped = &self_faces_kind,
     .arrays = self_faces_arrays,
     .enable = self_faces_enable,
-    .disable = self_faces_disable,
-    .bytes = self_faces_bytes,
     .topology_commit = self_faces_topology_commit,
 };
 

@@ -95,12 +95,12 @@ static pli_vec3 self_faces_nearest(const pli_vec3 p[4], bool is_edges, float wei
         weights[2] = t - 1.0f;
         weights[3] = -t;
     } else {
-        plii_closest_feature place;
-        (void)plii_closest_point_on_triangle(p[0], p[1], p[2], p[3], &place);
+        plii_closest_feature closest;
+        (void)plii_closest_point_on_triangle(p[0], p[1], p[2], p[3], &closest);
         weights[0] = 1.0f;
-        weights[1] = -place.weights.x;
-        weights[2] = -place.weights.y;
-        weights[3] = -place.weights.z;
+        weights[1] = -closest.weights.x;
+        weights[2] = -closest.weights.y;
+        weights[3] = -closest.weights.z;
     }
     pli_vec3 apart = pli_vec3_make(0, 0, 0);
     for (int k = 1; k < 4; ++k) { /* about node 0: weights sum up to 0 */
@@ -114,8 +114,7 @@ static pli_vec3 self_faces_nearest(const pli_vec3 p[4], bool is_edges, float wei
 static pli_bounds self_faces_box(const pli_body* body, const int* nodes, int count) {
     pli_bounds box = {plii_xyz(body->previous[nodes[0]]), plii_xyz(body->previous[nodes[0]])};
     for (int k = 1; k < count; ++k) {
-        box.min = plii_vec3_min(box.min, plii_xyz(body->previous[nodes[k]]));
-        box.max = plii_vec3_max(box.max, plii_xyz(body->previous[nodes[k]]));
+        box = plii_bounds_add(box, plii_xyz(body->previous[nodes[k]]));
     }
     return box;
 }
@@ -241,9 +240,9 @@ static float self_faces_distance_at_rest(const plii_self_faces_state* state, con
     return pli_vec3_length(self_faces_nearest(x, pair->is_edges, weights));
 }
 
-/* Takes a pair as it is at the start of a step or substep, where `last` is. True when it could come together in it and
- * has a normal. */
-static bool self_faces_take(plii_self_faces_state* state, int index) {
+/* Looks at a pair as it is at the start of a step or substep, where `last` is. True when it could come together in it
+   and has a normal. */
+static bool self_faces_activate(plii_self_faces_state* state, int index) {
     plii_self_faces_pair* pair = &state->pairs[index];
     const float thickness = state->def.thickness;
     pli_vec3 x[4];
@@ -282,7 +281,7 @@ void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const
     self_faces_count_motion(body, state, nodes);
     state->active_count = 0;
     for (int i = 0; i < state->pair_count; ++i) {
-        if (state->due[i] > state->moved + motion || !self_faces_take(state, i)) { continue; }
+        if (state->due[i] > state->moved + motion || !self_faces_activate(state, i)) { continue; }
         if (!PLII_RESERVE(body->context, &state->active, &state->active_capacity, state->active_count + 1)) {
             state->report.is_truncated = true;
             return;

@@ -92,28 +92,9 @@ static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static void self_grids_disable(pli_body* body, void* data) {
-    self_grids_state* state = data;
-    plii_spatial_hash_free(body->context, &state->hash);
-    plii_node_pairs_free(body->context, &state->pairs);
-}
-
-static size_t self_grids_bytes(const pli_body* body, const void* data) {
-    const self_grids_state* state = data;
-    (void)body;
-    return plii_spatial_hash_bytes(&state->hash) + plii_node_pairs_bytes(&state->pairs);
-}
-
-/* Nothing of a step is needed by the next one. */
-static void self_grids_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    (void)body;
-    (void)data;
-    (void)change;
-    (void)blocks;
-}
-
 static const plii_feature_array self_grids_arrays[] = {
     {PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE},
+    PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs),
     {0},
 };
 static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_class, NULL};
@@ -127,9 +108,6 @@ static const plii_feature_class self_grids_class = {
     .needs = self_grids_needs,
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = self_grids_arrays,
-    .disable = self_grids_disable,
-    .bytes = self_grids_bytes,
-    .topology_commit = self_grids_topology_commit,
 };
 
 // --------------------------------------------------------------------------------------------------------- settings

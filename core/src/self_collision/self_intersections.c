@@ -3,13 +3,14 @@
 
 #include "body/body_impl.h"
 #include "geometry/bvh.h"
+#include "math/bounds.h"
 #include "math/dvec3.h"
 #include "pliant/self_collision.h"
 
 /* Six times the signed volume of the tetrahedron. */
 static double crossings_volume(const plii_dvec3 a, plii_dvec3 b, plii_dvec3 c, plii_dvec3 d) {
     const plii_dvec3 u = plii_dvec3_sub(b, a), v = plii_dvec3_sub(c, a), w = plii_dvec3_sub(d, a);
-    return u.x * (v.y * w.z - v.z * w.y) + u.y * (v.z * w.x - v.x * w.z) + u.z * (v.x * w.y - v.y * w.x);
+    return plii_dvec3_dot(u, plii_dvec3_cross(v, w));
 }
 
 static bool crossings_edge_through(plii_dvec3 p, plii_dvec3 q, const plii_dvec3 t[3]) {
@@ -61,10 +62,9 @@ pli_status pli_body_count_crossings(const pli_body* body, int* count) {
     pli_bounds* boxes = plii_allocate(body->context, size);
     plii_bvh tree = {0};
     for (int i = 0; boxes != NULL && i < topology->face_count; ++i) {
-        const pli_vec3 a = plii_xyz(body->positions[topology->faces[i][0]]);
-        const pli_vec3 b = plii_xyz(body->positions[topology->faces[i][1]]);
-        const pli_vec3 c = plii_xyz(body->positions[topology->faces[i][2]]);
-        boxes[i] = (pli_bounds){plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};
+        const int* face = topology->faces[i];
+        boxes[i] = plii_bounds_of_triangle(plii_xyz(body->positions[face[0]]), plii_xyz(body->positions[face[1]]),
+                                           plii_xyz(body->positions[face[2]]));
     }
     const bool has_memory = boxes != NULL && plii_bvh_build(body->context, &tree, topology->face_count, boxes);
     crossings_search search = {body, 0, 0};

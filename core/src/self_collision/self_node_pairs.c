@@ -6,7 +6,7 @@
 
 #include "self_collision/self_node_pairs.h"
 
-/* Of the thickness: how far a node may stray from its way before it is searched again. */
+/* Of the thickness: how far a node may stray from its path before it is searched again. */
 #define SELF_NODES_MIN_MARGIN 0.2f
 #define SELF_NODES_MAX_MARGIN 0.5f
 /* What becomes of a margin that was not needed, in a step. */
@@ -19,9 +19,9 @@
 /* More than folded cloth has, so that there is room before it folds. */
 #define SELF_NODES_PAIRS_PER_NODE 6
 
-// ------------------------------------------------------------------------------------------------------ ways
+// ------------------------------------------------------------------------------------------------------ paths
 
-/* How far a node is off its way, squared; share: of the travel since the search. */
+/* How far a node is off its path, squared; share: of the travel since the search. */
 PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
     const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
     const plii_float4 motion = plii_float4_mul(plii_float4_all(share), plii_float4_from(&state->travel[node]));
@@ -34,7 +34,7 @@ PLII_SIMD_INLINE bool self_nodes_has_strayed(const plii_self_node_pairs* state, 
     return self_nodes_stray_squared(state, node, share) > margin * margin;
 }
 
-/* A node that strayed is expected to do so again; one that strays by as much as it goes has no way. */
+/* A node that strayed is expected to do so again; one that strays by as much as it goes has no path. */
 static void self_nodes_set_travel(plii_self_node_pairs* state, int node, pli_vec3 motion, float share, float decay) {
     const float thickness = state->thickness;
     const float stray = 1.5f * sqrtf(self_nodes_stray_squared(state, node, share));
@@ -130,7 +130,7 @@ static pli_vec3 self_nodes_position_at(const plii_self_node_pairs* state, int no
     return pli_vec3_add(plii_xyz(state->searched[node]), pli_vec3_scale(plii_xyz(state->travel[node]), share));
 }
 
-/* Pairs of a node apart with all others but those apart that come later in their list, from `share` of the way on. */
+/* Pairs of a node apart with all others but those apart that come later in their list, from `share` of the path on. */
 static void self_nodes_find_apart(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                   int index, float share) {
     const int node = state->apart[index];
@@ -186,8 +186,8 @@ static float self_nodes_common_reach(const plii_self_node_pairs* state, int node
     int bins[SELF_NODES_BINS] = {0};
     const float size = (high - low) / SELF_NODES_BINS;
     for (int i = 0; i < node_count; ++i) {
-        const float place = (self_nodes_reach(state, i) - low) / size; /* may be NaN */
-        ++bins[place < (float)SELF_NODES_BINS ? (int)place : SELF_NODES_BINS - 1];
+        const float at = (self_nodes_reach(state, i) - low) / size; /* may be NaN */
+        ++bins[at < (float)SELF_NODES_BINS ? (int)at : SELF_NODES_BINS - 1];
     }
     int beyond = 0, bin = SELF_NODES_BINS - 1;
     while (bin > 0 && beyond + bins[bin] <= self_nodes_max_apart(node_count) / 2) {
@@ -265,7 +265,7 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
         leaving += !(squared <= margin * margin);
     }
     if (leaving > self_nodes_max_apart(body->node_count) / 8 * 7) { return false; }
-    state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their ways */
+    state->searched_at = state->travel_time = 0.0f; /* nodes are at the ends of their paths */
     return true;
 }
 
@@ -291,7 +291,7 @@ static int self_nodes_count_strayed(const pli_body* body, const plii_self_node_p
     return strayed;
 }
 
-/* From the list of nodes apart; it then ends with those that strayed. Returns the place of the first of them. */
+/* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
 static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state, float share) {
     int kept = 0;
     for (int k = 0; k < state->apart_count; ++k) {
@@ -312,8 +312,8 @@ static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* s
     return kept;
 }
 
-/* A way that leads from here, as it would have begun at the search. */
-static void self_nodes_set_way(plii_self_node_pairs* state, int node, pli_vec3 velocity, float share) {
+/* A path that leads from here, as it would have begun at the search. */
+static void self_nodes_set_path(plii_self_node_pairs* state, int node, pli_vec3 velocity, float share) {
     const float rest = (1.0f - share) * state->travel_time;
     self_nodes_set_travel(state, node, pli_vec3_scale(velocity, rest), share, 1.0f);
     pli_vec4* motion = &state->travel[node];
@@ -344,7 +344,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
     for (int k = first; k < state->apart_count; ++k) {
         const int node = state->apart[k];
         state->is_apart[node] = true;
-        self_nodes_set_way(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
+        self_nodes_set_path(state, node, pli_vec3_scale(plii_self_motion(nodes, node), rate), share);
     }
     for (int k = first; k < state->apart_count; ++k) {
         self_nodes_find_apart(body, graph, state, k, share);
@@ -356,7 +356,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
 // ------------------------------------------------------------------------------------------------------ memory
 
 void plii_self_node_pairs_start(plii_self_node_pairs* state) {
-    state->at = state->taken;
+    state->at = state->local;
     state->count = state->apart_count = 0;
     state->is_known = false;
 }

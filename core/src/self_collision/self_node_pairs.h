@@ -1,11 +1,11 @@
 #ifndef PLII_SELF_NODE_PAIRS_H
 #define PLII_SELF_NODE_PAIRS_H
 
-/* Pairs of a body's nodes that could touch before the next search. Each node has a way, along which it is expected to
-   go on, and a margin for what constraints change; a pair that could touch on its ways, or within the margins, is kept.
-   When nodes have left their ways by more than their margins, they are searched again; so no pair is missed, at any
-   speed. A node that strayed gets a larger margin. Most nodes need a short reach; the few that need a longer one are
-   kept out of the common search and get one each. */
+/* Pairs of a body's nodes that could touch before the next search. Each node has a path, along which it is expected to
+   go on, and a margin for what constraints change; a pair that could touch on its paths, or within the margins, is
+   kept. When nodes have left their paths by more than their margins, they are searched again; so no pair is missed, at
+   any speed. A node that strayed gets a larger margin. Most nodes need a short reach; the few that need a longer one
+   are kept out of the common search and get one each. */
 
 #include "body/link_graph.h"
 #include "geometry/spatial_hash.h"
@@ -19,11 +19,11 @@ typedef struct plii_self_pair {
 typedef struct plii_self_node_pairs {
     float thickness;
     pli_vec3* rest;     /* [node_count] positions, as all that follow, but for the last three */
-    pli_vec4* at;       /* now; w = inverse mass: `taken`, or the solver's own */
-    pli_vec4* taken;    /* relative to an origin */
+    pli_vec4* at;       /* now; w = inverse mass: `local`, or the solver's own */
+    pli_vec4* local;    /* relative to an origin */
     pli_vec4* searched; /* at the last search */
     pli_vec4* travel;   /* expected from there in `travel_time`; w = margin, m */
-    pli_vec3* middle;   /* half way */
+    pli_vec3* middle;   /* half of the path */
     bool* is_apart;     /* not in the common search */
     int* apart;         /* [apart_count] nodes */
     int* linked_to;     /* the last node whose links were looked at, of those that a link joins to this one */
@@ -56,7 +56,7 @@ bool plii_self_node_pairs_serve_on(const pli_body* body, plii_self_node_pairs* s
    `shift`: from the positions of the last step to those of this one, where both are relative to an origin. */
 void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                       pli_vec3 shift);
-/* Later, at `now` s since the start of the step with `left` s to go: searches what has left its way, if anything has.
+/* Later, at `now` s since the start of the step with `left` s to go: searches what has left its path, if anything has.
    The motion of a node times `rate` is its velocity. */
 void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                  const plii_self_nodes* nodes, float rate, float now, float left);

@@ -1,4 +1,4 @@
-/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their ways; distances at rest count as the
+/* Self-collision of nodes: pairs from a dense hash, found as nodes leave their paths; distances at rest count as the
    thickness where they are smaller; a speed limit; friction towards the mean motion of a pair. Mueller, "Ten Minute
    Physics" 15. */
 
@@ -10,7 +10,7 @@
 
 typedef struct self_nodes_state {
     pli_self_collision_def def;
-    pli_vec3 origin; /* of the positions of pairs, which are small that way, and precise */
+    pli_vec3 origin; /* of the positions of pairs, which are small so, and precise */
     plii_self_node_pairs pairs;
     plii_self_pair* touching; /* pairs that the last sweep parted */
     int touching_count, touching_capacity;
@@ -22,12 +22,12 @@ typedef struct self_nodes_state {
 /* Takes positions over, relative to the origin. */
 static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
     const plii_float4 origin = plii_lanes_from_vec3(&state->origin);
-    state->pairs.at = state->pairs.taken;
+    state->pairs.at = state->pairs.local;
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 base =
             nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
         const plii_float4 at = plii_float4_add(plii_float4_sub(base, origin), plii_float4_from(&nodes->offsets[i]));
-        plii_float4_to(&state->pairs.taken[i], at);
+        plii_float4_to(&state->pairs.local[i], at);
     }
 }
 
@@ -42,12 +42,6 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
     state->pairs.searches = 0;
 }
 
-static void self_nodes_start_search(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    state->origin = body->node_count > 0 ? plii_self_position(nodes, 0) : pli_vec3_make(0, 0, 0);
-    if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
-    self_nodes_copy_positions(body, state, nodes);
-}
-
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
@@ -58,9 +52,11 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
 }
 
-/* At the start of a step without substeps, in which constraints move nodes from the ends of their ways. Positions are
+/* At the start of a step without substeps, in which constraints move nodes from the ends of their paths. Positions are
    the solver's own; those of the last search are others where that was in a step with substeps. */
-static void self_nodes_begin(pli_body* body, self_nodes_state* state) {
+static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
+    self_nodes_state* state = data;
+    (void)step;
     const pli_vec3 origin = state->origin;
     const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
     self_nodes_start_report(body, state);
@@ -82,7 +78,9 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
     self_nodes_copy_positions(body, state, &nodes);
     if (!plii_self_node_pairs_serve_on(body, &state->pairs, state->def.thickness)) {
         state->pairs.thickness = state->def.thickness;
-        self_nodes_start_search(body, state, &nodes);
+        state->origin = body->node_count > 0 ? plii_self_position(&nodes, 0) : pli_vec3_make(0, 0, 0);
+        if (!plii_vec3_is_finite(state->origin)) { state->origin = pli_vec3_make(0, 0, 0); }
+        self_nodes_copy_positions(body, state, &nodes);
         plii_self_node_pairs_search_step(body, self_nodes_graph(body), &state->pairs,
                                          pli_vec3_sub(origin, state->origin));
     }
@@ -154,10 +152,10 @@ static bool self_nodes_is_near(plii_float4 apart, const plii_self_pair* pair, fl
     return plii_lanes_dot(apart, apart) < ratio * (pair->distance * pair->distance);
 }
 
-/* Pairs that follow each other in the list share nodes and would wait for each other; taken in turn from some places of
-   the list they do not. The places are near each other, so that nodes stay in the first cache. So many are looked at,
+/* Pairs that follow each other in the list share nodes and would wait for each other. So a batch is walked in strides
+   of an eighth of it; it is small enough for its nodes to stay in the first cache. All of a batch are looked at,
    without a branch, before those that are too near are parted. */
-enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
+enum { SELF_NODES_STRIDES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Others may be pushed together meanwhile. Pairs that are so little too far, of distances squared, are looked at again;
    without that, coils of cloth keep trembling. */
 #define SELF_NODES_ALMOST 1.2f
@@ -165,12 +163,12 @@ enum { SELF_NODES_PLACES = 8, SELF_NODES_BATCH = 8 * 64 };
 /* Pairs too near, or almost, of a batch. */
 static int self_nodes_find_near(const pli_vec4* at, const plii_self_pair* pairs, int count,
                                 const plii_self_pair** near) {
-    const int length = (count + SELF_NODES_PLACES - 1) / SELF_NODES_PLACES;
+    const int stride = (count + SELF_NODES_STRIDES - 1) / SELF_NODES_STRIDES;
     int found = 0;
-    for (int k = 0; k < length; ++k) {
-        for (int place = k; place < count; place += length) {
-            near[found] = &pairs[place];
-            found += self_nodes_is_near(self_nodes_apart(at, &pairs[place]), &pairs[place], SELF_NODES_ALMOST);
+    for (int k = 0; k < stride; ++k) {
+        for (int i = k; i < count; i += stride) {
+            near[found] = &pairs[i];
+            found += self_nodes_is_near(self_nodes_apart(at, &pairs[i]), &pairs[i], SELF_NODES_ALMOST);
         }
     }
     return found;
@@ -201,12 +199,13 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
     }
 }
 
-static void self_nodes_solve(pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    const plii_step* step = &body->step;
-    state->pairs.at = nodes->offsets;
-    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, nodes, step->inverse_dt, step->dt, 0.0f);
+static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
+    self_nodes_state* state = data;
+    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
+    state->pairs.at = nodes.offsets;
+    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, step->inverse_dt, step->dt, 0.0f);
     self_nodes_report(body, state);
-    self_nodes_part_all(state, nodes, state->def.friction);
+    self_nodes_part_all(state, &nodes, state->def.friction);
 }
 
 static void self_nodes_restart(pli_body* body, void* data, const plii_substep* substep) {
@@ -271,17 +270,6 @@ static void self_nodes_run_update(pli_body* body, void* data, const plii_step* s
     self_nodes_limit(body, state, &nodes);
 }
 
-static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
-    self_nodes_begin(body, data);
-}
-
-static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
-    const plii_self_nodes nodes = plii_self_nodes_of_body(body);
-    (void)step;
-    self_nodes_solve(body, data, &nodes);
-}
-
 static pli_status self_nodes_enable(pli_body* body, void* data) {
     self_nodes_state* state = data;
     plii_self_node_pairs_start(&state->pairs);
@@ -289,18 +277,6 @@ static pli_status self_nodes_enable(pli_body* body, void* data) {
         state->pairs.rest[i] = plii_xyz(body->positions[i]);
     }
     return PLI_OK;
-}
-
-static void self_nodes_disable(pli_body* body, void* data) {
-    self_nodes_state* state = data;
-    plii_spatial_hash_free(body->context, &state->pairs.hash);
-    plii_node_pairs_free(body->context, &state->pairs.near);
-}
-
-static size_t self_nodes_bytes(const pli_body* body, const void* data) {
-    const self_nodes_state* state = data;
-    (void)body;
-    return plii_spatial_hash_bytes(&state->pairs.hash) + plii_node_pairs_bytes(&state->pairs.near);
 }
 
 static void self_nodes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
@@ -328,13 +304,14 @@ static const plii_substep_class self_nodes_kind = {
 static const plii_feature_array self_nodes_arrays[] = {
     {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true},
     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.taken), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
      .more = PLII_SELF_NODES_APART},
     {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE},
+    PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.near),
     {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity)},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity)},
     {0},
@@ -350,8 +327,6 @@ static const plii_feature_class self_nodes_class = {
     .substepped = &self_nodes_kind,
     .arrays = self_nodes_arrays,
     .enable = self_nodes_enable,
-    .disable = self_nodes_disable,
-    .bytes = self_nodes_bytes,
     .topology_commit = self_nodes_topology_commit,
 };
 

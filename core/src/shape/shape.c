@@ -7,9 +7,7 @@
 #include "base/handle.h"
 
 pli_shape_def pli_shape_def_default(void) {
-    pli_shape_def def = {0};
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_shape_def){.cookie = PLII_DEF_COOKIE};
 }
 
 pli_status plii_shape_check_create(pli_context* context, pli_shape** shape, const char* function) {
@@ -132,8 +130,7 @@ float pli_shape_distance(const pli_shape* shape, pli_vec3 point, pli_vec3* norma
 
 pli_bounds pli_shape_bounds(const pli_shape* shape) {
     if (plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, __func__) != PLI_OK) {
-        pli_bounds none = {{0, 0, 0}, {0, 0, 0}};
-        return none;
+        return (pli_bounds){{0, 0, 0}, {0, 0, 0}};
     }
     plii_shape_query_begin();
     const pli_bounds bounds = shape->def.bounds(shape->def.user);

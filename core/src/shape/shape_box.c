@@ -5,9 +5,7 @@
 #include "math/range.h"
 #include "shape/shape_impl.h"
 
-typedef struct box_data {
-    pli_vec3 half_extents;
-} box_data;
+/* The data of a box is a pli_vec3: its half extents. */
 
 static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3x4* normals) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
@@ -17,13 +15,13 @@ static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3
     const plii_vec3x4 m = {plii_lanes_max(q.x, zero), plii_lanes_max(q.y, zero), plii_lanes_max(q.z, zero)};
     const plii_float4 squared = plii_vec3x4_dot(m, m), length = plii_float4_sqrt(squared);
     const plii_mask4 is_outside = plii_lanes_less_equal(plii_float4_all(PLII_SHAPE_TINY_SQUARED), squared);
-    const plii_vec3x4 way = plii_vec3x4_scale(m, plii_float4_div(one, length));
+    const plii_vec3x4 outward = plii_vec3x4_scale(m, plii_float4_div(one, length));
     const plii_mask4 on_x = plii_lanes_both(plii_lanes_less_equal(q.y, q.x), plii_lanes_less_equal(q.z, q.x));
     const plii_mask4 y_before_z = plii_lanes_less_equal(q.z, q.y);
     const plii_vec3x4 side = {plii_lanes_select(on_x, one, zero),
                               plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, one, zero)),
                               plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, zero, one))};
-    const plii_vec3x4 normal = plii_vec3x4_select(is_outside, way, side);
+    const plii_vec3x4 normal = plii_vec3x4_select(is_outside, outward, side);
     *normals = (plii_vec3x4){plii_lanes_with_sign(normal.x, p.x), plii_lanes_with_sign(normal.y, p.y),
                              plii_lanes_with_sign(normal.z, p.z)};
     const plii_float4 inside = plii_lanes_select(on_x, q.x, plii_lanes_select(y_before_z, q.y, q.z));
@@ -31,10 +29,10 @@ static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3
 }
 
 /* Outside: to the nearest point of the box. Inside: to the nearest side; between equally near ones x goes before y
-   before z, and at coordinate 0 the positive side is taken. */
+   before z, and at coordinate 0 it is the positive one. */
 static void box_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                           pli_vec3* normals) {
-    const plii_vec3x4 h = plii_vec3x4_all(((const box_data*)user)->half_extents);
+    const plii_vec3x4 h = plii_vec3x4_all(*(const pli_vec3*)user);
     (void)max_distance;
     plii_vec3x4 found;
     int i = 0;
@@ -57,13 +55,12 @@ static void box_distances(const void* user, int count, const pli_vec3* points, f
 }
 
 static pli_bounds box_bounds(const void* user) {
-    const pli_vec3 h = ((const box_data*)user)->half_extents;
-    const pli_bounds bounds = {pli_vec3_neg(h), h};
-    return bounds;
+    const pli_vec3 h = *(const pli_vec3*)user;
+    return (pli_bounds){pli_vec3_neg(h), h};
 }
 
 static pli_vec3 box_support(const void* user, pli_vec3 direction) {
-    const pli_vec3 h = ((const box_data*)user)->half_extents;
+    const pli_vec3 h = *(const pli_vec3*)user;
     return pli_vec3_make(copysignf(h.x, direction.x), copysignf(h.y, direction.y), copysignf(h.z, direction.z));
 }
 
@@ -71,10 +68,6 @@ pli_status pli_shape_create_box(pli_context* context, pli_vec3 half_extents, pli
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     PLII_TRY(
         plii_check_vec3_between(context, half_extents, PLII_ABOVE_0, PLI_MAX_COORDINATE, "half_extents", __func__));
-    const box_data box = {half_extents};
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = box_distances;
-    def.bounds = box_bounds;
-    def.support = box_support;
-    return plii_shape_create_owning(context, &def, &box, sizeof box, __func__, shape);
+    const pli_shape_def def = {.distances = box_distances, .bounds = box_bounds, .support = box_support};
+    return plii_shape_create_owning(context, &def, &half_extents, sizeof half_extents, __func__, shape);
 }

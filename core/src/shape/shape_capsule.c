@@ -34,8 +34,7 @@ static pli_bounds capsule_bounds(const void* user) {
     const pli_vec3 a = capsule->half_segment;
     const pli_vec3 h =
         pli_vec3_make(fabsf(a.x) + capsule->radius, fabsf(a.y) + capsule->radius, fabsf(a.z) + capsule->radius);
-    const pli_bounds bounds = {pli_vec3_neg(h), h};
-    return bounds;
+    return (pli_bounds){pli_vec3_neg(h), h};
 }
 
 static pli_vec3 capsule_support(const void* user, pli_vec3 direction) {
@@ -54,10 +53,7 @@ pli_status pli_shape_create_capsule(pli_context* context, pli_vec3 half_segment,
         capsule.inverse_squared = 1.0f / squared;
         capsule.side = plii_shape_perpendicular(half_segment);
     }
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = capsule_distances;
-    def.bounds = capsule_bounds;
-    def.support = capsule_support;
-    def.radius = radius;
+    const pli_shape_def def = {
+        .distances = capsule_distances, .bounds = capsule_bounds, .support = capsule_support, .radius = radius};
     return plii_shape_create_owning(context, &def, &capsule, sizeof capsule, __func__, shape);
 }

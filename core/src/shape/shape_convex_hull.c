@@ -8,6 +8,8 @@
 #include "math/range.h"
 #include "shape/shape_impl.h"
 
+#include <string.h>
+
 /* Doubled area below this share of the longest edge squared: the normal is too rough for the plane through the
    triangle to hold all points. */
 #define HULL_ROUGH_TRIANGLE 1e-3f
@@ -22,19 +24,20 @@ typedef struct hull_data {
     float radius;
     float noise; /* m, rounding of a coordinate */
     pli_bounds bounds;
-    int point_count, triangle_count, plane_count;
+    int point_count, triangle_count;
     pli_vec3* points; /* corners of the hull */
     int (*triangles)[3];
-    hull_plane* planes;
+    hull_plane* planes; /* of the triangles */
     plii_bvh tree;
+    int point_capacity, triangle_capacity; /* as was known before */
 } hull_data;
 
 // ------------------------------------------------------------------------------------------------------- queries
 
 static pli_vec3 hull_closest(const hull_data* hull, int triangle, pli_vec3 p) {
     const int* v = hull->triangles[triangle];
-    plii_closest_feature place;
-    return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &place);
+    plii_closest_feature closest;
+    return plii_closest_point_on_triangle(p, hull->points[v[0]], hull->points[v[1]], hull->points[v[2]], &closest);
 }
 
 static float hull_measure(int triangle, pli_vec3 p, const void* user) {
@@ -44,7 +47,7 @@ static float hull_measure(int triangle, pli_vec3 p, const void* user) {
 static float hull_distance(const hull_data* hull, pli_vec3 p, float max_distance, pli_vec3* normal) {
     float height = -INFINITY;
     int side = 0;
-    for (int i = 0; i < hull->plane_count; ++i) {
+    for (int i = 0; i < hull->triangle_count; ++i) {
         const float above = pli_vec3_dot(hull->planes[i].normal, p) - hull->planes[i].offset;
         if (above > height) {
             height = above;
@@ -122,23 +125,13 @@ static void hull_copy_triangles(hull_data* hull, const plii_convex_hull* source,
     for (int i = 0; i < source->triangle_count; ++i) {
         const int v[3] = {map[source->triangles[i][0]], map[source->triangles[i][1]], map[source->triangles[i][2]]};
         const pli_vec3 a = hull->points[v[0]], b = hull->points[v[1]], c = hull->points[v[2]];
-        const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), bc = pli_vec3_sub(c, b);
-        const pli_vec3 cross = pli_vec3_cross(ab, ac);
-        const float doubled_area = pli_vec3_length(cross);
-        if (!(doubled_area > FLT_MIN)) { continue; }
+        const plii_triangle_size size = plii_measure_triangle(a, b, c);
+        if (!(size.doubled_area > FLT_MIN)) { continue; }
         const int index = hull->triangle_count++;
-        for (int k = 0; k < 3; ++k) {
-            hull->triangles[index][k] = v[k];
-        }
-        boxes[index].min = plii_vec3_min(a, plii_vec3_min(b, c));
-        boxes[index].max = plii_vec3_max(a, plii_vec3_max(b, c));
-
-        const float longest =
-            plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
-        hull_plane* plane = &hull->planes[hull->plane_count++];
-        plane->normal = pli_vec3_make(cross.x / doubled_area, cross.y / doubled_area, cross.z / doubled_area);
-        plane->offset = hull_plane_offset(hull, hull->triangles[index], plane->normal,
-                                          doubled_area < HULL_ROUGH_TRIANGLE * longest);
+        memcpy(hull->triangles[index], v, sizeof v);
+        boxes[index] = plii_bounds_of_triangle(a, b, c);
+        const bool is_rough = size.doubled_area < HULL_ROUGH_TRIANGLE * size.longest_squared;
+        hull->planes[index] = (hull_plane){size.normal, hull_plane_offset(hull, v, size.normal, is_rough)};
     }
 }
 
@@ -146,82 +139,62 @@ static void hull_measure_extent(hull_data* hull) {
     pli_bounds bounds = {hull->points[0], hull->points[0]};
     float extent = 0.0f;
     for (int i = 0; i < hull->point_count; ++i) {
-        bounds.min = plii_vec3_min(bounds.min, hull->points[i]);
-        bounds.max = plii_vec3_max(bounds.max, hull->points[i]);
+        bounds = plii_bounds_add(bounds, hull->points[i]);
         extent = plii_max(extent, pli_vec3_length(hull->points[i]));
     }
     hull->bounds = plii_bounds_grow(bounds, hull->radius);
     hull->noise = 4.0f * PLII_EPSILON * extent;
 }
 
-/* The arrays have room for `point_count` points and the triangles of `source`. */
-static pli_status hull_build(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points,
-                             const char* function) {
-    pli_context* context = hull->context;
-    plii_scratch scratch = {.context = context};
+static bool hull_build(hull_data* hull, const plii_convex_hull* source, int point_count, const pli_vec3* points) {
+    plii_scratch scratch = {.context = hull->context};
     int* map = PLII_TAKE(&scratch, int, point_count);
     pli_bounds* boxes = PLII_TAKE(&scratch, pli_bounds, source->triangle_count);
-    bool has_memory = !scratch.is_short;
+    bool has_memory = !scratch.is_short && PLII_ALLOCATE(hull->context, &hull->points, point_count) &&
+                      PLII_ALLOCATE(hull->context, &hull->triangles, source->triangle_count) &&
+                      PLII_ALLOCATE(hull->context, &hull->planes, source->triangle_count);
     if (has_memory) {
         hull_copy_corners(hull, source, point_count, points, map);
         hull_copy_triangles(hull, source, map, boxes);
-        has_memory = plii_bvh_build(context, &hull->tree, hull->triangle_count, boxes);
+        has_memory = plii_bvh_build(hull->context, &hull->tree, hull->triangle_count, boxes);
     }
     plii_scratch_free(&scratch);
-    if (!has_memory) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
-    }
-    if (hull->triangle_count < 4) {
-        return plii_fail(context, PLI_ERROR_INVALID_MESH, function, "the hull of the %d points has no volume",
-                         point_count);
-    }
-    hull_measure_extent(hull);
-    return PLI_OK;
+    return has_memory;
 }
 
 // ---------------------------------------------------------------------------------------------------------- life
 
-/* Arrays are allocated for the counts that were known before. */
-typedef struct hull_shape {
-    hull_data hull;
-    int point_capacity, triangle_capacity;
-} hull_shape;
-
 static void hull_destroy(void* user) {
-    hull_shape* shape = user;
-    hull_data* hull = &shape->hull;
-    PLII_RELEASE(hull->context, hull->points, shape->point_capacity);
-    PLII_RELEASE(hull->context, hull->triangles, shape->triangle_capacity);
-    PLII_RELEASE(hull->context, hull->planes, shape->triangle_capacity);
+    hull_data* hull = user;
+    PLII_RELEASE(hull->context, hull->points, hull->point_capacity);
+    PLII_RELEASE(hull->context, hull->triangles, hull->triangle_capacity);
+    PLII_RELEASE(hull->context, hull->planes, hull->triangle_capacity);
     plii_bvh_free(hull->context, &hull->tree);
 }
 
 static pli_status hull_create(pli_context* context, const plii_convex_hull* source, int point_count,
                               const pli_vec3* points, float radius, const char* function, pli_shape** shape) {
-    hull_shape made = {0};
-    hull_data* hull = &made.hull;
-    hull->context = context;
-    hull->radius = radius;
-    made.point_capacity = point_count;
-    made.triangle_capacity = source->triangle_count;
+    hull_data hull = {.context = context,
+                      .radius = radius,
+                      .point_capacity = point_count,
+                      .triangle_capacity = source->triangle_count};
     pli_status status = PLI_OK;
-    if (!PLII_ALLOCATE(context, &hull->points, point_count) ||
-        !PLII_ALLOCATE(context, &hull->triangles, source->triangle_count) ||
-        !PLII_ALLOCATE(context, &hull->planes, source->triangle_count)) {
+    if (!hull_build(&hull, source, point_count, points)) {
         status =
             plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for a hull of %d points", point_count);
+    } else if (hull.triangle_count < 4) {
+        status = plii_fail(context, PLI_ERROR_INVALID_MESH, function, "the hull of the %d points has no volume",
+                           point_count);
+    } else {
+        hull_measure_extent(&hull);
+        const pli_shape_def def = {.distances = hull_distances,
+                                   .bounds = hull_bounds,
+                                   .support = hull_support,
+                                   .radius = radius,
+                                   .destroy = hull_destroy};
+        status = plii_shape_create_owning(context, &def, &hull, sizeof hull, function, shape);
     }
-    if (status == PLI_OK) { status = hull_build(hull, source, point_count, points, function); }
-    if (status == PLI_OK) {
-        pli_shape_def def = pli_shape_def_default();
-        def.distances = hull_distances;
-        def.bounds = hull_bounds;
-        def.support = hull_support;
-        def.radius = radius;
-        def.destroy = hull_destroy;
-        status = plii_shape_create_owning(context, &def, &made, sizeof made, function, shape);
-    }
-    if (status != PLI_OK) { hull_destroy(&made); }
+    if (status != PLI_OK) { hull_destroy(&hull); }
     return status;
 }
 

@@ -49,8 +49,7 @@ static pli_bounds cylinder_bounds(const void* user) {
         fabsf(u.x) * cylinder->half_height + cylinder->radius * sqrtf(plii_max(0.0f, u.y * u.y + u.z * u.z)),
         fabsf(u.y) * cylinder->half_height + cylinder->radius * sqrtf(plii_max(0.0f, u.x * u.x + u.z * u.z)),
         fabsf(u.z) * cylinder->half_height + cylinder->radius * sqrtf(plii_max(0.0f, u.x * u.x + u.y * u.y)));
-    const pli_bounds bounds = {pli_vec3_neg(h), h};
-    return bounds;
+    return (pli_bounds){pli_vec3_neg(h), h};
 }
 
 static pli_vec3 cylinder_support(const void* user, pli_vec3 direction) {
@@ -76,9 +75,6 @@ pli_status pli_shape_create_cylinder(pli_context* context, pli_vec3 half_axis, f
     const pli_vec3 axis =
         pli_vec3_make(half_axis.x / half_height, half_axis.y / half_height, half_axis.z / half_height);
     const cylinder_data cylinder = {axis, half_height, radius, plii_shape_perpendicular(axis)};
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = cylinder_distances;
-    def.bounds = cylinder_bounds;
-    def.support = cylinder_support;
+    const pli_shape_def def = {.distances = cylinder_distances, .bounds = cylinder_bounds, .support = cylinder_support};
     return plii_shape_create_owning(context, &def, &cylinder, sizeof cylinder, __func__, shape);
 }

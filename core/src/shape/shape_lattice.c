@@ -6,6 +6,7 @@
    results. */
 
 #include "base/handle.h"
+#include "base/key_table.h"
 #include "math/bounds.h"
 #include "math/range.h"
 #include "pliant/bullet_reference.h"
@@ -18,21 +19,18 @@
 #define LATTICE_SAMPLES (LATTICE_CELL_POINTS * LATTICE_CELL_POINTS * LATTICE_CELL_POINTS)
 /* 9 MB */
 #define LATTICE_MAX_CELLS 32768
-/* Cell coordinates up to here are exact in float and int; farther points ask the source itself. */
-#define LATTICE_MAX_COORDINATE 8388608.0f
+/* In voxels: cells up to here have a key, and their coordinates are exact in float. Farther points ask the source. */
+#define LATTICE_MAX_COORDINATE 3.1e6f
 
 typedef struct lattice_cell {
     float samples[LATTICE_CELL_POINTS][LATTICE_CELL_POINTS][LATTICE_CELL_POINTS]; /* [x][y][z] */
-    int key[3];
-    int next; /* of the same bucket, or PLI_NULL_INDEX */
 } lattice_cell;
 
 /* What queries change. */
 typedef struct lattice_cache {
     lattice_cell* cells;
-    int cell_count, cell_capacity;
-    int* buckets; /* [bucket_count] first cell, or PLI_NULL_INDEX; a power of two */
-    int bucket_count;
+    int cell_capacity;
+    plii_key_table table; /* of the cells */
 } lattice_cache;
 
 typedef struct lattice_data {
@@ -84,81 +82,35 @@ static void lattice_sample(const lattice_data* lattice, const int key[3], lattic
     }
     const pli_shape_def* source = &lattice->source->def;
     source->distances(source->user, LATTICE_SAMPLES, points, INFINITY, distances, normals);
-    n = 0;
-    for (int i = 0; i < LATTICE_CELL_POINTS; ++i) {
-        for (int j = 0; j < LATTICE_CELL_POINTS; ++j) {
-            for (int k = 0; k < LATTICE_CELL_POINTS; ++k) {
-                /* An infinite sample would make NaN of its neighbours. */
-                cell->samples[i][j][k] = plii_clamp(distances[n++], -FLT_MAX, FLT_MAX);
-            }
-        }
+    for (int i = 0; i < LATTICE_SAMPLES; ++i) {
+        /* An infinite sample would make NaN of its neighbours. */
+        distances[i] = plii_clamp(distances[i], -FLT_MAX, FLT_MAX);
     }
-    memcpy(cell->key, key, sizeof cell->key);
+    memcpy(cell->samples, distances, sizeof cell->samples);
 }
 
-static uint32_t lattice_hash(const int key[3]) {
-    uint32_t hash = (uint32_t)key[0] * 73856093u ^ (uint32_t)key[1] * 19349663u ^ (uint32_t)key[2] * 83492791u;
-    hash ^= hash >> 15;
-    hash *= 0x2c1b3c6du;
-    return hash ^ hash >> 13;
-}
-
-static void lattice_clear(lattice_cache* cache) {
-    cache->cell_count = 0;
-    for (int i = 0; i < cache->bucket_count; ++i) {
-        cache->buckets[i] = PLI_NULL_INDEX;
+/* 21 bits of each coordinate. */
+static uint64_t lattice_key(const int cell[3]) {
+    uint64_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+        key = key << 21 | ((uint64_t)(uint32_t)cell[axis] & 0x1fffffu);
     }
+    return key;
 }
 
-static void lattice_link(lattice_cache* cache, int index) {
-    lattice_cell* cell = &cache->cells[index];
-    int* bucket = &cache->buckets[lattice_hash(cell->key) & (uint32_t)(cache->bucket_count - 1)];
-    cell->next = *bucket;
-    *bucket = index;
-}
-
-/* Room for one more cell and at most one cell per bucket on average. */
-static bool lattice_grow(pli_context* context, lattice_cache* cache) {
-    if (cache->cell_count >= LATTICE_MAX_CELLS) { lattice_clear(cache); }
-    if (!PLII_RESERVE(context, &cache->cells, &cache->cell_capacity, cache->cell_count + 1)) { return false; }
-    if (cache->cell_count < cache->bucket_count) { return true; }
-    const int bucket_count = cache->bucket_count > 0 ? 2 * cache->bucket_count : 64;
-    int* buckets = plii_allocate(context, (size_t)bucket_count * sizeof *buckets);
-    if (buckets == NULL) { return false; }
-    plii_release(context, cache->buckets, (size_t)cache->bucket_count * sizeof *buckets);
-    cache->buckets = buckets;
-    cache->bucket_count = bucket_count;
-    for (int i = 0; i < bucket_count; ++i) {
-        buckets[i] = PLI_NULL_INDEX;
-    }
-    for (int i = 0; i < cache->cell_count; ++i) {
-        lattice_link(cache, i);
-    }
-    return true;
-}
-
-/* The cell of a key; sampled into `fallback` when there is no memory to keep it. */
-static const lattice_cell* lattice_find(const lattice_data* lattice, const int key[3], lattice_cell* fallback) {
+/* The cell at some coordinates; sampled into `fallback` when there is no memory to keep it. */
+static const lattice_cell* lattice_find(const lattice_data* lattice, const int cell[3], lattice_cell* fallback) {
     lattice_cache* cache = lattice->cache;
-    if (cache->bucket_count > 0) {
-        int index = cache->buckets[lattice_hash(key) & (uint32_t)(cache->bucket_count - 1)];
-        for (; index != PLI_NULL_INDEX; index = cache->cells[index].next) {
-            const lattice_cell* cell = &cache->cells[index];
-            if (cell->key[0] == key[0] && cell->key[1] == key[1] && cell->key[2] == key[2]) { return cell; }
-        }
-    }
-    if (!lattice_grow(lattice->context, cache)) {
-        lattice_sample(lattice, key, fallback);
-        return fallback;
-    }
-    const int index = cache->cell_count++;
-    lattice_sample(lattice, key, &cache->cells[index]);
-    lattice_link(cache, index);
-    return &cache->cells[index];
-}
-
-static float lattice_lerp(float a, float b, float t) {
-    return a + (b - a) * t;
+    const uint64_t key = lattice_key(cell);
+    int index = plii_key_table_find(&cache->table, key);
+    if (index != PLI_NULL_INDEX) { return &cache->cells[index]; }
+    if (cache->table.count >= LATTICE_MAX_CELLS) { plii_key_table_clear(&cache->table); }
+    index = (int)cache->table.count;
+    const bool is_kept = PLII_RESERVE(lattice->context, &cache->cells, &cache->cell_capacity, index + 1) &&
+                         plii_key_table_add(&cache->table, key, index) != PLI_NULL_INDEX;
+    lattice_cell* found = is_kept ? &cache->cells[index] : fallback;
+    lattice_sample(lattice, cell, found);
+    return found;
 }
 
 /* btSparseSdf::Evaluate without its margin. */
@@ -174,14 +126,14 @@ static float lattice_interpolate(const lattice_cell* cell, lattice_position x, l
                         cell->samples[i + 1][j + 1][k + 1],
                         cell->samples[i][j + 1][k + 1]};
     const float fx = x.fraction, fy = y.fraction, fz = z.fraction;
-    const pli_vec3 gradient = pli_vec3_make(
-        lattice_lerp(lattice_lerp(d[1] - d[0], d[2] - d[3], fy), lattice_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
-        lattice_lerp(lattice_lerp(d[3] - d[0], d[2] - d[1], fx), lattice_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
-        lattice_lerp(lattice_lerp(d[4] - d[0], d[5] - d[1], fx), lattice_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
+    const pli_vec3 gradient =
+        pli_vec3_make(plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], fy), plii_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
+                      plii_lerp(plii_lerp(d[3] - d[0], d[2] - d[1], fx), plii_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
+                      plii_lerp(plii_lerp(d[4] - d[0], d[5] - d[1], fx), plii_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
     *normal = plii_vec3_safe_normalize(gradient);
-    const float low = lattice_lerp(lattice_lerp(d[0], d[1], fx), lattice_lerp(d[3], d[2], fx), fy);
-    const float high = lattice_lerp(lattice_lerp(d[4], d[5], fx), lattice_lerp(d[7], d[6], fx), fy);
-    return lattice_lerp(low, high, fz);
+    const float low = plii_lerp(plii_lerp(d[0], d[1], fx), plii_lerp(d[3], d[2], fx), fy);
+    const float high = plii_lerp(plii_lerp(d[4], d[5], fx), plii_lerp(d[7], d[6], fx), fy);
+    return plii_lerp(low, high, fz);
 }
 
 static void lattice_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
@@ -221,7 +173,7 @@ static void lattice_destroy(void* user) {
     lattice_data* lattice = user;
     lattice_cache* cache = lattice->cache;
     PLII_RELEASE(lattice->context, cache->cells, cache->cell_capacity);
-    PLII_RELEASE(lattice->context, cache->buckets, cache->bucket_count);
+    plii_key_table_free(&cache->table);
     plii_release(lattice->context, cache, sizeof *cache);
     plii_shape_release(lattice->source);
 }
@@ -233,13 +185,13 @@ pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, flo
     PLII_TRY(plii_check_between(context, voxel_size, PLII_ABOVE_0, PLI_MAX_COORDINATE, "voxel_size", __func__));
     lattice_cache* cache = plii_allocate(context, sizeof *cache);
     if (cache == NULL) { return PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a lattice"); }
+    cache->table.context = context;
     const lattice_data lattice = {context, source, voxel_size, cache};
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = lattice_distances;
-    def.bounds = lattice_bounds;
-    if (source->def.support != NULL) { def.support = lattice_support; }
-    def.radius = source->def.radius;
-    def.destroy = lattice_destroy;
+    const pli_shape_def def = {.distances = lattice_distances,
+                               .bounds = lattice_bounds,
+                               .support = source->def.support != NULL ? lattice_support : NULL,
+                               .radius = source->def.radius,
+                               .destroy = lattice_destroy};
     const pli_status status = plii_shape_create_owning(context, &def, &lattice, sizeof lattice, __func__, shape);
     if (status != PLI_OK) {
         plii_release(context, cache, sizeof *cache);

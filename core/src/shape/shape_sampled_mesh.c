@@ -22,22 +22,16 @@ typedef struct sampled_mesh {
 } sampled_mesh;
 
 pli_sampled_mesh_def pli_sampled_mesh_def_default(void) {
-    pli_sampled_mesh_def def = {0};
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_sampled_mesh_def){.cookie = PLII_DEF_COOKIE};
 }
 
 // ------------------------------------------------------------------------------------------------------- queries
 
-/* The cell of a coordinate within the grid, and the place in it. */
+/* The cell of a coordinate within the grid, and how far along it. */
 static int sampled_mesh_cell(float coordinate, int count, float* fraction) {
     const int cell = (int)coordinate < count - 1 ? (int)coordinate : count - 2;
     *fraction = coordinate - (float)cell;
     return cell;
-}
-
-static float sampled_mesh_lerp(float a, float b, float t) {
-    return a + (b - a) * t;
 }
 
 /* Distance in cells and its gradient at a point of the grid, in cells. */
@@ -50,13 +44,13 @@ static float sampled_mesh_interpolate(const plii_sdf_grid* sampling, pli_vec3 p,
     const float* low = sampling->samples + i + row * j + layer * k;
     const float* high = low + layer;
     /* Along x on the four edges of the cell, then along y, then along z. */
-    const float e0 = sampled_mesh_lerp(low[0], low[1], f.x), e1 = sampled_mesh_lerp(low[row], low[row + 1], f.x);
-    const float e2 = sampled_mesh_lerp(high[0], high[1], f.x), e3 = sampled_mesh_lerp(high[row], high[row + 1], f.x);
-    const float x0 = sampled_mesh_lerp(low[1] - low[0], low[row + 1] - low[row], f.y);
-    const float x1 = sampled_mesh_lerp(high[1] - high[0], high[row + 1] - high[row], f.y);
-    const float below = sampled_mesh_lerp(e0, e1, f.y), above = sampled_mesh_lerp(e2, e3, f.y);
-    *gradient = pli_vec3_make(sampled_mesh_lerp(x0, x1, f.z), sampled_mesh_lerp(e1 - e0, e3 - e2, f.z), above - below);
-    return sampled_mesh_lerp(below, above, f.z);
+    const float e0 = plii_lerp(low[0], low[1], f.x), e1 = plii_lerp(low[row], low[row + 1], f.x);
+    const float e2 = plii_lerp(high[0], high[1], f.x), e3 = plii_lerp(high[row], high[row + 1], f.x);
+    const float x0 = plii_lerp(low[1] - low[0], low[row + 1] - low[row], f.y);
+    const float x1 = plii_lerp(high[1] - high[0], high[row + 1] - high[row], f.y);
+    const float below = plii_lerp(e0, e1, f.y), above = plii_lerp(e2, e3, f.y);
+    *gradient = pli_vec3_make(plii_lerp(x0, x1, f.z), plii_lerp(e1 - e0, e3 - e2, f.z), above - below);
+    return plii_lerp(below, above, f.z);
 }
 
 static pli_vec3 sampled_mesh_unit(pli_vec3 v) {
@@ -73,12 +67,11 @@ static float sampled_mesh_distance(const sampled_mesh* mesh, pli_vec3 point, pli
     pli_vec3 gradient;
     const float distance = sampled_mesh_interpolate(&mesh->sampling, inside, &gradient) * mesh->cell_size;
     *normal = sampled_mesh_unit(gradient);
-    const bool is_within = p.x == inside.x && p.y == inside.y && p.z == inside.z;
-    if (is_within) { return distance; }
+    if (p.x == inside.x && p.y == inside.y && p.z == inside.z) { return distance; }
     const pli_vec3 offset = pli_vec3_sub(local, pli_vec3_scale(inside, mesh->cell_size));
     const float largest = plii_max(fabsf(offset.x), plii_max(fabsf(offset.y), fabsf(offset.z)));
     if (!(largest > 0.0f)) { return distance; }
-    /* From where the way to the surface enters the grid it goes on at an obtuse angle. Far away the squares would
+    /* Where the line to the surface enters the grid it goes on at an obtuse angle. Far away the squares would
        overflow. */
     const pli_vec3 before = pli_vec3_make(offset.x / largest, offset.y / largest, offset.z / largest);
     const pli_vec3 after = pli_vec3_scale(*normal, plii_max(distance, 0.0f) / largest);
@@ -110,13 +103,12 @@ static const plii_field sampled_mesh_fields[] = {
 static pli_bounds sampled_mesh_used_bounds(const pli_vec3* points, int triangle_count, const int* triangles) {
     pli_bounds bounds = {points[triangles[0]], points[triangles[0]]};
     for (int i = 1; i < 3 * triangle_count; ++i) {
-        bounds.min = plii_vec3_min(bounds.min, points[triangles[i]]);
-        bounds.max = plii_vec3_max(bounds.max, points[triangles[i]]);
+        bounds = plii_bounds_add(bounds, points[triangles[i]]);
     }
     return bounds;
 }
 
-/* Place, cells and number of samples of the grid. */
+/* Origin, cells and number of samples of the grid. */
 static pli_status sampled_mesh_fit_grid(sampled_mesh* mesh, pli_bounds bounds, const pli_sampled_mesh_def* def,
                                         const char* function) {
     const double extents[3] = {(double)bounds.max.x - (double)bounds.min.x, (double)bounds.max.y - (double)bounds.min.y,
@@ -196,10 +188,8 @@ pli_status pli_shape_create_sampled_mesh(pli_context* context, int point_count, 
     PLII_TRY(sampled_mesh_fit_grid(&mesh, bounds, &used, __func__));
     pli_status status = sampled_mesh_sample(&mesh, points, triangle_count, triangles, __func__);
     if (status == PLI_OK) {
-        pli_shape_def shape_def = pli_shape_def_default();
-        shape_def.distances = sampled_mesh_distances;
-        shape_def.bounds = sampled_mesh_bounds;
-        shape_def.destroy = sampled_mesh_destroy;
+        const pli_shape_def shape_def = {
+            .distances = sampled_mesh_distances, .bounds = sampled_mesh_bounds, .destroy = sampled_mesh_destroy};
         status = plii_shape_create_owning(context, &shape_def, &mesh, sizeof mesh, __func__, shape);
     }
     if (status != PLI_OK) { sampled_mesh_destroy(&mesh); }

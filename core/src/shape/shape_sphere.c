@@ -3,14 +3,10 @@
 #include "math/range.h"
 #include "shape/shape_impl.h"
 
-typedef struct sphere_data {
-    float radius;
-} sphere_data;
-
-/* At the very centre all directions are as good; it is +y there. */
+/* The data of a sphere is a float: its radius. At the very centre all directions are as good; it is +y there. */
 static void sphere_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,
                              pli_vec3* normals) {
-    const sphere_data* sphere = user;
+    const float radius = *(const float*)user;
     (void)max_distance;
     for (int i = 0; i < count; ++i) {
         const pli_vec3 p = points[i];
@@ -18,15 +14,14 @@ static void sphere_distances(const void* user, int count, const pli_vec3* points
         const bool is_centre = squared < PLII_SHAPE_TINY_SQUARED;
         const float length = sqrtf(squared);
         const float inverse = is_centre ? 0.0f : 1.0f / length;
-        distances[i] = length - sphere->radius;
+        distances[i] = length - radius;
         normals[i] = pli_vec3_make(p.x * inverse, is_centre ? 1.0f : p.y * inverse, p.z * inverse);
     }
 }
 
 static pli_bounds sphere_bounds(const void* user) {
-    const float r = ((const sphere_data*)user)->radius;
-    const pli_bounds bounds = {{-r, -r, -r}, {r, r, r}};
-    return bounds;
+    const float r = *(const float*)user;
+    return (pli_bounds){{-r, -r, -r}, {r, r, r}};
 }
 
 static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
@@ -38,11 +33,7 @@ static pli_vec3 sphere_support(const void* user, pli_vec3 direction) {
 pli_status pli_shape_create_sphere(pli_context* context, float radius, pli_shape** shape) {
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     PLII_TRY(plii_check_between(context, radius, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radius", __func__));
-    const sphere_data sphere = {radius};
-    pli_shape_def def = pli_shape_def_default();
-    def.distances = sphere_distances;
-    def.bounds = sphere_bounds;
-    def.support = sphere_support;
-    def.radius = radius;
-    return plii_shape_create_owning(context, &def, &sphere, sizeof sphere, __func__, shape);
+    const pli_shape_def def = {
+        .distances = sphere_distances, .bounds = sphere_bounds, .support = sphere_support, .radius = radius};
+    return plii_shape_create_owning(context, &def, &radius, sizeof radius, __func__, shape);
 }

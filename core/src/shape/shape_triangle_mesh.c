@@ -15,8 +15,6 @@
 
 #include <stdlib.h>
 
-/* Doubled area below this share of the longest edge squared: no usable normal. */
-#define TRIANGLE_MIN_SHAPE 1e-6f
 /* Measuring that many one by one costs about as much as a walk through the tree. */
 #define SURFACE_MAX_CANDIDATES 12
 #define SURFACE_BOX_REACH 1.01f /* more than the reach, as planes of boxes are rounded */
@@ -45,19 +43,20 @@ typedef struct surface_data {
     surface_vertex* vertices;
     surface_triangle* triangles;
     plii_bvh tree;
+    int vertex_capacity, triangle_capacity; /* as was asked for */
 } surface_data;
 
 // ------------------------------------------------------------------------------------------------------- queries
 
-static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_closest_feature* place) {
+static pli_vec3 surface_closest(const surface_data* surface, int triangle, pli_vec3 p, plii_closest_feature* closest) {
     const int* v = surface->triangles[triangle].vertices;
     return plii_closest_point_on_triangle(p, surface->vertices[v[0]].position, surface->vertices[v[1]].position,
-                                          surface->vertices[v[2]].position, place);
+                                          surface->vertices[v[2]].position, closest);
 }
 
 static float surface_measure(int triangle, pli_vec3 p, const void* user) {
-    plii_closest_feature place;
-    return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &place)));
+    plii_closest_feature closest;
+    return pli_vec3_length_squared(pli_vec3_sub(p, surface_closest(user, triangle, p, &closest)));
 }
 
 static float surface_distance_to_bounds(const surface_data* surface, pli_vec3 p) {
@@ -91,8 +90,7 @@ static surface_candidates surface_find_candidates(const surface_data* surface, i
                                                   float reach) {
     pli_bounds near = {points[0], points[0]};
     for (int i = 1; i < count; ++i) {
-        near.min = plii_vec3_min(near.min, points[i]);
-        near.max = plii_vec3_max(near.max, points[i]);
+        near = plii_bounds_add(near, points[i]);
     }
     surface_candidates candidates;
     candidates.surface = surface;
@@ -125,9 +123,9 @@ static int surface_nearest_candidate(const surface_candidates* candidates, pli_v
 
 static float surface_distance(const surface_data* surface, pli_vec3 p, int nearest, pli_vec3* normal) {
     const surface_triangle* triangle = &surface->triangles[nearest];
-    plii_closest_feature place;
-    const pli_vec3 foot = surface_closest(surface, nearest, p, &place);
-    const plii_triangle_feature feature = place.feature;
+    plii_closest_feature closest;
+    const pli_vec3 foot = surface_closest(surface, nearest, p, &closest);
+    const plii_triangle_feature feature = closest.feature;
     const pli_vec3 offset = pli_vec3_sub(p, foot);
     pli_vec3 pseudo_normal = triangle->normal;
     bool is_border = false;
@@ -204,15 +202,9 @@ typedef struct surface_point {
     int index;
 } surface_point;
 
-static int surface_compare_floats(float a, float b) {
-    return a < b ? -1 : a > b ? 1 : 0;
-}
-
 static int surface_compare_points(const void* left, const void* right) {
     const surface_point *a = left, *b = right;
-    int order = surface_compare_floats(a->position.x, b->position.x);
-    if (order == 0) { order = surface_compare_floats(a->position.y, b->position.y); }
-    if (order == 0) { order = surface_compare_floats(a->position.z, b->position.z); }
+    const int order = plii_vec3_compare(a->position, b->position);
     return order != 0 ? order : (a->index > b->index) - (a->index < b->index);
 }
 
@@ -229,10 +221,7 @@ static bool surface_weld(surface_data* surface, int point_count, const pli_vec3*
     int count = 0;
     for (int i = 0; i < point_count; ++i) {
         const pli_vec3 p = sorted[i].position;
-        if (i == 0 || p.x != sorted[i - 1].position.x || p.y != sorted[i - 1].position.y ||
-            p.z != sorted[i - 1].position.z) {
-            surface->vertices[count++].position = p;
-        }
+        if (i == 0 || plii_vec3_compare(p, sorted[i - 1].position) != 0) { surface->vertices[count++].position = p; }
         vertex_of_point[sorted[i].index] = count - 1;
     }
     surface->vertex_count = count;
@@ -274,16 +263,12 @@ static int surface_add_triangles(surface_data* surface, int triangle_count, cons
                           vertex_of_point[triangles[3 * i + 2]]};
         const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
                        c = surface->vertices[v[2]].position;
-        const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), bc = pli_vec3_sub(c, b);
-        const pli_vec3 cross = pli_vec3_cross(ab, ac);
-        const float doubled_area = pli_vec3_length(cross);
-        const float longest =
-            plii_max(pli_vec3_length_squared(ab), plii_max(pli_vec3_length_squared(ac), pli_vec3_length_squared(bc)));
+        const plii_triangle_size size = plii_measure_triangle(a, b, c);
         int index = PLI_NULL_INDEX;
-        if (doubled_area > TRIANGLE_MIN_SHAPE * longest && doubled_area > FLT_MIN) {
+        if (size.is_usable) {
             index = surface->triangle_count++;
             surface_triangle* triangle = &surface->triangles[index];
-            triangle->normal = pli_vec3_make(cross.x / doubled_area, cross.y / doubled_area, cross.z / doubled_area);
+            triangle->normal = size.normal;
             const float angles[3] = {surface_corner_angle(a, b, c), surface_corner_angle(b, c, a),
                                      surface_corner_angle(c, a, b)};
             for (int k = 0; k < 3; ++k) {
@@ -295,11 +280,8 @@ static int surface_add_triangles(surface_data* surface, int triangle_count, cons
         for (int k = 0; k < 3; ++k) {
             const int from = v[k], to = v[(k + 1) % 3];
             if (from == to) { continue; }
-            surface_side* side = &sides[side_count++];
-            side->low = from < to ? from : to;
-            side->high = from < to ? to : from;
-            side->triangle = index;
-            side->edge = k;
+            sides[side_count++] = (surface_side){
+                .low = from < to ? from : to, .high = from < to ? to : from, .triangle = index, .edge = k};
         }
     }
     return side_count;
@@ -331,26 +313,15 @@ static void surface_join_sides(surface_data* surface, surface_side* sides, int s
     }
 }
 
-static void surface_finish_vertices(surface_data* surface) {
-    for (int i = 0; i < surface->vertex_count; ++i) {
-        surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
-    }
-}
-
-/* A part is open when one of its vertices is on a border. `parents` is used up: a root of an open part becomes -1. */
-static void surface_find_open_parts(surface_data* surface, int* parents) {
+/* A part is open when one of its vertices is on a border. */
+static void surface_find_open_parts(surface_data* surface, int* parents, bool* is_open) {
     plii_union_flatten(surface->vertex_count, parents);
     for (int i = 0; i < surface->vertex_count; ++i) {
-        if (surface->vertices[i].is_border) {
-            const int root = parents[i] < 0 ? -1 - parents[i] : parents[i];
-            parents[root] = -1 - root;
-        }
+        if (surface->vertices[i].is_border) { is_open[parents[i]] = true; }
     }
     for (int i = 0; i < surface->triangle_count; ++i) {
         surface_triangle* triangle = &surface->triangles[i];
-        const int parent = parents[triangle->vertices[0]];
-        const int root = parent < 0 ? -1 - parent : parent;
-        triangle->is_open = parents[root] < 0;
+        triangle->is_open = is_open[parents[triangle->vertices[0]]];
         surface->has_closed_part = surface->has_closed_part || !triangle->is_open;
         surface->has_open_part = surface->has_open_part || triangle->is_open;
     }
@@ -365,8 +336,7 @@ static bool surface_build_tree(surface_data* surface) {
         const int* v = surface->triangles[i].vertices;
         const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
                        c = surface->vertices[v[2]].position;
-        boxes[i].min = plii_vec3_min(a, plii_vec3_min(b, c));
-        boxes[i].max = plii_vec3_max(a, plii_vec3_max(b, c));
+        boxes[i] = plii_bounds_of_triangle(a, b, c);
         extent = plii_max(extent, plii_max(pli_vec3_length(a), plii_max(pli_vec3_length(b), pli_vec3_length(c))));
     }
     const bool is_built = plii_bvh_build(surface->context, &surface->tree, surface->triangle_count, boxes);
@@ -385,13 +355,18 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
     plii_scratch scratch = {.context = surface->context};
     int* map = PLII_TAKE(&scratch, int, point_count); /* vertex of point, then forest of parts */
     surface_side* sides = PLII_TAKE(&scratch, surface_side, (size_t)triangle_count * 3);
-    bool is_built = !scratch.is_short && surface_weld(surface, point_count, points, map);
+    bool* is_open = PLII_TAKE(&scratch, bool, point_count); /* by root of a part */
+    bool is_built = !scratch.is_short && PLII_ALLOCATE(surface->context, &surface->vertices, point_count) &&
+                    PLII_ALLOCATE(surface->context, &surface->triangles, triangle_count) &&
+                    surface_weld(surface, point_count, points, map);
     if (is_built) {
         const int side_count = surface_add_triangles(surface, triangle_count, triangles, map, sides);
         plii_union_start(surface->vertex_count, map);
         surface_join_sides(surface, sides, side_count, map);
-        surface_finish_vertices(surface);
-        surface_find_open_parts(surface, map);
+        for (int i = 0; i < surface->vertex_count; ++i) {
+            surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
+        }
+        surface_find_open_parts(surface, map, is_open);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
     }
     plii_scratch_free(&scratch);
@@ -400,17 +375,10 @@ static bool surface_build(surface_data* surface, int point_count, const pli_vec3
 
 // ---------------------------------------------------------------------------------------------------------- life
 
-/* Arrays are allocated for the counts that were asked for. */
-typedef struct surface_shape {
-    surface_data surface;
-    int point_capacity, triangle_capacity;
-} surface_shape;
-
 static void surface_destroy(void* user) {
-    surface_shape* shape = user;
-    surface_data* surface = &shape->surface;
-    PLII_RELEASE(surface->context, surface->vertices, shape->point_capacity);
-    PLII_RELEASE(surface->context, surface->triangles, shape->triangle_capacity);
+    surface_data* surface = user;
+    PLII_RELEASE(surface->context, surface->vertices, surface->vertex_capacity);
+    PLII_RELEASE(surface->context, surface->triangles, surface->triangle_capacity);
     plii_bvh_free(surface->context, &surface->tree);
 }
 
@@ -420,27 +388,21 @@ pli_status pli_shape_create_triangle_mesh(pli_context* context, int point_count,
     PLII_TRY(plii_shape_check_create(context, shape, __func__));
     PLII_TRY(plii_shape_check_triangles(context, point_count, points, triangle_count, triangles, __func__));
     PLII_TRY(plii_check_between(context, thickness, PLII_ABOVE_0, PLI_MAX_COORDINATE, "thickness", __func__));
-    surface_shape made = {0};
-    surface_data* surface = &made.surface;
-    surface->context = context;
-    surface->thickness = thickness;
-    made.point_capacity = point_count;
-    made.triangle_capacity = triangle_count;
+    surface_data surface = {.context = context,
+                            .thickness = thickness,
+                            .vertex_capacity = point_count,
+                            .triangle_capacity = triangle_count};
     pli_status status = PLI_OK;
-    if (!PLII_ALLOCATE(context, &surface->vertices, point_count) ||
-        !PLII_ALLOCATE(context, &surface->triangles, triangle_count) ||
-        !surface_build(surface, point_count, points, triangle_count, triangles)) {
+    if (!surface_build(&surface, point_count, points, triangle_count, triangles)) {
         status = PLII_FAIL(context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d triangles", triangle_count);
-    } else if (surface->triangle_count == 0) {
+    } else if (surface.triangle_count == 0) {
         status = PLII_FAIL(context, PLI_ERROR_INVALID_MESH, "none of the %d triangles has an area", triangle_count);
     } else {
-        pli_shape_def def = pli_shape_def_default();
-        def.distances = surface_distances;
-        def.bounds = surface_bounds;
-        def.destroy = surface_destroy;
-        status = plii_shape_create_owning(context, &def, &made, sizeof made, __func__, shape);
+        const pli_shape_def def = {
+            .distances = surface_distances, .bounds = surface_bounds, .destroy = surface_destroy};
+        status = plii_shape_create_owning(context, &def, &surface, sizeof surface, __func__, shape);
         if (status == PLI_OK) { (*shape)->triangles = surface_triangles; }
     }
-    if (status != PLI_OK) { surface_destroy(&made); }
+    if (status != PLI_OK) { surface_destroy(&surface); }
     return status;
 }
