@@ -96,6 +96,7 @@ typedef struct plii_feature_array {
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
     bool is_optional; /* the feature allocates it when it wants to; it follows the body then */
     bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
+    bool is_scratch;  /* only there in `enable`, `build` and topology_commit, zeroed */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
@@ -130,6 +131,8 @@ typedef struct plii_feature_class {
     /* All optional. */
     /* After the needs, with its arrays; must leave nothing behind on failure. */
     pli_status (*enable)(pli_body* body, void* state);
+    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces. */
+    void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
        and the step tells. Out of memory is the only error here. */

@@ -70,12 +70,21 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
     return true;
 }
 
-void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
+static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
     const feature_counts counts = feature_counts_now(body);
+    plii_release(body->context, feature_array_get(body, array, state), feature_array_held(body, array, state, &counts));
+    feature_array_set(body, array, state, NULL);
+}
+
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
     for (EACH_ARRAY(array, klass)) {
-        plii_release(body->context, feature_array_get(body, array, state),
-                     feature_array_held(body, array, state, &counts));
-        feature_array_set(body, array, state, NULL);
+        feature_array_release(body, array, state);
+    }
+}
+
+void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state) {
+    for (EACH_ARRAY(array, klass)) {
+        if (array->is_scratch) { feature_array_release(body, array, state); }
     }
 }
 
@@ -119,10 +128,11 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
     }
 }
 
-void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, const plii_topology_change* change,
-                              void** blocks) {
+void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
+                              const plii_topology_change* change, void** blocks) {
     const feature_counts before = feature_counts_before(change);
     for (EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }
+    plii_feature_arrays_release_scratch(body, klass, state);
 }
