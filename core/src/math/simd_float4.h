@@ -84,9 +84,6 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_less_equal(plii_float4 a, plii_float4 b) 
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
     return a & b;
 }
-PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
-    return a | b;
-}
 /* Of bits: operations of floats and of integers are in different parts of a processor. */
 #if defined(__SSE2__)
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {

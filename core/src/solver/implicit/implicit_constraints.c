@@ -6,6 +6,8 @@
 
 #include "body/rigid_impl.h"
 
+#include <string.h>
+
 /* Pinned nodes count as so many times heavier than the rigid body that holds on to them. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
@@ -64,9 +66,7 @@ static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched) {
     const pli_rigid* rigid = touched->rigid;
     touched->moves_by_host = rigid->pose_version != touched->pose_version;
     touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
-    for (int i = 0; i < 6; ++i) {
-        touched->change[i] = 0.0;
-    }
+    memset(touched->change, 0, sizeof touched->change);
     if (!touched->is_dynamic) { return; }
     touched->mass[0] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
     touched->mass[1] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
@@ -198,8 +198,8 @@ static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
     return (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}};
 }
 
-/* Velocity with which a point that moves with the rigid body leaves its place at the start of the step, as far as it is
-   known yet. */
+/* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
+   is known yet. */
 static plii_dvec3 implicit_point_velocity(const plii_implicit_rigid* touched, pli_vec3 local, float dt) {
     const pli_rigid_state* state = &touched->rigid->state;
     pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
@@ -277,5 +277,3 @@ bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* co
     }
     return false;
 }
-
-// ------------------------------------------------------------------------------------------------------- memory

@@ -20,6 +20,7 @@ typedef struct plii_implicit_rigid {
     double change[6];  /* m/s, rad/s: what this body's system adds to the velocities */
     double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
     bool is_solved;
+    int group; /* of components, PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
 } plii_implicit_rigid;
 
 typedef struct plii_implicit_constraint {
@@ -78,6 +79,12 @@ plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constr
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
 void plii_implicit_solve6(const double m[6][6], double b[6]);
+
+/* Change of the impulse of a constraint on its node by a motion between node and rigid body. */
+typedef plii_dvec3 plii_implicit_response_fn(const plii_implicit_constraint* constraint, plii_dvec3 moved);
+/* m += G^T K G: what the response gives to the block of the rigid body. */
+void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
+                                double m[6][6]);
 
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));

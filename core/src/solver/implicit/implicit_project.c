@@ -131,11 +131,12 @@ static plii_dvec3 project_response(const plii_implicit_constraint* constraint, p
     return plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, moved) / response);
 }
 
-static void project_add_matrix(const plii_implicit_constraint* constraint, double m[6][6]) {
+void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
+                                double m[6][6]) {
     for (int k = 0; k < 6; ++k) {
         double unit[6] = {0}, column[6] = {0};
         unit[k] = 1.0;
-        const plii_dvec3 impulse = project_response(constraint, plii_implicit_point_change(unit, constraint->arm));
+        const plii_dvec3 impulse = response(constraint, plii_implicit_point_change(unit, constraint->arm));
         plii_implicit_add_push(column, constraint->arm, impulse, 1.0);
         for (int i = 0; i < 6; ++i) {
             m[i][k] += column[i];
@@ -155,7 +156,7 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
         const plii_implicit_constraint* constraint = &constraints->items[i];
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);
-        project_add_matrix(constraint, m);
+        plii_implicit_add_response(constraint, project_response, m);
     }
     if (!plii_implicit_factorise6(m)) { return; }
     plii_implicit_solve6((const double(*)[6])m, b);

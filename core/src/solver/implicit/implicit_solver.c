@@ -83,36 +83,42 @@ static void implicit_iterate(const pli_body* body, implicit_state* state, bool i
     }
 }
 
-/* Groups of components: what hangs together by links and by rigid bodies that can move. */
-static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
-    const plii_implicit_constraints* constraints = system->constraints;
-    plii_union_start(system->node_count, system->groups);
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        int first = PLI_NULL_INDEX;
-        for (int i = 0; i < constraints->count && constraints->rigids[r].is_dynamic; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int component = graph->components[constraint->node];
-            if (first == PLI_NULL_INDEX) { first = component; }
-            plii_union_join(system->groups, first, component);
-        }
-    }
-}
-
 static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
     *sum = plii_dvec3_add(*sum, plii_dvec3_make(x, y, z));
 }
 
-/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that they hold. Unfinished
+/* Groups of components: what hangs together by links and by rigid bodies that can move. Those get their group, the
+   nodes of which are infinitely heavy where a rigid body cannot move. */
+static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* masses) {
+    plii_implicit_constraints* constraints = system->constraints;
+    plii_union_start(system->node_count, system->groups);
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        constraints->rigids[r].group = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        if (!rigid->is_dynamic || constraint->rows == 0) { continue; }
+        const int component = graph->components[constraint->node];
+        if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
+        plii_union_join(system->groups, rigid->group, component);
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
+        const int group = plii_union_root(system->groups, graph->components[constraint->node]);
+        implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
+    }
+}
+
+/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
 static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
-    implicit_join_groups(graph, system);
-    for (int i = 0; i < body->node_count; ++i) {
-        momenta[i] = (plii_dvec3){0};
-        masses[i] = (plii_dvec3){0};
-    }
+    memset(momenta, 0, implicit_vector_size(body->node_count));
+    memset(masses, 0, implicit_vector_size(body->node_count));
+    implicit_join_groups(graph, system, masses);
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
         const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
@@ -120,21 +126,13 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         if (!isfinite(mass)) { continue; }
         momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
     }
-    /* Each rigid body once, with its first hold; those that cannot move with every one. */
     for (int r = 0; r < constraints->rigid_count; ++r) {
-        const plii_implicit_rigid* rigid = &constraints->rigids[r];
-        for (int i = 0; i < constraints->count; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int group = plii_union_root(system->groups, graph->components[constraint->node]);
-            if (rigid->is_dynamic) {
-                const double *m = rigid->mass, *q = rigid->change;
-                implicit_add_masses(&masses[group], m[0], m[1], m[2]);
-                implicit_add_masses(&momenta[group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
-                break;
-            }
-            implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
-        }
+        plii_implicit_rigid* rigid = &constraints->rigids[r];
+        const double *m = rigid->mass, *q = rigid->change;
+        if (rigid->group == PLI_NULL_INDEX) { continue; }
+        rigid->group = plii_union_root(system->groups, rigid->group);
+        implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
+        implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
     }
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
@@ -146,15 +144,10 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     }
     for (int r = 0; r < constraints->rigid_count; ++r) {
         plii_implicit_rigid* rigid = &constraints->rigids[r];
-        for (int i = 0; i < constraints->count && rigid->is_dynamic; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const plii_dvec3 shift = momenta[plii_union_root(system->groups, graph->components[constraint->node])];
-            rigid->change[0] += shift.x;
-            rigid->change[1] += shift.y;
-            rigid->change[2] += shift.z;
-            break;
-        }
+        if (rigid->group == PLI_NULL_INDEX) { continue; }
+        rigid->change[0] += momenta[rigid->group].x;
+        rigid->change[1] += momenta[rigid->group].y;
+        rigid->change[2] += momenta[rigid->group].z;
     }
 }
 
