@@ -100,8 +100,7 @@ typedef struct aero_nodes {
     pli_vec3* forces;
 } aero_nodes;
 
-PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model, float density, float dt,
-                                    aero_nodes nodes) {
+PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float dt, aero_nodes nodes) {
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
     const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
@@ -114,13 +113,13 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model
     const plii_float4 areas = plii_float4_load(nodes.areas);
     const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
     plii_vec3x4 after;
-    if (model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
+    if (aero->model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
         plii_vec3x4 lift, drag;
         aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
         drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
         after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
     } else {
-        if (model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+        if (aero->model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
         plii_vec3x4 force;
         is_active &= aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force);
         after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
@@ -128,14 +127,14 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model
     plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
 }
 
-PLII_SIMD_INLINE void aero_run_nodes(pli_body* body, const aero_state* state, pli_aero_model model, float dt) {
-    const aero_state aero = *state;
+static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
+    const aero_state aero = *(const aero_state*)state;
     const float density = body->world->def.air_density;
     int i = 0;
     for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
         const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
                                   &body->forces[i]};
-        aero_run_four(&aero, model, density, dt, nodes);
+        aero_run_four(&aero, density, step->dt, nodes);
     }
     if (i == body->node_count) { return; }
     /* The rest, and pinned nodes beside them. */
@@ -148,23 +147,8 @@ PLII_SIMD_INLINE void aero_run_nodes(pli_body* body, const aero_state* state, pl
     memcpy(normals, &body->normals[i], rest * sizeof *normals);
     memcpy(areas, &body->areas[i], rest * sizeof *areas);
     memcpy(forces, &body->forces[i], rest * sizeof *forces);
-    aero_run_four(&aero, model, density, dt, (aero_nodes){positions, velocities, normals, areas, forces});
+    aero_run_four(&aero, density, step->dt, (aero_nodes){positions, velocities, normals, areas, forces});
     memcpy(&body->forces[i], forces, rest * sizeof *forces);
-}
-
-static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
-    const pli_aero_model model = ((const aero_state*)state)->model;
-    switch (model) {
-    case PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG:
-        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG, step->dt);
-        break;
-    case PLI_AERO_VERTEX_TWO_SIDED:
-        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED, step->dt);
-        break;
-    default:
-        aero_run_nodes(body, state, model, step->dt);
-        break;
-    }
 }
 
 /* One face at a time, since faces share nodes: all lanes are equal. */
@@ -237,9 +221,7 @@ static const plii_feature_class aero_face_class = {
 };
 
 pli_aero_def pli_aero_def_default(void) {
-    pli_aero_def def = {0};
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_aero_def){.cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field aero_fields[] = {
@@ -260,11 +242,7 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
     plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
-    aero_state* aero = state;
-    aero->model = used.model;
-    aero->lift = used.lift;
-    aero->drag = used.drag;
-    aero->wind = used.wind;
+    *(aero_state*)state = (aero_state){.model = used.model, .lift = used.lift, .drag = used.drag, .wind = used.wind};
     return PLI_OK;
 }
 
