@@ -81,16 +81,23 @@ typedef struct plii_topology_change {
 #define PLII_MAX_TOPOLOGY_BLOCKS 16
 
 /* What the length of an array follows. */
-typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
+typedef enum plii_array_length {
+    PLII_PER_NODE,
+    PLII_PER_LINK,
+    PLII_PER_FACE,
+    PLII_PER_MATERIAL,
+    PLII_LIST,
+    PLII_BLOCK
+} plii_array_length;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
-   again by the new size when a cut changes the body. A list grows by PLII_RESERVE. Both are counted with the feature
-   and freed after it is disabled. */
+   again by the new size when a cut changes the body. A list grows by PLII_RESERVE, a block is the feature's to
+   allocate. All are counted with the feature and freed after it is disabled, or when it could not be enabled. */
 typedef struct plii_feature_array {
     size_t member; /* offset of the pointer */
     size_t element_size;
     plii_array_length length;
-    size_t capacity;  /* of a list: offset of its capacity in the state */
+    size_t capacity;  /* of a list: offset of its capacity in the state; of a block: of its bytes, a size_t */
     int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
     int more;         /* elements */
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
@@ -102,6 +109,9 @@ typedef struct plii_feature_array {
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
+
+#define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
+    PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
 
 struct plii_substep_class;
 

@@ -423,15 +423,10 @@ static pli_status link_colors_enable(pli_body* body, void* state) {
     return is_made ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void link_colors_disable(pli_body* body, void* state) {
-    const plii_link_colors* colors = state;
-    plii_release(body->context, colors->storage, colors->storage_size);
-}
-
-static size_t link_colors_bytes(const pli_body* body, const void* state) {
-    (void)body;
-    return ((const plii_link_colors*)state)->storage_size;
-}
+static const plii_feature_array link_colors_arrays[] = {
+    {PLII_BLOCK_OF(plii_link_colors, storage, storage_size)},
+    {0},
+};
 
 static int link_colors_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
                                        size_t* sizes) {
@@ -446,18 +441,17 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
     plii_link_colors* colors = state;
     plii_release(body->context, colors->storage, colors->storage_size);
     const size_t most_bytes = link_colors_max_bytes(body, change->link_count);
-    link_colors_block spare = {blocks[1], most_bytes};
-    (void)link_colors_make(body, blocks[0], &spare, colors);
-    plii_release(body->context, blocks[0], link_colors_work_size(body, change->node_count, change->link_count));
+    link_colors_block spare = {blocks[2], most_bytes};
+    (void)link_colors_make(body, blocks[1], &spare, colors);
+    plii_release(body->context, blocks[1], link_colors_work_size(body, change->node_count, change->link_count));
     plii_release(body->context, spare.memory, spare.size);
 }
 
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
+    .arrays = link_colors_arrays,
     .enable = link_colors_enable,
-    .disable = link_colors_disable,
-    .bytes = link_colors_bytes,
     .topology_blocks = link_colors_topology_blocks,
     .topology_commit = link_colors_topology_commit,
 };

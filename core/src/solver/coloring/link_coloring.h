@@ -31,7 +31,7 @@ typedef struct plii_link_colors {
     uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [scaled_index_count] of a node in all lanes */
     int (*row_links)[PLII_LINK_LANES];           /* [row_count] or PLI_NULL_INDEX */
     int* serial_links;                           /* [serial_count] */
-    void* storage;
+    char* storage;
     size_t storage_size;
 } plii_link_colors;
 

@@ -12,7 +12,7 @@
 
 #include <string.h>
 
-enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_VECTORS = 6 }; /* the last one only for conjugate gradients */
+enum { IMPLICIT_VECTORS = 5 };
 
 typedef struct implicit_state {
     pli_implicit_def def;
@@ -20,7 +20,8 @@ typedef struct implicit_state {
     plii_implicit_half* halves;
     plii_implicit_block* blocks;
     int* groups;
-    plii_dvec3* vectors[IMPLICIT_MAX_VECTORS];
+    plii_dvec3* vectors;   /* [IMPLICIT_VECTORS][node_count] */
+    plii_dvec3* direction; /* [node_count], only for conjugate gradients */
     plii_implicit_constraints constraints;
     plii_implicit_system system; /* of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
@@ -179,11 +180,11 @@ static void implicit_predict(pli_body* body, float dt) {
         .blocks = state->blocks,
         .groups = state->groups,
         .constraints = &state->constraints,
-        .rhs = state->vectors[0],
-        .solution = state->vectors[1],
-        .spare = state->vectors[2],
-        .residual = state->vectors[3],
-        .direction = state->vectors[IMPLICIT_VECTORS],
+        .rhs = state->vectors,
+        .solution = state->vectors + body->node_count,
+        .spare = state->vectors + (ptrdiff_t)2 * body->node_count,
+        .residual = state->vectors + (ptrdiff_t)3 * body->node_count,
+        .direction = state->direction,
     };
     state->report = (pli_implicit_report){0};
     state->constraints.rigid_count = 0;
@@ -223,7 +224,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     body->context->pass.feature = NULL; /* stages have run */
     plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
     if (state->constraints.count == 0) { return; }
-    plii_dvec3* before = state->vectors[4];
+    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
     implicit_iterate(body, state, true);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
@@ -329,12 +330,8 @@ static const plii_feature_array implicit_arrays[] = {
     {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2},
     {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE},
     {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[0]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[1]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[2]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[3]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[4]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[IMPLICIT_VECTORS]), PLII_PER_NODE, .is_optional = true},
+    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS},
+    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true},
     {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
     {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
     {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
@@ -380,16 +377,12 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &implicit_class, &data));
     implicit_state* state = data;
-    if (used.method == PLI_IMPLICIT_CONJUGATE_GRADIENT && state->vectors[IMPLICIT_VECTORS] == NULL) {
-        state->vectors[IMPLICIT_VECTORS] = plii_allocate(body->context, implicit_vector_size(body->node_count));
-        if (state->vectors[IMPLICIT_VECTORS] == NULL) {
-            if (is_new) { plii_feature_disable(body, &implicit_class); }
-            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
-        }
-    }
     if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        plii_release(body->context, state->vectors[IMPLICIT_VECTORS], implicit_vector_size(body->node_count));
-        state->vectors[IMPLICIT_VECTORS] = NULL;
+        PLII_RELEASE(body->context, state->direction, body->node_count);
+        state->direction = NULL;
+    } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {
+        if (is_new) { plii_feature_disable(body, &implicit_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
