@@ -55,7 +55,7 @@ struct plii_node_constraint;
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
 
-/* A node that a change of topology adds: at `share` of the way from a to b, or a copy of a (a == b, share 0). `a` and
+/* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
 typedef struct plii_node_origin {
     int a, b;

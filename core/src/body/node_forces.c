@@ -20,8 +20,8 @@ void plii_forces_add_along_normals(pli_body* body, float scale) {
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {
         const plii_vec3x4 force = plii_vec3x4_from(&forces[i]);
-        const plii_float4 share = plii_float4_load(&areas[i]) * scale;
-        const plii_vec3x4 added = plii_vec3x4_scale(plii_vec3x4_from(&normals[i]), share);
+        const plii_float4 scaled_areas = plii_float4_load(&areas[i]) * scale;
+        const plii_vec3x4 added = plii_vec3x4_scale(plii_vec3x4_from(&normals[i]), scaled_areas);
         const plii_mask4 is_free =
             plii_lanes_xyzw(positions[i].w, positions[i + 1].w, positions[i + 2].w, positions[i + 3].w) > 0.0f;
         plii_vec3x4_to(&forces[i], plii_vec3x4_select(is_free, plii_vec3x4_add(force, added), force));

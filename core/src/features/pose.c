@@ -1,4 +1,4 @@
-/* Pose matching: nodes are pulled towards the rest shape in its best-fitting place (Müller and others, "Meshless
+/* Pose matching: nodes are pulled towards the best-fitting position of the rest shape (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
 #include "math/simd_float4.h"

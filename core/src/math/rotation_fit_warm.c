@@ -1,6 +1,6 @@
 /* Nearest rotations by Newton's method from starts nearby. With S = transpose(R) A the trace of exp(-w) S, to second
-   order in the turn w, is largest where (trace(S) - sym(S)) w is the axial vector of S. Where that matrix is positive
-   definite, a turn of zero is the maximum over all rotations, so what has converged is right. */
+   order in the rotation vector w, is largest where (trace(S) - sym(S)) w is the axial vector of S. Where that matrix is
+   positive definite, a rotation of zero is the maximum over all rotations, so what has converged is right. */
 
 #include "math/simd_float4.h"
 
@@ -70,7 +70,7 @@ static follow_quat follow_select(plii_mask4 mask, follow_quat yes, follow_quat n
                          plii_lanes_select(mask, yes.y, no.y), plii_lanes_select(mask, yes.z, no.z)};
 }
 
-/* The turn that a step makes; `is_sound` where it is one to a maximum. */
+/* The rotation vector of a step; `is_sound` where it is one to a maximum. */
 static plii_vec3x4 follow_step(const follow_mat3* r, const follow_mat3* a, plii_mask4* is_sound) {
     const plii_vec3x4 s0 = follow_row(r->rows[0].x, r->rows[1].x, r->rows[2].x, a);
     const plii_vec3x4 s1 = follow_row(r->rows[0].y, r->rows[1].y, r->rows[2].y, a);
@@ -151,10 +151,10 @@ static int follow_block(int lane_count, const pli_mat3* matrices, pli_quat* quat
     for (int step = 0; step < FOLLOW_MOST_STEPS && plii_lanes_bits(is_found) != (1 << LANES) - 1; ++step) {
         const follow_mat3 r = follow_matrix(q, plii_float4_all(2.0f));
         plii_mask4 is_sound;
-        const plii_vec3x4 turn = follow_step(&r, &a, &is_sound);
+        const plii_vec3x4 rotation = follow_step(&r, &a, &is_sound);
         /* A lane that is done stays as it is, whatever its neighbours need. */
-        q = follow_select(is_found, q, follow_rotate(q, turn));
-        const plii_mask4 is_small = plii_vec3x4_dot(turn, turn) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP;
+        q = follow_select(is_found, q, follow_rotate(q, rotation));
+        const plii_mask4 is_small = plii_vec3x4_dot(rotation, rotation) < FOLLOW_LAST_STEP * FOLLOW_LAST_STEP;
         is_found |= (is_sound & is_small);
     }
     const int found = plii_lanes_bits(is_found);

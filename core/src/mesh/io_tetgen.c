@@ -220,7 +220,7 @@ static int tetgen_opposite(const int* tetra, const int* face) {
     return shared == 3 ? opposite : -1;
 }
 
-/* Turns the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
+/* Orients the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
 static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
     plii_scratch scratch = {.context = context};
     /* Corners of tetrahedra, four each, by point. */
@@ -256,7 +256,7 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
 
 static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
     if (read->face_count > 0 && !tetgen_reverse_faces(context, read)) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to turn %d faces", read->face_count);
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to orient %d faces", read->face_count);
     }
     pli_mesh* made = NULL;
     PLII_TRY(

@@ -1,7 +1,7 @@
 /* Conjugate gradients on the implicit system, preconditioned with the diagonal blocks. Directions that anchors and
    contacts hold are taken out of the search as in Baraff and Witkin, "Large Steps in Cloth Simulation", section 5.2,
-   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found by
-   turns with the solution. */
+   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found in
+   alternation with the solution. */
 
 #include "solver/implicit/implicit_system.h"
 
@@ -12,7 +12,7 @@ enum { IMPLICIT_MAX_ROUNDS = 8 };
 
 /* The directions held at one node, and by whom. */
 typedef struct gradient_filter {
-    int begin, end; /* holds of the node */
+    int begin, end; /* constraints of the node */
     int count;
     plii_dvec3 axes[3]; /* [count] orthonormal */
     int rigid;          /* PLI_NULL_INDEX unless dynamic */
@@ -28,10 +28,10 @@ static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
 }
 
 static bool gradient_is_rigid(const plii_implicit_constraint* constraint) {
-    return constraint->rows > 0 && !constraint->is_pinned && constraint->share >= 1.0;
+    return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0;
 }
 
-/* Of the node of hold `begin`. A node between several bodies follows one that does not move, if there is one. */
+/* Of the node of constraint `begin`. A node between several bodies follows one that does not move, if there is one. */
 static gradient_filter gradient_make_filter(const plii_implicit_constraints* constraints, int begin) {
     gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
@@ -61,22 +61,23 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
     return sum;
 }
 
-/* Impulse per velocity of holds that give way: anchors of partial influence, and all on pinned nodes. */
+/* Impulse per velocity of constraints that give way: anchors of partial influence, and all on pinned nodes. */
 static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
     if (constraint->rows == 0 || gradient_is_rigid(constraint)) { return (plii_dvec3){0}; }
     if (!constraint->is_pinned) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
-                                constraint->share / (1.0 - constraint->share));
+                                constraint->influence / (1.0 - constraint->influence));
     }
     if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->share);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->influence);
     }
     const double along = plii_dvec3_dot(constraint->normal, x);
     const plii_dvec3 held = plii_dvec3_scale(constraint->normal, along);
     return plii_implicit_block_mul(&constraint->block, held);
 }
 
-// ------------------------------------------------------------------------------------------- what the holds change
+// ------------------------------------------------------------------------------------------- what the constraints
+// change
 
 /* The held part of the direction is that of the rigid bodies. */
 static void gradient_lead(plii_implicit_system* system) {

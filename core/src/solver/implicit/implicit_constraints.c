@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* Pinned nodes count as so many times heavier than the rigid body that holds on to them. */
+/* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
 
@@ -119,10 +119,10 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     double rigid_weight = 0.0;
     if (touched->is_dynamic) {
         const pli_vec3 moment = pli_vec3_cross(arm, unit);
-        const pli_vec3 turn = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
-        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, turn);
+        const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
+        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, spin);
     }
-    const double push = constraint->share * distance / (node_weight + rigid_weight); /* kg m */
+    const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
     plii_set_xyz(&body->positions[constraint->node],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
     if (!touched->is_dynamic) { return; }
@@ -139,7 +139,8 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 
 // --------------------------------------------------------------------------------------------------- conditions
 
-/* Merges neighbouring sorted runs until there is one; holds of a node keep their order. `to` is as long as `from`. */
+/* Merges neighbouring sorted runs until there is one; constraints of a node keep their order. `to` is as long as
+ * `from`. */
 static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
@@ -163,7 +164,7 @@ static bool implicit_constraints_are_sorted(const plii_node_constraint* constrai
     return true;
 }
 
-/* Lists the holds of all features, twice if they are more than there is room for. */
+/* Lists the constraints of all features, twice if they are more than there is room for. */
 static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts) {
     int count = 0, wanted = 0;
     for (int attempt = 0; attempt < 2; ++attempt) {
@@ -221,7 +222,7 @@ static void implicit_constraints_make_item(const pli_body* body, const plii_impl
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
     pli_vec3 local = from->pivot;
     item->is_anchor = from->is_anchor;
-    item->share = (double)from->influence;
+    item->influence = (double)from->influence;
     if (from->is_anchor) {
         const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(touched->pose, local));
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);

@@ -26,7 +26,7 @@ typedef struct plii_implicit_rigid {
 typedef struct plii_implicit_constraint {
     int node, rigid;
     bool is_anchor, is_pinned;
-    double share, friction;
+    double influence, friction;
     plii_dvec3 normal;
     plii_dvec3 arm;    /* from the centre of mass of the rigid body */
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
@@ -71,9 +71,9 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 /* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
    changes of the rigid bodies that balance the impulses. */
 void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x);
-/* Only the node that has holds begin .. end - 1, with the rigid bodies as they are. */
+/* Only the node that has constraints begin .. end - 1, with the rigid bodies as they are. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x);
-/* Velocity that a hold asks of its node. */
+/* Velocity that a constraint asks of its node. */
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */

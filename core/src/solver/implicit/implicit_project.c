@@ -74,12 +74,12 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, pl
     return impulse;
 }
 
-/* The impulse of one hold on its node, which moves with `free` without it. */
+/* The impulse of one constraint on its node, which moves with `free` without it. */
 static void project_constraint(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
                                plii_dvec3 free) {
     const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_constraint_goal(constraints, constraint));
     const plii_dvec3 stopping =
-        plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, relative), -constraint->share);
+        plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, relative), -constraint->influence);
     constraint->rows = 3;
     constraint->impulse = stopping;
     if (constraint->is_anchor) { return; }
@@ -95,7 +95,7 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     constraint->impulse = project_sliding(constraint, relative, across);
 }
 
-/* Several holds share it by turns, each given the others. */
+/* Several constraints of a node are solved one after the other, each given the impulses of the others. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x) {
     plii_implicit_constraint* items = constraints->items;
     const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].node];
@@ -120,10 +120,10 @@ void plii_implicit_project_node(const plii_implicit_constraints* constraints, in
 
 // -------------------------------------------------------------------------------------------------- rigid bodies
 
-/* Change of the impulse of a hold when its point is moved, as long as the directions held stay the same. */
+/* Change of the impulse of a constraint when its point is moved, as long as the directions held stay the same. */
 static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
     if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->share);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->influence);
     }
     if (constraint->rows == 0) { return (plii_dvec3){0}; }
     const double response =

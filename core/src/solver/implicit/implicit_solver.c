@@ -213,8 +213,8 @@ static void implicit_on_rigid_removed(pli_body* body, void* data, const pli_rigi
 
 /* Where the velocity of a node leads, rounded as in implicit_add_solution. */
 static pli_vec3 implicit_reached(const pli_body* body, int node) {
-    const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
-    return pli_vec3_add(plii_xyz(body->previous[node]), way);
+    const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
+    return pli_vec3_add(plii_xyz(body->previous[node]), motion);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
@@ -250,7 +250,7 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
         const pli_vec3 velocity = plii_xyz(body->velocities[constraint->node]);
         plii_set_xyz(
             &body->velocities[constraint->node],
-            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->share))));
+            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->influence))));
     }
 }
 

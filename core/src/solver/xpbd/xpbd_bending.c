@@ -6,6 +6,8 @@
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
 
+#include <string.h>
+
 typedef struct xpbd_hinge {
     int nodes[4]; /* the edge, then the tips; the first face has the edge from nodes[0] to nodes[1] */
     float rest_angle;
@@ -137,11 +139,8 @@ static int xpbd_bending_pair(const pli_body* body, const xpbd_bending_state* sta
                 if (second->other != first->other || (second->tip < 0) == (first->tip < 0)) { continue; }
                 const int forward = first->tip >= 0 ? first->tip : second->tip;
                 const int backward = first->tip >= 0 ? -1 - second->tip : -1 - first->tip;
-                int* nodes = state->nodes[count];
-                nodes[0] = node;
-                nodes[1] = first->other;
-                nodes[2] = forward;
-                nodes[3] = backward;
+                const int nodes[4] = {node, first->other, forward, backward};
+                memcpy(state->nodes[count], nodes, sizeof nodes);
                 count += forward != backward ? 1 : 0;
                 first->other = PLI_NULL_INDEX;
                 second->other = PLI_NULL_INDEX;

@@ -84,9 +84,8 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* su
     const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 displacement = plii_float4_from(&displacements[i]);
-        const plii_float4 share = plii_lanes_all_w(displacement) * scale;
-        const plii_float4 moved = plii_float4_from(&state->gradients[i]) * share;
-        plii_float4_to(&displacements[i], displacement + moved);
+        const plii_float4 factor = plii_lanes_all_w(displacement) * scale;
+        plii_float4_to(&displacements[i], displacement + plii_float4_from(&state->gradients[i]) * factor);
     }
 }
 
