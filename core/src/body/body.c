@@ -24,6 +24,11 @@ pli_status plii_check_node(const pli_body* body, int node, const char* function)
                      "node %d is out of range, the body has %d nodes", node, body->node_count);
 }
 
+pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
+    if (body->topology->face_count > 0) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INVALID_MESH, function, "%s, the body has none", need);
+}
+
 static const plii_field solver_fields[] = {
     PLII_FIELD(pli_solver_settings, velocity_iterations, 0, INT_MAX),
     PLII_FIELD(pli_solver_settings, position_iterations, 0, INT_MAX),

@@ -87,6 +87,9 @@ extern const plii_feature_class plii_normals_class;      /* body->normals; refre
 extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
 extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
 
+/* What forces along normals need. */
+extern const plii_feature_class* const plii_surface_force_needs[];
+
 /* Adds normal * area * scale to the forces on the nodes that are not pinned. */
 void plii_forces_add_along_normals(pli_body* body, float scale);
 
@@ -146,6 +149,8 @@ static inline pli_status plii_check_body_change(const pli_body* body, const char
 /* ... nor between predict and solve. */
 pli_status plii_check_body_idle(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
+/* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
+pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);
 
 /* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
    everything. */

@@ -9,6 +9,9 @@ static const plii_feature_array forces_arrays[] = {
     {0},
 };
 
+const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
+                                                              &plii_areas_class, NULL};
+
 const plii_feature_class plii_forces_class = {.name = "forces", .arrays = forces_arrays};
 
 void plii_forces_add_along_normals(pli_body* body, float scale) {

@@ -201,15 +201,13 @@ static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
 /* Of faces after pressure and volume, as in Bullet. */
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
-static const plii_feature_class* const aero_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
-                                                       NULL};
 static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
                                                             &plii_face_normals_class, &plii_areas_class, NULL};
 
 static const plii_feature_class aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
-    .needs = aero_needs,
+    .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
 
@@ -235,9 +233,7 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
     PLII_TRY_DEF(body->context, pli_aero_def, &used, aero_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
-    }
+    PLII_TRY(plii_check_faces(body, "aerodynamics act on faces", __func__));
     const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));

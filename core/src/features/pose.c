@@ -128,15 +128,6 @@ static const plii_feature_class pose_class = {
     .topology_commit = pose_topology_commit,
 };
 
-static void pose_set_rest_shape(const pli_body* body, pose_state* pose) {
-    pose_update_weights(body, pose);
-    pose->centre = pose_centre(body, pose);
-    pose->rotation = pli_mat3_identity();
-    for (int i = 0; i < body->node_count; ++i) {
-        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
-    }
-}
-
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
@@ -144,7 +135,12 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_feature_enable(body, &pose_class, &state));
     pose_state* pose = state;
     pose->matching = matching;
-    pose_set_rest_shape(body, pose);
+    pose->rotation = pli_mat3_identity();
+    pose_update_weights(body, pose);
+    pose->centre = pose_centre(body, pose);
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+    }
     return PLI_OK;
 }
 

@@ -212,9 +212,7 @@ pli_status pli_body_enable_xpbd_bending(pli_body* body, const pli_xpbd_bending_d
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_bending_def used = def != NULL ? *def : pli_xpbd_bending_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_bending_def, &used, xpbd_bending_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "bending is between faces, the body has none");
-    }
+    PLII_TRY(plii_check_faces(body, "bending is between faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_bending_kind, __func__, &state));
     ((xpbd_bending_state*)state)->def = used;

@@ -129,9 +129,7 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
-    }
+    PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     void* data = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_volume_kind, __func__, &data));
     ((xpbd_volume_state*)data)->def = used;
