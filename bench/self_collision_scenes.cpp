@@ -1,7 +1,7 @@
 // Cloth that collides with itself, under XPBD: what the scenes of docs/self_collision.md come to.
 //
 //   self_collision_scenes fold|ribbon|twist [--columns n] [--rows n] [--seconds s] [--substeps n] [--module none|nodes|
-//                         faces|grids|both] [--friction f] [--damping d] [--ratio r] [--solver xpbd|bullet]
+//                         faces|grids|both] [--friction f] [--damping d] [--ratio r] [--solver xpbd|position-based]
 
 #include <pliant/pliant.h>
 

@@ -46,16 +46,18 @@ static void add_threads(CLI::App* command, int& threads) {
 static void add_step(CLI::App* command, app::StepOptions& options) {
     command
         ->add_option("--solver", options.solver,
-                     "What steps the soft bodies: bullet, implicit or xpbd (default: the scene's own, mostly bullet)")
-        ->check(CLI::IsMember({"bullet", "implicit", "xpbd"}).description(""))
+                     "What steps the soft bodies: position-based, implicit or xpbd (default: the scene's own, mostly "
+                     "position-based)")
+        ->check(CLI::IsMember({"position-based", "implicit", "xpbd"}).description(""))
         ->type_name("NAME");
     command->add_option("--substeps", options.substeps, "Parts of a step of xpbd (default: the scene's own or 10)")
         ->check(CLI::Range(1, most_substeps).description(""))
         ->type_name("N");
     command
-        ->add_option("--iterations", options.iterations,
-                     "Position iterations of bullet (default: the scene's own), sweeps of implicit (5; take an odd "
-                     "number), sweeps of xpbd in each substep (1)")
+        ->add_option(
+            "--iterations", options.iterations,
+            "Position iterations of position-based (default: the scene's own), sweeps of implicit (5; take an odd "
+            "number), sweeps of xpbd in each substep (1)")
         ->check(CLI::Range(0, most_iterations).description(""))
         ->type_name("N");
     command->add_option("--dt", options.seconds, "Length of a step in s (default: 1/60)")

@@ -9,7 +9,7 @@ demos::EngineOptions engine_options(const StepOptions& options) {
     if (options.solver.has_value()) {
         result.solver.kind = *options.solver == "implicit" ? demos::SolverKind::implicit
                              : *options.solver == "xpbd"   ? demos::SolverKind::xpbd
-                                                           : demos::SolverKind::bullet;
+                                                           : demos::SolverKind::position_based;
     }
     result.solver.substeps = options.substeps;
     result.solver.iterations = options.iterations;

@@ -212,7 +212,7 @@ typedef struct scene_camera {
 /* Where pictures are taken from. Default: chosen from the bounds of the soft bodies at the frame that is drawn. */
 void scene_set_camera(scene_builder* builder, scene_camera camera);
 
-typedef enum scene_solver { SCENE_SOLVER_BULLET, SCENE_SOLVER_IMPLICIT, SCENE_SOLVER_XPBD } scene_solver;
+typedef enum scene_solver { SCENE_SOLVER_POSITION_BASED, SCENE_SOLVER_IMPLICIT, SCENE_SOLVER_XPBD } scene_solver;
 
 typedef struct scene {
     const char* name;      /* as in `pliant run NAME` */

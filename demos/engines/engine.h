@@ -17,7 +17,7 @@ namespace demos {
 enum class EngineKind { pliant, bullet };
 
 // What steps the soft bodies. btSoftBody has only the first one.
-enum class SolverKind { bullet, implicit, xpbd };
+enum class SolverKind { position_based, implicit, xpbd };
 
 const char* solver_name(SolverKind kind); // as on the command line
 
@@ -43,7 +43,7 @@ struct EngineOptions {
 
 // The solver that a scene runs with.
 struct SolverRun {
-    SolverKind kind = SolverKind::bullet;
+    SolverKind kind = SolverKind::position_based;
     int substeps = 1;
     int iterations = 1; // bullet: the most that a soft body has
     pli_implicit_method implicit_method = PLI_IMPLICIT_JACOBI;

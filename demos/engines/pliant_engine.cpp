@@ -71,7 +71,7 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     pli_body_def def = pli_body_def_default();
     def.collision_margin = record.def.collision_margin;
     def.solver = record.def.solver;
-    if (run_.kind == SolverKind::bullet && options_.solver.iterations.has_value()) {
+    if (run_.kind == SolverKind::position_based && options_.solver.iterations.has_value()) {
         def.solver.position_iterations = run_.iterations;
     }
     pli_body* body = nullptr;
@@ -80,7 +80,7 @@ void PliantEngine::add_soft(const SoftRecord& record) {
     enable_features(body, definition_for_solver(record, run_));
     enable_solver(body, record, run_);
     const bool in_bullet_order = options_.reference || options_.solver.in_mesh_order ||
-                                 run_.kind != SolverKind::bullet || record.def.velocity_links;
+                                 run_.kind != SolverKind::position_based || record.def.velocity_links;
     if (!in_bullet_order) { check(pli_body_enable_colored_links(body)); }
     if (!options_.reference) { enable_self_collision(body, record.def, run_); }
     check(pli_body_add_velocity(body, record.velocity));

@@ -8,7 +8,7 @@
 namespace demos {
 
 const char* solver_name(SolverKind kind) {
-    return kind == SolverKind::implicit ? "implicit" : kind == SolverKind::xpbd ? "xpbd" : "bullet";
+    return kind == SolverKind::implicit ? "implicit" : kind == SolverKind::xpbd ? "xpbd" : "position-based";
 }
 
 // ---------------------------------------------------------------------------------------------------- the choice
@@ -45,17 +45,17 @@ void require_xpbd(const Description& description) {
 // btSoftBody and what is compared with it step by step have no choice.
 SolverKind own_solver(const Description& description, EngineKind engine, const EngineOptions& options) {
     if (engine == EngineKind::bullet || options.reference || description.source == nullptr) {
-        return SolverKind::bullet;
+        return SolverKind::position_based;
     }
     switch (description.source->solver) {
     case SCENE_SOLVER_IMPLICIT:
         return SolverKind::implicit;
     case SCENE_SOLVER_XPBD:
         return SolverKind::xpbd;
-    case SCENE_SOLVER_BULLET:
+    case SCENE_SOLVER_POSITION_BASED:
         break;
     }
-    return SolverKind::bullet;
+    return SolverKind::position_based;
 }
 
 int own_substeps(const Description& description) {
@@ -77,10 +77,10 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
     const SolverKind own = own_solver(description, engine, options);
     SolverRun run;
     run.kind = options.solver.kind.value_or(own);
-    if (engine == EngineKind::bullet && run.kind != SolverKind::bullet) {
+    if (engine == EngineKind::bullet && run.kind != SolverKind::position_based) {
         throw Error(std::string("btSoftBody has no solver ") + solver_name(run.kind));
     }
-    if (options.reference && run.kind != SolverKind::bullet) {
+    if (options.reference && run.kind != SolverKind::position_based) {
         throw Error(std::string("the reference mode is that of btSoftBody's solver and does not go with --solver ") +
                     solver_name(run.kind));
     }
@@ -89,7 +89,7 @@ SolverRun choose_solver(const Description& description, EngineKind engine, const
                     " takes shorter steps by --dt");
     }
     switch (run.kind) {
-    case SolverKind::bullet:
+    case SolverKind::position_based:
         run.iterations = options.solver.iterations.value_or(most_iterations(description));
         if (options.solver.iterations == 0) { throw Error("--iterations 0 would leave links and contacts unsolved"); }
         break;
@@ -231,7 +231,7 @@ void enable_self_collision(pli_body* body, const scene_soft_def& def, const Solv
 
 scene_soft_def definition_for_solver(const SoftRecord& record, const SolverRun& run) {
     scene_soft_def def = record.def;
-    if (run.kind != SolverKind::bullet) { def.velocity_links = false; }
+    if (run.kind != SolverKind::position_based) { def.velocity_links = false; }
     if (run.kind != SolverKind::xpbd) { return def; }
     if (def.has_clusters) {
         def.has_rigid_contacts = true;

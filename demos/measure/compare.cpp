@@ -34,7 +34,7 @@ EngineOptions bullet_options(const EngineOptions& options, SolverKind of_pliant)
     EngineOptions result;
     result.step_seconds = options.step_seconds;
     // Sweeps of another solver say nothing about iterations of this one.
-    if (of_pliant == SolverKind::bullet) { result.solver.iterations = options.solver.iterations; }
+    if (of_pliant == SolverKind::position_based) { result.solver.iterations = options.solver.iterations; }
     return result;
 }
 
@@ -49,7 +49,7 @@ Comparison compare(const Description& description, int frames, const Progress& p
                    const EngineOptions& options) {
     Comparison result;
     result.solver = choose_solver(description, EngineKind::pliant, options);
-    const bool is_same_solver = result.solver.kind == SolverKind::bullet;
+    const bool is_same_solver = result.solver.kind == SolverKind::position_based;
     const int frames_before = is_same_solver ? frames : 0, steps = frames_before + frames;
     result.scene = description.source != nullptr ? description.source->name : "";
     const Progress first_half = [&](int frame, int) {

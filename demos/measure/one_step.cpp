@@ -61,7 +61,7 @@ class Pair {
 public:
     Pair(const Description& description, Witness witness, const EngineOptions& options)
         : description_(description), step_seconds_(static_cast<double>(options.step_seconds)),
-          reference_(description, bullet_options(options, SolverKind::bullet)),
+          reference_(description, bullet_options(options, SolverKind::position_based)),
           pliant_(description, reference_options(options, witness)), matcher_(reference_, pliant_),
           diagonal_(bounds_diagonal(description.rest_bounds)) {
         pliant_.bridge().set_before_solve([this] { lone_contacts_ = matcher_.match(); });

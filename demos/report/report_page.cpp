@@ -222,7 +222,7 @@ static std::string figures_part(const ReportContent& content) {
            figure_item(std::to_string(unexplained) + " of " + std::to_string(frames),
                        "frames in which one step differs from btSoftBody by more than 1e-5 without a contact that "
                        "only one engine made") +
-           figure_item(survivals(content.stability, "bullet"),
+           figure_item(survivals(content.stability, "position-based"),
                        "extreme cases survived by Pliant's solver of Bullet's method; btSoftBody: " +
                            survivals(content.stability, "btSoftBody")) +
            figure_item(survivals(content.stability, "xpbd"),

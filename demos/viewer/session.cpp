@@ -19,7 +19,7 @@ void Session::restart() {
         demos::EngineOptions settings = options_.engine;
         const bool is_beside = options_.engines == Engines::both && kind == demos::EngineKind::bullet;
         const bool has_other_solver =
-            settings.solver.kind.value_or(demos::SolverKind::bullet) != demos::SolverKind::bullet;
+            settings.solver.kind.value_or(demos::SolverKind::position_based) != demos::SolverKind::position_based;
         if (is_beside && has_other_solver) { settings.solver = {}; }
         try {
             Run run;

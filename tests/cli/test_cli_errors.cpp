@@ -59,7 +59,7 @@ static void test_cli_engines(void**) {
 }
 
 static void test_cli_solvers(void**) {
-    expect_failure("run Bunny --solver cuda", 2, "--solver: cuda not in {bullet,implicit,xpbd}");
+    expect_failure("run Bunny --solver cuda", 2, "--solver: cuda not in {position-based,implicit,xpbd}");
     expect_failure("bench Bunny --threads 0", 2, "--threads: Value 0 not in range 1 to 256");
     expect_failure("run Bunny --substeps 0", 2, "--substeps: Value 0 not in range 1 to 1000");
     expect_failure("compare Bunny --iterations -1", 2, "--iterations: Value -1 not in range 0 to 10000");

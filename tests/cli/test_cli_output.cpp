@@ -98,7 +98,7 @@ static void test_cli_run_prints_measures(void**) {
                           "ms_per_step", "finite", "max_stretch", "kinetic_energy", "state_hash"});
         assert_string_equal(run.at("scene").get<std::string>().c_str(), "Bunny");
         assert_string_equal(run.at("engine").get<std::string>().c_str(), engine);
-        assert_string_equal(run.at("solver").get<std::string>().c_str(), "bullet");
+        assert_string_equal(run.at("solver").get<std::string>().c_str(), "position-based");
         assert_int_equal(run.at("frames").get<int>(), 3);
         assert_int_equal(run.at("nodes").get<int>(), 453);
         assert_int_equal(run.at("faces").get<int>(), 902);
@@ -119,8 +119,8 @@ static void test_cli_run_tells_the_solver(void**) {
         int substeps, iterations;
         double dt;
     } cases[] = {
-        {"", "bullet", 1, 2, 1.0 / 60.0},
-        {"--engine bullet --iterations 3", "bullet", 1, 3, 1.0 / 60.0},
+        {"", "position-based", 1, 2, 1.0 / 60.0},
+        {"--engine bullet --iterations 3", "position-based", 1, 3, 1.0 / 60.0},
         {"--solver implicit", "implicit", 1, 5, 1.0 / 60.0},
         {"--solver implicit --iterations 4 --dt 0.02", "implicit", 1, 4, 0.02},
         {"--solver xpbd", "xpbd", 10, 1, 1.0 / 60.0},
@@ -150,7 +150,7 @@ static void test_cli_run_changes_the_scene(void**) {
     assert_string_equal(without.at("self_collision").get<std::string>().c_str(), "off");
     const json bullet = cli::run_json("run TwistedCloth --resolution 12 --frames 5 --json --engine bullet");
     assert_true(bullet.at("crossings").is_null());
-    assert_string_equal(bullet.at("solver").get<std::string>().c_str(), "bullet");
+    assert_string_equal(bullet.at("solver").get<std::string>().c_str(), "position-based");
 }
 
 static void test_cli_run_without_frames_goes_to_the_picture(void**) {

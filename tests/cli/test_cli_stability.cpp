@@ -23,7 +23,7 @@ static void test_forces_of_nan_are_refused(void**) {
     assert_int_equal(document.at("cells").size(), 2 * 5);
     const json& bullet = cell(document, "force of NaN on a node", "btSoftBody");
     assert_true(bullet.at("verdict") == "NaN" && !bullet.at("survives").get<bool>() && bullet.at("value").is_null());
-    for (const char* solver : {"bullet", "implicit", "gradients", "xpbd"}) {
+    for (const char* solver : {"position-based", "implicit", "gradients", "xpbd"}) {
         const json& refused = cell(document, "force of NaN on a node", solver);
         assert_true(refused.at("verdict") == "refused" && refused.at("survives").get<bool>());
         assert_non_null(std::strstr(refused.at("note").get<std::string>().c_str(), "not finite"));

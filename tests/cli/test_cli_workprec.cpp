@@ -27,7 +27,7 @@ static void test_rope_comes_near_the_catenary(void**) {
     const json& scene = document.at("scenes").at(0);
     assert_true(scene.at("scene") == "rope" && scene.at("metrics").at(0).at("id") == "E2");
     check_at_most(best_error(scene, "btSoftBody", 0), 5e-4);
-    check_at_most(best_error(scene, "bullet, coloured", 0), 5e-4);
+    check_at_most(best_error(scene, "position-based, coloured", 0), 5e-4);
     check_at_most(best_error(scene, "implicit, gradients", 0), 2e-4);
     check_at_most(best_error(scene, "xpbd", 0), 1e-4);
     std::istringstream lines(cli::read_file(folder + "/workprec.csv"));

@@ -138,7 +138,7 @@ static void test_context_stays_while_something_of_it_lives(void** unused) {
         assert_int_equal(pli_shape_create_sphere(context, 1, &shapes[i]), PLI_OK);
     }
     const int live = c.live;
-    check_stays(context, "pli_context_destroy: 2 worlds, 1 mesh and 3 shapes are still alive");
+    check_stays(context, "pli_context_destroy: still alive are worlds: 2, meshes: 1, shapes: 3, sets of triangles: 0");
     assert_int_equal(c.live, live);
     pli_rigid_def def = pli_rigid_def_default();
     def.shape_count = 1;
@@ -148,10 +148,10 @@ static void test_context_stays_while_something_of_it_lives(void** unused) {
     for (int i = 0; i < 3; ++i) {
         pli_shape_release(shapes[i]);
     }
-    check_stays(context, "pli_context_destroy: 2 worlds, 1 mesh and 1 shape are still alive"); /* the rigid body's */
+    check_stays(context, "pli_context_destroy: still alive are worlds: 2, meshes: 1, shapes: 1, sets of triangles: 0"); /* the rigid body's */
     pli_mesh_destroy(mesh);
     pli_world_destroy(worlds[1]);
-    check_stays(context, "pli_context_destroy: 1 world is still alive");
+    check_stays(context, "pli_context_destroy: still alive are worlds: 1, meshes: 0, shapes: 0, sets of triangles: 0");
     pli_world_destroy(worlds[0]);
     assert_int_equal(pli_context_allocated_bytes(context), 0);
     assert_int_equal(pli_context_destroy(context), PLI_OK);
@@ -171,7 +171,7 @@ static void test_context_stays_while_triangles_are_held(void** unused) {
     pli_triangles triangles;
     assert_int_equal(pli_triangles_read_obj(context, path, &triangles), PLI_OK);
     remove(path);
-    check_stays(context, "pli_context_destroy: 1 set of triangles is still alive");
+    check_stays(context, "pli_context_destroy: still alive are worlds: 0, meshes: 0, shapes: 0, sets of triangles: 1");
     pli_triangles_destroy(&triangles);
     pli_triangles_destroy(&triangles);
     assert_int_equal(pli_context_destroy(context), PLI_OK);

@@ -71,7 +71,7 @@ static void own_scenes_stay_finite(void**) {
             const auto bullet = make_engine(EngineKind::bullet, *description, {});
             step(*bullet, 90);
             if (!measure(*bullet).finite) { fail_msg("%s on btSoftBody", name); }
-            for (const SolverKind solver : {SolverKind::bullet, SolverKind::implicit, SolverKind::xpbd}) {
+            for (const SolverKind solver : {SolverKind::position_based, SolverKind::implicit, SolverKind::xpbd}) {
                 EngineOptions options;
                 options.solver.kind = solver;
                 const auto engine = make_engine(EngineKind::pliant, *description, options);
@@ -220,7 +220,7 @@ static void wrong_motions_are_named(void**) {
 // rounding.
 static void own_scenes_are_compared(void**) {
     EngineOptions options;
-    options.solver.kind = SolverKind::bullet;
+    options.solver.kind = SolverKind::position_based;
     const auto description = describe("FoldingCloth", coarse());
     const demos::Comparison result = compare(*description, 60, {}, demos::Witness::bullet, options);
     assert_true(result.one_step.has_value());

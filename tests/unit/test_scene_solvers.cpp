@@ -17,7 +17,7 @@ using demos::SolverKind;
 
 namespace {
 
-constexpr SolverKind all_solvers[] = {SolverKind::bullet, SolverKind::implicit, SolverKind::xpbd};
+constexpr SolverKind all_solvers[] = {SolverKind::position_based, SolverKind::implicit, SolverKind::xpbd};
 
 EngineOptions with_solver(SolverKind kind) {
     EngineOptions options;
@@ -129,8 +129,8 @@ static void options_reach_the_solver(void**) {
         options.solver.iterations = iterations;
         return measure(*run(*description, options, 20)).state_hash;
     };
-    assert_true(hash(SolverKind::bullet, {}, {}) == hash(SolverKind::bullet, {}, 1));
-    assert_true(hash(SolverKind::bullet, {}, {}) != hash(SolverKind::bullet, {}, 2));
+    assert_true(hash(SolverKind::position_based, {}, {}) == hash(SolverKind::position_based, {}, 1));
+    assert_true(hash(SolverKind::position_based, {}, {}) != hash(SolverKind::position_based, {}, 2));
     assert_true(hash(SolverKind::implicit, {}, {}) == hash(SolverKind::implicit, {}, 5));
     assert_true(hash(SolverKind::implicit, {}, {}) != hash(SolverKind::implicit, {}, 7));
     assert_true(hash(SolverKind::xpbd, {}, {}) == hash(SolverKind::xpbd, 10, 1));
@@ -211,7 +211,8 @@ static void what_a_solver_lacks_is_named(void**) {
     assert_non_null(std::strstr(refusal("Bunny", EngineKind::pliant, options).c_str(), "reference mode"));
     options = with_solver(SolverKind::implicit);
     options.solver.iterations = 0;
-    assert_non_null(std::strstr(refusal("Bunny", EngineKind::pliant, options).c_str(), "sweeps is 0, at least 1 is needed"));
+    assert_non_null(
+        std::strstr(refusal("Bunny", EngineKind::pliant, options).c_str(), "sweeps is 0, at least 1 is needed"));
     options.solver = {};
     options.solver.substeps = 2;
     assert_non_null(std::strstr(refusal("Bunny", EngineKind::pliant, options).c_str(), "--substeps are those of"));

@@ -107,14 +107,14 @@ static void cells_are_judged(void**) {
         assert_true(cell.figure > 0.0 && cell.figure < 0.05);
     }
     which.reach = 0.01;
-    assert_true(run(which, Column::bullet).verdict == Verdict::out_of_reach);
+    assert_true(run(which, Column::position_based).verdict == Verdict::out_of_reach);
     which.reach = 10;
     which.watch = [] { return std::make_unique<Kick>(3.0f); };
-    Cell cell = run(which, Column::bullet);
+    Cell cell = run(which, Column::position_based);
     assert_true(cell.verdict == Verdict::gains_energy);
     assert_non_null(std::strstr(cell.note.c_str(), "in step 6"));
     which.given_energy = 1;
-    cell = run(which, Column::bullet);
+    cell = run(which, Column::position_based);
     assert_true(cell.verdict == Verdict::survives);
     check_near(cell.figure, 0.5, 0.0);
     which.prepare = [](Engine&) { std::abort(); };
@@ -140,7 +140,7 @@ static void solvers_survive(void**) {
                                  "ball with kVC 20, 1/240 and 1/15 s in turn"};
     for (const StabilityCase& which : demos::stability_cases({})) {
         if (std::find(std::begin(names), std::end(names), which.name) == std::end(names)) { continue; }
-        for (const Column column : {Column::bullet, Column::implicit, Column::gradients, Column::xpbd}) {
+        for (const Column column : {Column::position_based, Column::implicit, Column::gradients, Column::xpbd}) {
             const Cell cell = run(which, column);
             if (cell.verdict != Verdict::survives) {
                 fail_msg("%s, %s: %s", which.name.c_str(), column_name(column), cell.note.c_str());
@@ -155,7 +155,7 @@ static void bodies_come_to_rest(void**) {
     options.rest_steps = 1800;
     for (const StabilityCase& which : demos::stability_cases(options)) {
         if (which.group != "rest") { continue; }
-        const Cell cell = demos::run_cell(which, Column::bullet, options);
+        const Cell cell = demos::run_cell(which, Column::position_based, options);
         if (cell.verdict != Verdict::survives) { fail_msg("%s: %s", which.name.c_str(), cell.note.c_str()); }
         check_at_most(cell.figure, 0.5); // mm
     }

@@ -230,15 +230,15 @@ static void cells_of_the_group_are_judged(void**) {
     // A trampoline whose ball flies up.
     StabilityCase trampoline = heavy_case("trampoline, ball of 5 kg, nodes", 20000);
     trampoline.seconds = 0.1f;
-    assert_true(demos::run_cell(trampoline, Column::bullet, {}).verdict == Verdict::survives);
+    assert_true(demos::run_cell(trampoline, Column::position_based, {}).verdict == Verdict::survives);
     trampoline.prepare = [](Engine& engine) { engine.rigids().body(0)->setLinearVelocity(btVector3(0, 3, 0)); };
-    const Cell rises = demos::run_cell(trampoline, Column::bullet, {});
+    const Cell rises = demos::run_cell(trampoline, Column::position_based, {});
     assert_true(rises.verdict == Verdict::gains_energy);
     assert_non_null(std::strstr(rises.note.c_str(), "above its start"));
     // Shortened boxes still say how far they have moved since 5 s.
     const StabilityCase box = heavy_case("box on cloth, nodes, start 1", 330);
     check_near(box.seconds, 5.5, 1e-4);
-    const Cell wanders = demos::run_cell(box, Column::bullet, {});
+    const Cell wanders = demos::run_cell(box, Column::position_based, {});
     assert_true(wanders.verdict != Verdict::crashes && wanders.figure >= 0.0);
 }
 

@@ -23,10 +23,10 @@ static PrecisionPoint point(Family family, double cost, double error, bool on_fr
 static void parallel_fronts_have_one_ratio(void**) {
     const std::vector<PrecisionPoint> points{
         point(Family::bt_soft_body, 4, 1e-1),       point(Family::bt_soft_body, 40, 1e-2),
-        point(Family::bt_soft_body, 100, 1, false), point(Family::bullet_colored, 0.5, 2e-1),
-        point(Family::bullet_colored, 20, 5e-3),
+        point(Family::bt_soft_body, 100, 1, false), point(Family::position_colored, 0.5, 2e-1),
+        point(Family::position_colored, 20, 5e-3),
     };
-    const std::optional<demos::TimeRatio> ratio = time_ratio(points, Family::bullet_colored, 0);
+    const std::optional<demos::TimeRatio> ratio = time_ratio(points, Family::position_colored, 0);
     assert_true(ratio.has_value());
     check_near(ratio->least, 4, 1e-9);
     check_near(ratio->median, 4, 1e-9);

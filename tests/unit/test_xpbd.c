@@ -874,7 +874,8 @@ static void test_misuse_is_refused_with_a_message(void** unused) {
     check_body_refused(pli_body_enable_xpbd_bending(body, &bending), PLI_ERROR_INVALID_DEF, "bending_def_default");
     check_body_refused(pli_body_enable_xpbd_tetras(body, 0), PLI_ERROR_INVALID_MESH, "no tetrahedra");
     check_body_refused(pli_body_enable_xpbd_tetras(body, INFINITY), PLI_ERROR_NOT_FINITE, "compliance is inf");
-    check_body_refused(pli_body_enable_xpbd_volume(body, NULL), PLI_ERROR_INVALID_MESH, "no faces");
+    check_body_refused(pli_body_enable_xpbd_volume(body, NULL), PLI_ERROR_INVALID_MESH,
+                       "inside the faces, the body has none");
     check_body_refused(enable_volume(body, 0, -1), PLI_ERROR_INVALID_VALUE, "pressure_ratio is -1");
 
     CHECK_OK(pli_world_predict(world, 0.01f));

@@ -3,7 +3,6 @@
 #include "base/handle.h"
 
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,41 +93,14 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     return PLI_OK;
 }
 
-/* "2 worlds, 1 mesh and 3 shapes are still alive" */
-static pli_status context_check_empty(pli_context* context, const char* function) {
-    const struct {
-        int count;
-        const char *one, *many;
-    } kinds[] = {{context->world_count, "world", "worlds"},
-                 {context->mesh_count, "mesh", "meshes"},
-                 {context->shape_count, "shape", "shapes"},
-                 {context->triangles_count, "set of triangles", "sets of triangles"}};
-    enum { KINDS = sizeof kinds / sizeof *kinds };
-    int left = 0;
-    for (int i = 0; i < KINDS; ++i) {
-        left += kinds[i].count > 0;
-    }
-    if (left == 0) { return PLI_OK; }
-    char list[128] = "";
-    size_t length = 0;
-    const bool is_one = left == 1;
-    int total = 0;
-    for (int i = 0; i < KINDS; ++i) {
-        if (kinds[i].count == 0) { continue; }
-        total += kinds[i].count;
-        const char* separator = length == 0 ? "" : left == 1 ? " and " : ", ";
-        length += (size_t)snprintf(list + length, sizeof list - length, "%s%d %s", separator, kinds[i].count,
-                                   kinds[i].count == 1 ? kinds[i].one : kinds[i].many);
-        left -= 1;
-    }
-    return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "%s %s still alive", list,
-                     is_one && total == 1 ? "is" : "are");
-}
-
 pli_status pli_context_destroy(pli_context* context) {
     if (context == NULL) { return PLI_OK; }
     PLII_TRY(plii_check_context_change(context, __func__));
-    PLII_TRY(context_check_empty(context, __func__));
+    if (context->world_count + context->mesh_count + context->shape_count + context->triangles_count > 0) {
+        return PLII_FAIL(context, PLI_ERROR_WRONG_STATE,
+                         "still alive are worlds: %d, meshes: %d, shapes: %d, sets of triangles: %d",
+                         context->world_count, context->mesh_count, context->shape_count, context->triangles_count);
+    }
     plii_handle_retire(context);
     context->allocator.release(context, sizeof *context, context->allocator.user);
     return PLI_OK;

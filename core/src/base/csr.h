@@ -9,6 +9,8 @@
        plii_csr_sum(key_count, begin);
        items[--begin[key]] = item; */
 
+#include <stddef.h>
+
 /* Turns counts into where each list ends; returns how many items there are. */
 static inline int plii_csr_sum(int key_count, int* begin) {
     int sum = 0;
@@ -18,6 +20,28 @@ static inline int plii_csr_sum(int key_count, int* begin) {
     }
     begin[key_count] = sum;
     return sum;
+}
+
+/* A link as one of its nodes sees it. */
+typedef struct plii_half_link {
+    int neighbour, link;
+} plii_half_link;
+
+/* The half links [2 * link_count] of each node, in the order of links, which are structs of `link_size` bytes that
+   begin with their two nodes. `begin` is zeroed. */
+static inline void plii_csr_half_links(int node_count, int link_count, const void* links, size_t link_size, int* begin,
+                                       plii_half_link* halves) {
+    for (int i = 0; i < link_count; ++i) {
+        const int* nodes = (const int*)((const char*)links + (size_t)i * link_size);
+        ++begin[nodes[0]];
+        ++begin[nodes[1]];
+    }
+    (void)plii_csr_sum(node_count, begin);
+    for (int i = link_count - 1; i >= 0; --i) {
+        const int* nodes = (const int*)((const char*)links + (size_t)i * link_size);
+        halves[--begin[nodes[0]]] = (plii_half_link){nodes[1], i};
+        halves[--begin[nodes[1]]] = (plii_half_link){nodes[0], i};
+    }
 }
 
 /* Indices of keys [item_count] by key. `begin` need not be zero. */

@@ -20,7 +20,7 @@ static const char* const handle_names[] = {
 
 /* What is or was at an address. */
 typedef struct handle_record {
-    const void* handle;       /* NULL: free place */
+    const void* handle;       /* NULL: an empty slot */
     const pli_context* owner; /* of a context, itself */
     uint64_t number;          /* of its making; when it is gone, of that */
     uint64_t owner_number;
@@ -50,14 +50,14 @@ static void handles_unlock(void) {
     atomic_flag_clear_explicit(&handles.is_locked, memory_order_release);
 }
 
-/* Where the record is, or a free place. The table is never full. */
+/* That of the record, or an empty one. The table is never full. */
 static handle_record* handles_find_slot(const void* handle) {
     const size_t mask = handles.capacity - 1;
-    size_t place = (size_t)(((uint64_t)(uintptr_t)handle >> 4) * 0x9e3779b97f4a7c15u >> 32) & mask;
-    while (handles.records[place].handle != NULL && handles.records[place].handle != handle) {
-        place = (place + 1) & mask;
+    size_t slot = (size_t)(((uint64_t)(uintptr_t)handle >> 4) * 0x9e3779b97f4a7c15u >> 32) & mask;
+    while (handles.records[slot].handle != NULL && handles.records[slot].handle != handle) {
+        slot = (slot + 1) & mask;
     }
-    return &handles.records[place];
+    return &handles.records[slot];
 }
 
 /* NULL when nothing is known of it. */
@@ -141,28 +141,10 @@ static pli_context* handles_living_owner(const handle_record* record) {
     return lives ? (pli_context*)record->owner : NULL;
 }
 
-pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_context* context, const char* what,
-                              const char* function) {
-    char name[32];
-    snprintf(name, sizeof name, "the %s", handle_names[kind]);
-    if (what == NULL) { what = name; }
+/* Since when what was at an address is gone; 0: nothing is known. */
+static uint64_t handles_gone_since(const void* address) {
     handle_record record;
-    if (handle == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", what); }
-    if (!handles_copy(handle, &record)) {
-        return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is not a %s, or one that is long gone", what,
-                         handle_names[kind]);
-    }
-    if (context == NULL) { context = handles_living_owner(&record); }
-    if (record.kind != kind) {
-        return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
-    }
-    return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
-}
-
-/* Since when what was at a place is gone; 0: nothing is known. */
-static uint64_t handles_gone_since(const void* place) {
-    handle_record record;
-    return handles_copy(place, &record) ? record.number : 0;
+    return handles_copy(address, &record) ? record.number : 0;
 }
 
 /* Where nothing was, as far as is remembered and a few tries find it, else where it is gone for longest. */
@@ -202,17 +184,27 @@ static void handles_retire(const void* handle) {
     (void)handle;
 }
 
+#endif
+
 pli_status plii_handle_refuse(const void* handle, plii_handle_kind kind, pli_context* context, const char* what,
                               const char* function) {
     char name[32];
     snprintf(name, sizeof name, "the %s", handle_names[kind]);
     if (what == NULL) { what = name; }
     if (handle == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "%s is null", what); }
+#if PLIANT_CHECKED
+    handle_record record;
+    if (handles_copy(handle, &record)) {
+        if (context == NULL) { context = handles_living_owner(&record); }
+        if (record.kind == kind) {
+            return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s was destroyed before", what);
+        }
+        return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is a %s", what, handle_names[record.kind]);
+    }
+#endif
     return plii_fail(context, PLI_ERROR_STALE_ID, function, "%s is not a %s, or one that is gone", what,
                      handle_names[kind]);
 }
-
-#endif
 
 // ----------------------------------------------------------------------------------------------------- blocks
 

@@ -4,6 +4,7 @@
 #include "body/pipeline.h"
 #include "body/world_state.h"
 #include "math/definition.h"
+#include "math/dvec3.h"
 #include "mesh/mesh_impl.h"
 
 #include <stdio.h>
@@ -18,11 +19,14 @@ pli_status plii_check_body_idle(const pli_body* body, const char* function) {
 
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    if (node < 0 || node >= body->node_count) {
-        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
-                         "node %d is out of range, the body has %d nodes", node, body->node_count);
-    }
-    return PLI_OK;
+    if (node >= 0 && node < body->node_count) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                     "node %d is out of range, the body has %d nodes", node, body->node_count);
+}
+
+pli_status plii_check_faces(const pli_body* body, const char* need, const char* function) {
+    if (body->topology->face_count > 0) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INVALID_MESH, function, "%s, the body has none", need);
 }
 
 static const plii_field solver_fields[] = {
@@ -95,12 +99,9 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
     }
     for (int i = 0; i < body->link_count; ++i) {
         const pli_link* link = &mesh->links[i];
-        plii_link* cooked = &body->links[i];
-        cooked->nodes[0] = link->nodes[0];
-        cooked->nodes[1] = link->nodes[1];
         const float rest_length =
             pli_vec3_length(pli_vec3_sub(mesh->positions[link->nodes[0]], mesh->positions[link->nodes[1]]));
-        cooked->rest_length_squared = rest_length * rest_length;
+        body->links[i] = (plii_link){{link->nodes[0], link->nodes[1]}, rest_length * rest_length};
         if (body->link_tags != NULL) {
             body->link_tags[i] = (plii_link_tag)(link->material | (link->is_bending ? PLII_LINK_TAG_BENDING : 0));
         }
@@ -111,7 +112,7 @@ static void body_cook(pli_body* body, const pli_mesh* mesh) {
 pli_status pli_body_create(pli_world* world, const pli_mesh* mesh, const pli_body_def* def, pli_body** body) {
     PLII_TRY(plii_check_world_idle(world, __func__));
     pli_context* context = world->context;
-    if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the body is null"); }
+    if (body == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "body is null"); }
     PLII_TRY(plii_check_handle(mesh, PLII_HANDLE_MESH, context, NULL, __func__));
     const pli_body_def used = def != NULL ? *def : pli_body_def_default();
     PLII_TRY(PLII_CHECK_MADE(context, pli_body_def, &used, __func__));
@@ -228,11 +229,8 @@ pli_body_view pli_body_get_view(const pli_body* body) {
 
 /* Vector by vector, as they are stored: the whole has to wait for its parts right after a prediction. */
 pli_bounds pli_body_get_bounds(const pli_body* body) {
-    pli_bounds bounds = {{0, 0, 0}, {0, 0, 0}};
-    if (plii_check_body(body, __func__) != PLI_OK) { return bounds; }
-    bounds.min = body->bounds.min;
-    bounds.max = body->bounds.max;
-    return bounds;
+    if (plii_check_body(body, __func__) != PLI_OK) { return (pli_bounds){{0, 0, 0}, {0, 0, 0}}; }
+    return (pli_bounds){body->bounds.min, body->bounds.max};
 }
 
 static pli_status body_check_link(const pli_body* body, int link, const char* function) {
@@ -269,26 +267,28 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
     return PLI_OK;
 }
 
+static pli_status body_check_motion(const pli_body* body, int node, pli_vec3 x, pli_vec3 v, const char* verb,
+                                    const char* function) {
+    if (plii_is_point(x) && plii_vec3_is_within(v, PLI_MAX_SPEED)) { return PLI_OK; }
+    const bool is_finite = plii_vec3_is_finite(x) && plii_vec3_is_finite(v);
+    return plii_fail(body->context, is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE, function,
+                     "node %d %s at (%g, %g, %g) with (%g, %g, %g) m/s, the limits are %g m and %g m/s", node, verb,
+                     (double)x.x, (double)x.y, (double)x.z, (double)v.x, (double)v.y, (double)v.z,
+                     (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
+}
+
 pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const pli_vec3* velocities) {
+    const pli_vec3 at_rest = {0, 0, 0};
     PLII_TRY(plii_check_body_idle(body, __func__));
     if (positions == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "positions is null"); }
     for (int i = 0; i < body->node_count; ++i) {
-        if (!plii_vec3_is_finite(positions[i]) || (velocities != NULL && !plii_vec3_is_finite(velocities[i]))) {
-            return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the state of node %d is not finite", i);
-        }
-        if (!plii_is_point(positions[i]) ||
-            (velocities != NULL && !plii_vec3_is_within(velocities[i], PLI_MAX_SPEED))) {
-            const pli_vec3 x = positions[i], v = velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0);
-            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
-                             "node %d is at (%g, %g, %g) with (%g, %g, %g) m/s, the limits are %g m and %g m/s", i,
-                             (double)x.x, (double)x.y, (double)x.z, (double)v.x, (double)v.y, (double)v.z,
-                             (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
-        }
+        const pli_vec3 velocity = velocities != NULL ? velocities[i] : at_rest;
+        PLII_TRY(body_check_motion(body, i, positions[i], velocity, "is", __func__));
     }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], positions[i]);
         plii_set_xyz(&body->previous[i], positions[i]);
-        plii_set_xyz(&body->velocities[i], velocities != NULL ? velocities[i] : pli_vec3_make(0, 0, 0));
+        plii_set_xyz(&body->velocities[i], velocities != NULL ? velocities[i] : at_rest);
     }
     plii_body_refresh(body);
     return PLI_OK;
@@ -334,17 +334,11 @@ pli_status pli_body_transform(pli_body* body, pli_transform transform) {
         return PLII_FAIL(body->context, PLI_ERROR_NOT_FINITE, "the transform is not finite");
     }
     for (int i = 0; i < body->node_count; ++i) {
-        const pli_vec3 moved = pli_transform_point(transform, plii_xyz(body->positions[i]));
-        const pli_vec3 before = pli_transform_point(transform, plii_xyz(body->previous[i]));
-        const pli_vec3 turned = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
-        if (!plii_is_point(moved) || !plii_is_point(before) || !plii_vec3_is_within(turned, PLI_MAX_SPEED)) {
-            const bool is_finite = plii_vec3_is_finite(moved) && plii_vec3_is_finite(turned);
-            return PLII_FAIL(body->context, is_finite ? PLI_ERROR_INVALID_VALUE : PLI_ERROR_NOT_FINITE,
-                             "the transform takes node %d out of range: to (%g, %g, %g) with (%g, %g, %g) m/s, the "
-                             "limits are %g m and %g m/s",
-                             i, (double)moved.x, (double)moved.y, (double)moved.z, (double)turned.x, (double)turned.y,
-                             (double)turned.z, (double)PLI_MAX_COORDINATE, (double)PLI_MAX_SPEED);
-        }
+        const pli_vec3 position = pli_transform_point(transform, plii_xyz(body->positions[i]));
+        const pli_vec3 previous = pli_transform_point(transform, plii_xyz(body->previous[i]));
+        const pli_vec3 velocity = pli_mat3_mul_vec3(transform.rotation, plii_xyz(body->velocities[i]));
+        PLII_TRY(body_check_motion(body, i, position, velocity, "would be", __func__));
+        PLII_TRY(body_check_motion(body, i, previous, velocity, "would start the step", __func__));
     }
     for (int i = 0; i < body->node_count; ++i) {
         plii_set_xyz(&body->positions[i], pli_transform_point(transform, plii_xyz(body->positions[i])));
@@ -510,15 +504,13 @@ float pli_body_max_stretch(const pli_body* body) {
 
 pli_vec3 pli_body_momentum(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return pli_vec3_make(0, 0, 0); }
-    double momentum[3] = {0.0, 0.0, 0.0};
+    plii_dvec3 momentum = {0};
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const double mass = 1.0 / (double)body->positions[i].w;
-        momentum[0] += mass * (double)body->velocities[i].x;
-        momentum[1] += mass * (double)body->velocities[i].y;
-        momentum[2] += mass * (double)body->velocities[i].z;
+        const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
+        momentum = plii_dvec3_add_scaled(momentum, velocity, 1.0 / (double)body->positions[i].w);
     }
-    return pli_vec3_make((float)momentum[0], (float)momentum[1], (float)momentum[2]);
+    return plii_dvec3_to_float(momentum);
 }
 
 float pli_body_volume(const pli_body* body) {
@@ -527,15 +519,14 @@ float pli_body_volume(const pli_body* body) {
 
 size_t pli_body_bytes(const pli_body* body) {
     if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    const plii_topology* topology = body->topology;
     const size_t node_bytes = 3 * sizeof(pli_vec4);
     const size_t link_bytes = sizeof(plii_link) + (body->link_tags != NULL ? sizeof(plii_link_tag) : 0);
+    const size_t face_bytes =
+        sizeof *topology->faces + (topology->face_materials != NULL ? sizeof *topology->face_materials : 0);
     return sizeof *body + (size_t)body->node_count * node_bytes + (size_t)body->link_count * link_bytes +
+           (size_t)topology->face_count * face_bytes + (size_t)topology->tetra_count * sizeof *topology->tetras +
            (size_t)body->material_count * sizeof *body->materials +
-           (size_t)body->topology->face_count * sizeof *body->topology->faces +
-           (body->topology->face_materials != NULL
-                ? (size_t)body->topology->face_count * sizeof *body->topology->face_materials
-                : 0) +
-           (size_t)body->topology->tetra_count * sizeof *body->topology->tetras +
            (size_t)body->ignored_rigid_capacity * sizeof *body->ignored_rigids + plii_feature_bytes(body);
 }
 

@@ -28,15 +28,14 @@ PLII_SIMD_INLINE node_extent node_extent_of(const pli_vec4* records, int begin, 
         const plii_float4 a = plii_float4_from(&records[i]), b = plii_float4_from(&records[i + 1]);
         low[0] = plii_lanes_min(low[0], a);
         high[0] = plii_lanes_max(high[0], a);
-        sum[0] = plii_float4_add(sum[0], a);
+        sum[0] += a;
         low[1] = plii_lanes_min(low[1], b);
         high[1] = plii_lanes_max(high[1], b);
-        sum[1] = plii_float4_add(sum[1], b);
+        sum[1] += b;
     }
     const plii_float4 last = plii_float4_from(&records[end - 1]);
     return (node_extent){plii_lanes_min(plii_lanes_min(low[0], low[1]), last),
-                         plii_lanes_max(plii_lanes_max(high[0], high[1]), last),
-                         plii_float4_add(plii_float4_add(sum[0], sum[1]), last)};
+                         plii_lanes_max(plii_lanes_max(high[0], high[1]), last), sum[0] + sum[1] + last};
 }
 
 static void node_extents_range(int begin, int end, void* data) {
@@ -59,17 +58,16 @@ static node_extent node_extent_in_blocks(const pli_body* body, const pli_vec4* r
     for (int b = 1; b < block_count; ++b) {
         all.low = plii_lanes_min(all.low, extents[b].low);
         all.high = plii_lanes_max(all.high, extents[b].high);
-        all.sum = plii_float4_add(all.sum, extents[b].sum);
+        all.sum += extents[b].sum;
     }
     return all;
 }
 
 /* Of all nodes; x, y and z of every record are numbers no larger than the limit. Then their sum is one too. */
 static bool node_extent_is_within(const node_extent* extent, float limit) {
-    const plii_mask4 is_within = plii_lanes_both(plii_lanes_less_equal(plii_float4_all(-limit), extent->low),
-                                                 plii_lanes_less_equal(extent->high, plii_float4_all(limit)));
-    const plii_mask4 is_number = plii_lanes_less_equal(extent->sum, extent->sum);
-    return (plii_lanes_bits(plii_lanes_both(is_number, is_within)) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
+    const plii_mask4 is_within = (-limit <= extent->low) & (extent->high <= limit);
+    const plii_mask4 is_number = extent->sum <= extent->sum;
+    return (plii_lanes_bits(is_number & is_within) & PLII_LANES_XYZ) == PLII_LANES_XYZ;
 }
 
 /* Inline: bodies of a few nodes would notice that it goes through memory. */
@@ -80,9 +78,8 @@ PLII_SIMD_INLINE node_extent node_extent_all(const pli_body* body, const pli_vec
 
 bool plii_body_update_bounds(pli_body* body) {
     const node_extent extent = node_extent_all(body, body->positions);
-    const plii_float4 margin = plii_float4_all(body->collision_margin);
-    plii_lanes_to_vec3(&body->bounds.min, plii_float4_sub(extent.low, margin));
-    plii_lanes_to_vec3(&body->bounds.max, plii_float4_add(extent.high, margin));
+    plii_lanes_to_vec3(&body->bounds.min, extent.low - body->collision_margin);
+    plii_lanes_to_vec3(&body->bounds.max, extent.high + body->collision_margin);
     return node_extent_is_within(&extent, PLI_MAX_COORDINATE);
 }
 

@@ -34,7 +34,7 @@ struct pli_body {
     uint32_t magic;
     bool is_frozen;
     bool collides_with_bodies; /* a feature has collide_body */
-    int world_index;           /* place in the world's list */
+    int world_index;           /* in the world's list */
     pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
     pli_world* world;
     pli_context* context;
@@ -59,8 +59,8 @@ struct pli_body {
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
     plii_pipeline pipeline;
-    /* Features that look at the whole way of the nodes. With them the bounds of a predicted body cover the start of the
-       step too, and rigid bodies are met along their way. */
+    /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
+       the step too, and rigid bodies are met along their motion. */
     int sweeping_features;
     bool has_early_bounds; /* those of this step are taken already; see pli_world_def.reference_mode */
 
@@ -87,6 +87,9 @@ extern const plii_feature_class plii_forces_class;       /* body->forces */
 extern const plii_feature_class plii_normals_class;      /* body->normals; refreshed after each step */
 extern const plii_feature_class plii_face_normals_class; /* body->face_normals, likewise. */
 extern const plii_feature_class plii_areas_class;        /* body->areas, face_areas; taken once */
+
+/* What forces along normals need. */
+extern const plii_feature_class* const plii_surface_force_needs[];
 
 /* Adds normal * area * scale to the forces on the nodes that are not pinned. */
 void plii_forces_add_along_normals(pli_body* body, float scale);
@@ -120,7 +123,7 @@ float plii_body_volume(const pli_body* body);
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
 
-/* PLI_OK when an idle body may take up or leave `solver_class`: not from a third solver. */
+/* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);
 
 /* Bounds of the nodes. False when one is NaN or beyond the largest coordinate: the body is put back to the start of the
@@ -130,7 +133,7 @@ bool plii_solver_update_bounds(pli_body* body);
 bool plii_solver_check_velocities(pli_body* body);
 /* Puts all nodes back to the start of the step, at rest. */
 void plii_solver_set_start(pli_body* body);
-/* At the end of a prediction: the same, of the whole way where a feature looks at it. */
+/* At the end of a prediction: the same, of the whole motion where a feature looks at it. */
 void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
@@ -147,6 +150,8 @@ static inline pli_status plii_check_body_change(const pli_body* body, const char
 /* ... nor between predict and solve. */
 pli_status plii_check_body_idle(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
+/* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
+pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);
 
 /* For how many contacts of nodes with rigid bodies there is room ahead. Of large bodies most nodes are far from
    everything. */

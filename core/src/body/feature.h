@@ -55,7 +55,7 @@ struct plii_node_constraint;
 
 typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
 
-/* A node that a change of topology adds: at `share` of the way from a to b, or a copy of a (a == b, share 0). `a` and
+/* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
 typedef struct plii_node_origin {
     int a, b;
@@ -81,26 +81,37 @@ typedef struct plii_topology_change {
 #define PLII_MAX_TOPOLOGY_BLOCKS 24
 
 /* What the length of an array follows. */
-typedef enum plii_array_length { PLII_PER_NODE, PLII_PER_LINK, PLII_PER_FACE, PLII_LIST } plii_array_length;
+typedef enum plii_array_length {
+    PLII_PER_NODE,
+    PLII_PER_LINK,
+    PLII_PER_FACE,
+    PLII_PER_MATERIAL,
+    PLII_LIST,
+    PLII_BLOCK
+} plii_array_length;
 
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
-   again by the new size when a cut changes the body. A list grows by PLII_RESERVE. Both are counted with the feature
-   and freed after it is disabled. */
+   again by the new size when a cut changes the body. A list grows by PLII_RESERVE, a block is the feature's to
+   allocate. All are counted with the feature and freed after it is disabled, or when it could not be enabled. */
 typedef struct plii_feature_array {
     size_t member; /* offset of the pointer */
     size_t element_size;
     plii_array_length length;
-    size_t capacity;  /* of a list: offset of its capacity in the state */
+    size_t capacity;  /* of a list: offset of its capacity in the state; of a block: of its bytes, a size_t */
     int times, per;   /* so many elements for so many nodes, links or faces; 0: 1 */
     int more;         /* elements */
     bool is_in_body;  /* the pointer is a member of the body, not of the state */
     bool is_optional; /* the feature allocates it when it wants to; it follows the body then */
     bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
+    bool is_scratch;  /* only there in `enable`, `build` and topology_commit, zeroed */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
 #define PLII_LIST_OF(type, pointer, capacity_member)                                                                   \
     PLII_MEMBER(type, pointer), .length = PLII_LIST, .capacity = offsetof(type, capacity_member)
+
+#define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
+    PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
 
 struct plii_substep_class;
 
@@ -130,6 +141,8 @@ typedef struct plii_feature_class {
     /* All optional. */
     /* After the needs, with its arrays; must leave nothing behind on failure. */
     pli_status (*enable)(pli_body* body, void* state);
+    /* After `enable`, and after each change of topology: makes anew what follows from nodes, links and faces. */
+    void (*build)(pli_body* body, void* state);
     void (*disable)(pli_body* body, void* state);
     /* Passes go on without what they have no memory for, and ask for it again in the next step; plii_allocate notes it,
        and the step tells. Out of memory is the only error here. */

@@ -6,22 +6,24 @@
 
 #include <string.h>
 
-/* How many nodes, links and faces there are. */
+/* How many nodes, links, faces and materials there are. */
 typedef struct feature_counts {
     size_t of[PLII_LIST];
 } feature_counts;
 
-static feature_counts feature_counts_of(int nodes, int links, int faces) {
-    return (feature_counts){
-        {[PLII_PER_NODE] = (size_t)nodes, [PLII_PER_LINK] = (size_t)links, [PLII_PER_FACE] = (size_t)faces}};
+static feature_counts feature_counts_of(const pli_body* body, int nodes, int links, int faces) {
+    return (feature_counts){{[PLII_PER_NODE] = (size_t)nodes,
+                             [PLII_PER_LINK] = (size_t)links,
+                             [PLII_PER_FACE] = (size_t)faces,
+                             [PLII_PER_MATERIAL] = (size_t)body->material_count}};
 }
 
 static feature_counts feature_counts_now(const pli_body* body) {
-    return feature_counts_of(body->node_count, body->link_count, body->topology->face_count);
+    return feature_counts_of(body, body->node_count, body->link_count, body->topology->face_count);
 }
 
-static feature_counts feature_counts_before(const plii_topology_change* change) {
-    return feature_counts_of(change->old_node_count, change->old_link_count, change->old_face_count);
+static feature_counts feature_counts_before(const pli_body* body, const plii_topology_change* change) {
+    return feature_counts_of(body, change->old_node_count, change->old_link_count, change->old_face_count);
 }
 
 /* Pointers are objects of several types, so they are copied. */
@@ -35,9 +37,9 @@ static void feature_array_set(pli_body* body, const plii_feature_array* array, v
     memcpy((array->is_in_body ? (char*)body : (char*)state) + array->member, &block, sizeof block);
 }
 
-/* Bytes by the size of a body; 0 for lists. */
+/* Bytes by the size of a body; 0 for lists and blocks. */
 static size_t feature_array_size(const plii_feature_array* array, const feature_counts* counts) {
-    if (array->length == PLII_LIST) { return 0; }
+    if (array->length >= PLII_LIST) { return 0; }
     const size_t times = array->times > 0 ? (size_t)array->times : 1, per = array->per > 0 ? (size_t)array->per : 1;
     return (counts->of[array->length] * times / per + (size_t)array->more) * array->element_size;
 }
@@ -45,10 +47,10 @@ static size_t feature_array_size(const plii_feature_array* array, const feature_
 static size_t feature_array_held(const pli_body* body, const plii_feature_array* array, const void* state,
                                  const feature_counts* counts) {
     if (feature_array_get(body, array, state) == NULL) { return 0; }
-    if (array->length != PLII_LIST) { return feature_array_size(array, counts); }
-    int capacity;
-    memcpy(&capacity, (const char*)state + array->capacity, sizeof capacity);
-    return (size_t)capacity * array->element_size;
+    if (array->length < PLII_LIST) { return feature_array_size(array, counts); }
+    const void* capacity = (const char*)state + array->capacity;
+    return array->length == PLII_LIST ? (size_t) * (const int*)capacity * array->element_size
+                                      : *(const size_t*)capacity;
 }
 
 #define EACH_ARRAY(array, klass)                                                                                       \
@@ -70,12 +72,21 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
     return true;
 }
 
-void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
+static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
     const feature_counts counts = feature_counts_now(body);
+    plii_release(body->context, feature_array_get(body, array, state), feature_array_held(body, array, state, &counts));
+    feature_array_set(body, array, state, NULL);
+}
+
+void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state) {
     for (EACH_ARRAY(array, klass)) {
-        plii_release(body->context, feature_array_get(body, array, state),
-                     feature_array_held(body, array, state, &counts));
-        feature_array_set(body, array, state, NULL);
+        feature_array_release(body, array, state);
+    }
+}
+
+void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state) {
+    for (EACH_ARRAY(array, klass)) {
+        if (array->is_scratch) { feature_array_release(body, array, state); }
     }
 }
 
@@ -90,14 +101,14 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
 
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     for (EACH_ARRAY(array, klass)) {
-        if (array->length == PLII_LIST && !array->is_kept) { return true; }
+        if (array->length >= PLII_LIST && !array->is_kept) { return true; }
     }
     return false;
 }
 
 int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
                               const plii_topology_change* change, size_t* sizes) {
-    const feature_counts counts = feature_counts_of(change->node_count, change->link_count, change->face_count);
+    const feature_counts counts = feature_counts_of(body, change->node_count, change->link_count, change->face_count);
     int count = 0;
     for (EACH_ARRAY(array, klass)) {
         const bool is_left_out = array->is_optional && feature_array_get(body, array, state) == NULL;
@@ -108,10 +119,10 @@ int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* kl
 
 void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
                                   const plii_topology_change* change, void** blocks) {
-    const feature_counts before = feature_counts_before(change);
+    const feature_counts before = feature_counts_before(body, change);
     for (EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
-        if (array->length == PLII_LIST) { continue; }
+        if (array->length >= PLII_LIST) { continue; }
         void* old = feature_array_get(body, array, state);
         if (array->is_kept && old != NULL) { memcpy(*block, old, feature_array_size(array, &before)); }
         feature_array_set(body, array, state, *block);
@@ -119,10 +130,11 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
     }
 }
 
-void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, const plii_topology_change* change,
-                              void** blocks) {
-    const feature_counts before = feature_counts_before(change);
+void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
+                              const plii_topology_change* change, void** blocks) {
+    const feature_counts before = feature_counts_before(body, change);
     for (EACH_ARRAY(array, klass)) {
         plii_release(body->context, blocks[array - klass->arrays], feature_array_size(array, &before));
     }
+    plii_feature_arrays_release_scratch(body, klass, state);
 }

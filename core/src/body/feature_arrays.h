@@ -8,6 +8,7 @@
 /* All or none; zeroed. */
 bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klass, void* state);
 void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state);
+void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state);
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state);
 /* Whether it has lists with contents that have to follow a cut. */
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass);
@@ -18,8 +19,8 @@ int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* kl
 /* Exchanges the arrays with new ones; `blocks` holds the old ones then. Contents go along where they are kept. */
 void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klass, void* state,
                                   const plii_topology_change* change, void** blocks);
-/* Releases the old ones. */
-void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, const plii_topology_change* change,
-                              void** blocks);
+/* Releases the old ones, and scratch. */
+void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
+                              const plii_topology_change* change, void** blocks);
 
 #endif

@@ -3,11 +3,8 @@
 
 /* Service: the links around each node, and which nodes hang together. Made once per topology. */
 
+#include "base/csr.h"
 #include "body/body_impl.h"
-
-typedef struct plii_half_link {
-    int neighbour, link;
-} plii_half_link;
 
 typedef struct plii_link_graph {
     int* begin;             /* [node_count + 1] first half link of each node */

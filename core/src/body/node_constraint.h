@@ -16,9 +16,9 @@ typedef struct plii_node_constraint {
     pli_vec3 normal; /* contacts, and what follows: out of the rigid body, unit */
     float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
     float friction;  /* Coulomb's coefficient of the pair */
-    float hardness;  /* share of the error at the start of the step that goes in one step */
+    float hardness;  /* fraction of the error at the start of the step that goes in one step */
     float recovery_speed; /* m/s: a penetration goes at this speed at most, so that it does not throw nodes off */
-    float influence;      /* [0, 1] share of what would hold the node wholly */
+    float influence;      /* [0, 1] fraction of what would hold the node wholly */
 } plii_node_constraint;
 
 #endif

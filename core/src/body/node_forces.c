@@ -9,10 +9,12 @@ static const plii_feature_array forces_arrays[] = {
     {0},
 };
 
+const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class, &plii_normals_class,
+                                                              &plii_areas_class, NULL};
+
 const plii_feature_class plii_forces_class = {.name = "forces", .arrays = forces_arrays};
 
 void plii_forces_add_along_normals(pli_body* body, float scale) {
-    const plii_float4 zero = plii_float4_all(0.0f), all_scale = plii_float4_all(scale);
     const pli_vec4* restrict positions = body->positions;
     const pli_vec3* restrict normals = body->normals;
     const float* restrict areas = body->areas;
@@ -21,10 +23,10 @@ void plii_forces_add_along_normals(pli_body* body, float scale) {
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {
         const plii_vec3x4 force = plii_vec3x4_from(&forces[i]);
-        const plii_float4 share = plii_float4_mul(plii_float4_load(&areas[i]), all_scale);
-        const plii_vec3x4 added = plii_vec3x4_scale(plii_vec3x4_from(&normals[i]), share);
-        const plii_mask4 is_free = plii_lanes_less(
-            zero, plii_lanes_xyzw(positions[i].w, positions[i + 1].w, positions[i + 2].w, positions[i + 3].w));
+        const plii_float4 scaled_areas = plii_float4_load(&areas[i]) * scale;
+        const plii_vec3x4 added = plii_vec3x4_scale(plii_vec3x4_from(&normals[i]), scaled_areas);
+        const plii_mask4 is_free =
+            plii_lanes_xyzw(positions[i].w, positions[i + 1].w, positions[i + 2].w, positions[i + 3].w) > 0.0f;
         plii_vec3x4_to(&forces[i], plii_vec3x4_select(is_free, plii_vec3x4_add(force, added), force));
     }
     for (; i < count; ++i) {

@@ -9,8 +9,7 @@
 
 PLII_SIMD_INLINE plii_float4 normals_face_cross(const pli_vec4* positions, const int face[3]) {
     const plii_float4 x0 = plii_float4_from(&positions[face[0]]);
-    return plii_lanes_cross(plii_float4_sub(plii_float4_from(&positions[face[1]]), x0),
-                            plii_float4_sub(plii_float4_from(&positions[face[2]]), x0));
+    return plii_lanes_cross(plii_float4_from(&positions[face[1]]) - x0, plii_float4_from(&positions[face[2]]) - x0);
 }
 
 // --------------------------------------------------------------------------------------------------- normals
@@ -23,9 +22,7 @@ typedef struct normals_state {
 PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals) {
     const plii_vec3x4 sum = plii_vec3x4_from_vec4s(sums, NULL);
     const plii_float4 length = plii_float4_sqrt(plii_vec3x4_dot(sum, sum));
-    const plii_float4 one = plii_float4_all(1.0f);
-    const plii_mask4 is_long = plii_lanes_less(plii_float4_all(PLII_EPSILON), length);
-    const plii_float4 scale = plii_lanes_select(is_long, plii_float4_div(one, length), one);
+    const plii_float4 scale = plii_lanes_select(length > PLII_EPSILON, 1.0f / length, plii_float4_all(1.0f));
     plii_vec3x4_to(normals, plii_vec3x4_scale(sum, scale));
 }
 
@@ -39,9 +36,9 @@ static void normals_refresh(pli_body* body, void* data, const plii_step* step) {
     for (int i = 0; i < face_count; ++i) {
         const plii_float4 cross = normals_face_cross(positions, faces[i]);
         pli_vec4 *a = &sums[faces[i][0]], *b = &sums[faces[i][1]], *c = &sums[faces[i][2]];
-        plii_float4_to(a, plii_float4_add(plii_float4_from(a), cross));
-        plii_float4_to(b, plii_float4_add(plii_float4_from(b), cross));
-        plii_float4_to(c, plii_float4_add(plii_float4_from(c), cross));
+        plii_float4_to(a, plii_float4_from(a) + cross);
+        plii_float4_to(b, plii_float4_from(b) + cross);
+        plii_float4_to(c, plii_float4_from(c) + cross);
     }
     int i = 0;
     for (; i + PLII_LANES <= count; i += PLII_LANES) {
@@ -53,11 +50,6 @@ static void normals_refresh(pli_body* body, void* data, const plii_step* step) {
     memcpy(last_sums, &sums[i], (size_t)(count - i) * sizeof *sums);
     normals_normalize(last_sums, last);
     memcpy(&body->normals[i], last, (size_t)(count - i) * sizeof *last);
-}
-
-static pli_status normals_enable(pli_body* body, void* data) {
-    normals_refresh(body, data, &body->step);
-    return PLI_OK;
 }
 
 /* After a cut the refresh fills them. */
@@ -72,7 +64,6 @@ const plii_feature_class plii_normals_class = {
     .state_size = sizeof(normals_state),
     .arrays = normals_arrays,
     .stages[PLII_STAGE_REFRESH] = {.run = normals_refresh},
-    .enable = normals_enable,
 };
 
 // ---------------------------------------------------------------------------------------------- normals of faces
@@ -87,11 +78,6 @@ static void face_normals_refresh(pli_body* body, void* state, const plii_step* s
     }
 }
 
-static pli_status face_normals_enable(pli_body* body, void* state) {
-    face_normals_refresh(body, state, &body->step);
-    return PLI_OK;
-}
-
 static const plii_feature_array face_normals_arrays[] = {
     {PLII_MEMBER(pli_body, face_normals), PLII_PER_FACE, .is_in_body = true},
     {0},
@@ -101,7 +87,6 @@ const plii_feature_class plii_face_normals_class = {
     .name = "face normals",
     .arrays = face_normals_arrays,
     .stages[PLII_STAGE_REFRESH] = {.run = face_normals_refresh},
-    .enable = face_normals_enable,
 };
 
 static float normals_doubled_area(const pli_body* body, const int face[3]) {
@@ -111,64 +96,54 @@ static float normals_doubled_area(const pli_body* body, const int face[3]) {
 
 // ----------------------------------------------------------------------------------------------------- areas
 
-/* Means over the faces around; `counts` [node_count] is zeroed scratch, and so are the areas. */
-static void areas_of_nodes(pli_body* body, int* counts) {
+typedef struct areas_state {
+    int* face_counts; /* [node_count] */
+} areas_state;
+
+/* Means over the faces around. */
+static void areas_of_nodes(pli_body* body, const areas_state* state) {
     for (int i = 0; i < body->topology->face_count; ++i) {
         const int* face = body->topology->faces[i];
         for (int k = 0; k < 3; ++k) {
-            counts[face[k]] += 1;
+            state->face_counts[face[k]] += 1;
             body->areas[face[k]] += fabsf(body->face_areas[i]);
         }
     }
     for (int i = 0; i < body->node_count; ++i) {
-        if (counts[i] > 0) { body->areas[i] /= (float)counts[i]; }
+        if (state->face_counts[i] > 0) { body->areas[i] /= (float)state->face_counts[i]; }
     }
 }
 
 static pli_status areas_enable(pli_body* body, void* state) {
-    (void)state;
-    const size_t counts_size = (size_t)body->node_count * sizeof(int);
-    int* counts = plii_allocate(body->context, counts_size);
-    if (counts == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (int i = 0; i < body->topology->face_count; ++i) {
         body->face_areas[i] = normals_doubled_area(body, body->topology->faces[i]);
     }
-    areas_of_nodes(body, counts);
-    plii_release(body->context, counts, counts_size);
+    areas_of_nodes(body, state);
     return PLI_OK;
-}
-
-static int areas_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                 size_t* sizes) {
-    (void)body;
-    (void)state;
-    sizes[0] = (size_t)change->node_count * sizeof(int);
-    return 1;
 }
 
 /* Parts of a face share its area at rest. */
 static void areas_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
-    (void)state;
     const float* old_face_areas = blocks[1];
     for (int i = 0; i < change->face_count; ++i) {
         const plii_face_origin origin = change->face_origins[i];
         body->face_areas[i] = change->takes_rest_shape ? normals_doubled_area(body, body->topology->faces[i])
                                                        : old_face_areas[origin.parent] * origin.share;
     }
-    areas_of_nodes(body, blocks[2]);
-    plii_release(body->context, blocks[2], (size_t)change->node_count * sizeof(int));
+    areas_of_nodes(body, state);
 }
 
 static const plii_feature_array areas_arrays[] = {
     {PLII_MEMBER(pli_body, areas), PLII_PER_NODE, .is_in_body = true},
     {PLII_MEMBER(pli_body, face_areas), PLII_PER_FACE, .is_in_body = true},
+    {PLII_MEMBER(areas_state, face_counts), PLII_PER_NODE, .is_scratch = true},
     {0},
 };
 
 const plii_feature_class plii_areas_class = {
     .name = "areas",
+    .state_size = sizeof(areas_state),
     .arrays = areas_arrays,
     .enable = areas_enable,
-    .topology_blocks = areas_topology_blocks,
     .topology_commit = areas_topology_commit,
 };

@@ -5,6 +5,8 @@
 #include "body/feature_arrays.h"
 #include "body/world_state.h"
 
+#include <string.h>
+
 static int feature_find(const pli_body* body, const plii_feature_class* klass) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; i < pipeline->feature_count; ++i) {
@@ -30,46 +32,29 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
 }
 
-/* Insertion into stage order keeps the order of enabling among equals. Room was made before. */
+/* Equal orders run in the order of enabling. Room was made before. */
 static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
+    plii_pipeline_entry* entries = pipeline->entries;
     int count = 0;
+    body->collides_with_bodies = false;
     for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
         pipeline->begin[stage] = count;
-        int last_order = INT32_MIN;
-        for (;;) {
-            int next_order = INT32_MAX;
-            for (int i = 0; i < pipeline->feature_count; ++i) {
-                const plii_feature_class* klass = pipeline->features[i].klass;
-                const int order = klass->stages[stage].order;
-                if (klass->stages[stage].run != NULL && order > last_order && order < next_order) {
-                    next_order = order;
-                }
+        for (int i = 0; i < pipeline->feature_count; ++i) {
+            const plii_feature* feature = &pipeline->features[i];
+            const plii_feature_class* klass = feature->klass;
+            body->collides_with_bodies = body->collides_with_bodies || klass->collide_body != NULL;
+            if (klass->stages[stage].run == NULL) { continue; }
+            int at = count++;
+            for (;
+                 at > pipeline->begin[stage] && entries[at - 1].klass->stages[stage].order > klass->stages[stage].order;
+                 --at) {
+                entries[at] = entries[at - 1];
             }
-            if (next_order == INT32_MAX) { break; }
-            for (int i = 0; i < pipeline->feature_count; ++i) {
-                const plii_feature* feature = &pipeline->features[i];
-                if (feature->klass->stages[stage].run != NULL && feature->klass->stages[stage].order == next_order) {
-                    const plii_feature_class* klass = feature->klass;
-                    pipeline->entries[count++] = (plii_pipeline_entry){klass->stages[stage].run, feature->state, klass};
-                }
-            }
-            last_order = next_order;
+            entries[at] = (plii_pipeline_entry){klass->stages[stage].run, feature->state, klass};
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
-    body->collides_with_bodies = false;
-    for (int i = 0; i < pipeline->feature_count; ++i) {
-        body->collides_with_bodies = body->collides_with_bodies || pipeline->features[i].klass->collide_body != NULL;
-    }
-}
-
-static void feature_drop_user(pli_body* body, const plii_feature_class* klass);
-
-static void feature_drop_needs(pli_body* body, const plii_feature_class* klass) {
-    for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
-        feature_drop_user(body, *need);
-    }
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -79,23 +64,20 @@ static void feature_release(pli_body* body, const plii_feature* feature) {
     plii_release(body->context, feature->state, klass->state_size);
 }
 
-static void feature_remove(pli_body* body, int index) {
-    plii_pipeline* pipeline = &body->pipeline;
-    const plii_feature feature = pipeline->features[index];
-    feature_release(body, &feature);
-    for (int i = index; i + 1 < pipeline->feature_count; ++i) {
-        pipeline->features[i] = pipeline->features[i + 1];
-    }
-    pipeline->feature_count -= 1;
-    feature_rebuild_pipeline(body);
-    feature_drop_needs(body, feature.klass);
-}
-
+/* One user less; without any the feature goes, and so does its use of what it needs. */
 static void feature_drop_user(pli_body* body, const plii_feature_class* klass) {
+    plii_pipeline* pipeline = &body->pipeline;
     const int index = feature_find(body, klass);
-    plii_feature* feature = &body->pipeline.features[index];
+    plii_feature* feature = &pipeline->features[index];
     feature->users -= 1;
-    if (feature->users == 0) { feature_remove(body, index); }
+    if (feature->users > 0) { return; }
+    feature_release(body, feature);
+    pipeline->feature_count -= 1;
+    memmove(feature, feature + 1, (size_t)(pipeline->feature_count - index) * sizeof *feature);
+    feature_rebuild_pipeline(body);
+    for (const plii_feature_class* const* need = klass->needs; need != NULL && *need != NULL; ++need) {
+        feature_drop_user(body, *need);
+    }
 }
 
 static int feature_count_stages(const plii_feature_class* klass) {
@@ -117,6 +99,10 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     if (state == NULL && klass->state_size > 0) { return PLI_ERROR_OUT_OF_MEMORY; }
     pli_status status = plii_feature_arrays_allocate(body, klass, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
     if (status == PLI_OK && klass->enable != NULL) { status = klass->enable(body, state); }
+    if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
+    plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
+    if (status == PLI_OK && refresh != NULL) { refresh(body, state, &body->step); }
+    plii_feature_arrays_release_scratch(body, klass, state);
     if (status != PLI_OK) {
         plii_feature_arrays_release(body, klass, state);
         plii_release(body->context, state, klass->state_size);
@@ -218,29 +204,24 @@ size_t plii_feature_bytes(const pli_body* body) {
     return bytes;
 }
 
-static bool feature_has_passes(const plii_feature_class* klass) {
-    for (int stage = 0; stage < PLII_STAGE_COUNT; ++stage) {
-        if (klass->stages[stage].run != NULL) { return true; }
-    }
-    return klass->collide_rigid != NULL || klass->collide_body != NULL || klass->substepped != NULL;
-}
-
 int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; features != NULL && i < pipeline->feature_count && i < capacity; ++i) {
         const plii_feature* feature = &pipeline->features[i];
-        features[i] = (pli_feature_cost){.name = feature->klass->name,
-                                         .bytes = feature_held_bytes(body, feature),
-                                         .is_needed = !feature->by_user,
-                                         .has_passes = feature_has_passes(feature->klass)};
+        const plii_feature_class* klass = feature->klass;
+        features[i] =
+            (pli_feature_cost){.name = klass->name,
+                               .bytes = feature_held_bytes(body, feature),
+                               .is_needed = !feature->by_user,
+                               .has_passes = feature_count_stages(klass) > 0 || klass->collide_rigid != NULL ||
+                                             klass->collide_body != NULL || klass->substepped != NULL};
     }
     return pipeline->feature_count;
 }
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                 const plii_step* step) {
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -260,18 +241,5 @@ static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, 
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state, step);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
-    }
-}
-
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
-    if (body->world->profile != NULL) {
-        feature_run_profiled(body, pipeline, stage, step);
-        return;
-    }
-    plii_pass* pass = &body->context->pass;
-    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
-    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
-        pass->feature = entry->klass;
-        entry->run(body, entry->state, step);
     }
 }

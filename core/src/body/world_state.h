@@ -31,7 +31,7 @@ struct pli_world {
     void* profile_user;
 };
 
-/* Bodies and rigid proxies keep their place in the list as `world_index`; removal closes the gap, order is kept. */
+/* Bodies and rigid proxies keep their index in the list as `world_index`; removal closes the gap, order is kept. */
 pli_status plii_world_add_body(pli_world* world, pli_body* body);
 void plii_world_remove_body(pli_world* world, pli_body* body);
 pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);

@@ -378,7 +378,7 @@ static const plii_feature_class* edit_find_stiff_feature(const pli_body* body) {
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature_class* klass = body->pipeline.features[i].klass;
         const bool needs_commit = klass->bytes != NULL || plii_feature_arrays_need_commit(klass);
-        if (needs_commit && klass->topology_commit == NULL) { return klass; }
+        if (needs_commit && klass->topology_commit == NULL && klass->build == NULL) { return klass; }
     }
     return NULL;
 }
@@ -431,7 +431,8 @@ static pli_status edit_commit(plii_edit* edit) {
         void *state = body->pipeline.features[i].state, **blocks = product.features[i].blocks;
         plii_feature_arrays_exchange(body, klass, state, &change, blocks);
         if (klass->topology_commit != NULL) { klass->topology_commit(body, state, &change, blocks); }
-        plii_feature_arrays_drop(body, klass, &change, blocks);
+        if (klass->build != NULL) { klass->build(body, state); }
+        plii_feature_arrays_drop(body, klass, state, &change, blocks);
     }
     plii_scratch_free(&product.scratch);
     plii_body_refresh(body);

@@ -22,35 +22,33 @@ typedef struct aero_state {
 } aero_state;
 
 PLII_SIMD_INLINE plii_vec3x4 aero_face_wind(plii_vec3x4 normal, plii_vec3x4 velocity) {
-    const plii_mask4 is_away = plii_lanes_less(plii_vec3x4_dot(normal, velocity), plii_float4_all(0.0f));
+    const plii_mask4 is_away = plii_vec3x4_dot(normal, velocity) < 0.0f;
     return plii_vec3x4_select(is_away, plii_vec3x4_neg(normal), normal);
 }
 
 PLII_SIMD_INLINE plii_vec3x4 aero_divide(plii_vec3x4 a, plii_float4 s) {
-    return plii_vec3x4_scale(a, plii_float4_div(plii_float4_all(1.0f), s));
+    return plii_vec3x4_scale(a, 1.0f / s);
 }
 
 /* Lift-drag models: forces on an area that moves at `velocity` relative to the air. */
 PLII_SIMD_INLINE void aero_lift_and_drag(const aero_state* aero, float density, plii_float4 doubled_area,
                                          plii_vec3x4 normal, plii_vec3x4 velocity, plii_vec3x4* lift,
                                          plii_vec3x4* drag) {
-    const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity), speed = plii_float4_sqrt(speed_squared);
     const plii_vec3x4 direction = aero_divide(velocity, speed);
     normal = aero_face_wind(normal, velocity);
     const plii_float4 cosine = plii_vec3x4_dot(normal, direction);
-    const plii_float4 area = plii_float4_mul(plii_float4_all(0.5f), doubled_area);
+    const plii_float4 area = 0.5f * doubled_area;
 
-    const plii_float4 drag_share = plii_float4_mul(plii_float4_all(0.5f * aero->drag * density), speed_squared);
-    *drag = plii_vec3x4_scale(plii_vec3x4_neg(direction), plii_float4_mul(plii_float4_mul(drag_share, area), cosine));
-    const plii_mask4 has_lift =
-        plii_lanes_both(plii_lanes_less(zero, cosine), plii_lanes_less(cosine, plii_float4_all(AERO_MAX_LIFT_COSINE)));
-    *lift = (plii_vec3x4){zero, zero, zero};
+    const plii_float4 drag_share = 0.5f * aero->drag * density * speed_squared;
+    *drag = plii_vec3x4_scale(plii_vec3x4_neg(direction), drag_share * area * cosine);
+    const plii_mask4 has_lift = (cosine > 0.0f) & (cosine < AERO_MAX_LIFT_COSINE);
+    *lift = (plii_vec3x4){0};
     if (plii_lanes_bits(has_lift) == 0) { return; }
     const plii_vec3x4 upward = plii_vec3x4_cross(plii_vec3x4_cross(normal, direction), direction);
-    const plii_float4 lift_share = plii_float4_mul(plii_float4_all(0.5f * aero->lift * density), speed);
-    const plii_float4 sine = plii_float4_sqrt(plii_float4_sub(one, plii_float4_mul(cosine, cosine)));
-    const plii_float4 scale = plii_float4_mul(plii_float4_mul(lift_share, area), sine);
+    const plii_float4 lift_share = 0.5f * aero->lift * density * speed;
+    const plii_float4 sine = plii_float4_sqrt(1.0f - cosine * cosine);
+    const plii_float4 scale = lift_share * area * sine;
     *lift = plii_vec3x4_select(has_lift, plii_vec3x4_scale(upward, scale), *lift);
 }
 
@@ -60,11 +58,10 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit_drag(plii_vec3x4 drag, plii_vec3x4 veloc
     const plii_vec3x4 change = plii_vec3x4_scale(plii_vec3x4_scale(drag, inverse_mass), plii_float4_all(dt));
     const plii_float4 change_squared = plii_vec3x4_dot(change, change);
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
-    const plii_mask4 is_cut = plii_lanes_both(plii_lanes_less_equal(speed_squared, change_squared),
-                                              plii_lanes_less(plii_float4_all(0.0f), change_squared));
+    const plii_mask4 is_cut = (speed_squared <= change_squared) & (change_squared > 0.0f);
     if (plii_lanes_bits(is_cut) == 0) { return drag; }
-    const plii_float4 ratio = plii_float4_div(plii_float4_sqrt(speed_squared), plii_float4_sqrt(change_squared));
-    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, plii_float4_mul(plii_float4_all(0.8f), ratio)), drag);
+    const plii_float4 ratio = plii_float4_sqrt(speed_squared) / plii_float4_sqrt(change_squared);
+    return plii_vec3x4_select(is_cut, plii_vec3x4_scale(drag, 0.8f * ratio), drag);
 }
 
 /* One- and two-sided models: force on a surface, and where it moves against the air with its front; elsewhere there is
@@ -74,25 +71,22 @@ PLII_SIMD_INLINE plii_mask4 aero_resistance(const aero_state* aero, float densit
                                             plii_vec3x4* force) {
     const plii_float4 approach = plii_vec3x4_dot(velocity, normal);
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
-    plii_float4 scale = plii_float4_mul(plii_float4_mul(doubled_area, approach), speed_squared);
-    scale = plii_float4_mul(plii_float4_mul(scale, plii_float4_all(area_share)), plii_float4_all(density));
-    scale = plii_float4_negate(scale);
+    const plii_float4 scale = -(doubled_area * approach * speed_squared * area_share * density);
     const plii_vec3x4 direction = aero_divide(velocity, plii_float4_sqrt(speed_squared));
-    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, plii_float4_mul(scale, plii_float4_all(aero->lift))),
-                             plii_vec3x4_scale(direction, plii_float4_mul(scale, plii_float4_all(aero->drag))));
-    return plii_lanes_less(plii_float4_all(0.0f), approach);
+    *force = plii_vec3x4_add(plii_vec3x4_scale(normal, scale * aero->lift),
+                             plii_vec3x4_scale(direction, scale * aero->drag));
+    return approach > 0.0f;
 }
 
 /* The sum with a force; one that would change the velocity by more than its amount only cancels the velocity along
    itself. One whose square is too small for a float has no direction. */
 PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force, plii_vec3x4 velocity,
                                               plii_float4 inverse_mass, float dt) {
-    const plii_float4 response = plii_float4_mul(plii_float4_all(dt), inverse_mass);
+    const plii_float4 response = dt * inverse_mass;
     const plii_vec3x4 change = plii_vec3x4_scale(force, response);
     const plii_float4 force_squared = plii_vec3x4_dot(force, force);
     const plii_mask4 is_cut =
-        plii_lanes_both(plii_lanes_less(plii_vec3x4_dot(velocity, velocity), plii_vec3x4_dot(change, change)),
-                        plii_lanes_less(plii_float4_all(0.0f), force_squared));
+        (plii_vec3x4_dot(velocity, velocity) < plii_vec3x4_dot(change, change)) & (force_squared > 0.0f);
     if (plii_lanes_bits(is_cut) == 0) { return plii_vec3x4_add(sum, force); }
     const plii_vec3x4 axis = aero_divide(force, plii_float4_sqrt(force_squared));
     const plii_vec3x4 along = plii_vec3x4_scale(axis, plii_vec3x4_dot(velocity, axis));
@@ -106,42 +100,41 @@ typedef struct aero_nodes {
     pli_vec3* forces;
 } aero_nodes;
 
-PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, pli_aero_model model, float density, float dt,
-                                    aero_nodes nodes) {
+PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float dt, aero_nodes nodes) {
     const plii_float4 inverse_mass =
         plii_lanes_xyzw(nodes.positions[0].w, nodes.positions[1].w, nodes.positions[2].w, nodes.positions[3].w);
     const plii_vec3x4 own_velocity = plii_vec3x4_from_vec4s(nodes.velocities, NULL);
     const plii_vec3x4 wind = plii_vec3x4_all(aero->wind);
     const plii_vec3x4 velocity = plii_vec3x4_sub(own_velocity, wind);
-    const plii_mask4 moves = plii_lanes_less(plii_float4_all(PLII_EPSILON), plii_vec3x4_dot(velocity, velocity));
-    plii_mask4 is_active = plii_lanes_both(plii_lanes_less(plii_float4_all(0.0f), inverse_mass), moves);
+    const plii_mask4 moves = plii_vec3x4_dot(velocity, velocity) > PLII_EPSILON;
+    plii_mask4 is_active = (inverse_mass > 0.0f) & moves;
 
     plii_vec3x4 normal = plii_vec3x4_from(nodes.normals);
     const plii_float4 areas = plii_float4_load(nodes.areas);
     const plii_vec3x4 before = plii_vec3x4_from(nodes.forces);
     plii_vec3x4 after;
-    if (model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
+    if (aero->model == PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG) {
         plii_vec3x4 lift, drag;
         aero_lift_and_drag(aero, density, areas, normal, velocity, &lift, &drag);
         drag = aero_limit_drag(drag, own_velocity, inverse_mass, dt);
         after = plii_vec3x4_add(plii_vec3x4_add(before, drag), lift);
     } else {
-        if (model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
+        if (aero->model == PLI_AERO_VERTEX_TWO_SIDED) { normal = aero_face_wind(normal, velocity); }
         plii_vec3x4 force;
-        is_active = plii_lanes_both(is_active, aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force));
+        is_active &= aero_resistance(aero, density, areas, 0.5f, normal, velocity, &force);
         after = aero_add_clamped(before, force, own_velocity, inverse_mass, dt);
     }
     plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
 }
 
-PLII_SIMD_INLINE void aero_run_nodes(pli_body* body, const aero_state* state, pli_aero_model model, float dt) {
-    const aero_state aero = *state;
+static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
+    const aero_state aero = *(const aero_state*)state;
     const float density = body->world->def.air_density;
     int i = 0;
     for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
         const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
                                   &body->forces[i]};
-        aero_run_four(&aero, model, density, dt, nodes);
+        aero_run_four(&aero, density, step->dt, nodes);
     }
     if (i == body->node_count) { return; }
     /* The rest, and pinned nodes beside them. */
@@ -154,23 +147,8 @@ PLII_SIMD_INLINE void aero_run_nodes(pli_body* body, const aero_state* state, pl
     memcpy(normals, &body->normals[i], rest * sizeof *normals);
     memcpy(areas, &body->areas[i], rest * sizeof *areas);
     memcpy(forces, &body->forces[i], rest * sizeof *forces);
-    aero_run_four(&aero, model, density, dt, (aero_nodes){positions, velocities, normals, areas, forces});
+    aero_run_four(&aero, density, step->dt, (aero_nodes){positions, velocities, normals, areas, forces});
     memcpy(&body->forces[i], forces, rest * sizeof *forces);
-}
-
-static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
-    const pli_aero_model model = ((const aero_state*)state)->model;
-    switch (model) {
-    case PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG:
-        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED_LIFT_DRAG, step->dt);
-        break;
-    case PLI_AERO_VERTEX_TWO_SIDED:
-        aero_run_nodes(body, state, PLI_AERO_VERTEX_TWO_SIDED, step->dt);
-        break;
-    default:
-        aero_run_nodes(body, state, model, step->dt);
-        break;
-    }
 }
 
 /* One face at a time, since faces share nodes: all lanes are equal. */
@@ -223,15 +201,13 @@ static void aero_run_faces(pli_body* body, void* state, const plii_step* step) {
 /* Of faces after pressure and volume, as in Bullet. */
 enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 
-static const plii_feature_class* const aero_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
-                                                       NULL};
 static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
                                                             &plii_face_normals_class, &plii_areas_class, NULL};
 
 static const plii_feature_class aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
-    .needs = aero_needs,
+    .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
 
@@ -243,9 +219,7 @@ static const plii_feature_class aero_face_class = {
 };
 
 pli_aero_def pli_aero_def_default(void) {
-    pli_aero_def def = {0};
-    def.cookie = PLII_DEF_COOKIE;
-    return def;
+    return (pli_aero_def){.cookie = PLII_DEF_COOKIE};
 }
 
 static const plii_field aero_fields[] = {
@@ -259,18 +233,12 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_aero_def used = def != NULL ? *def : pli_aero_def_default();
     PLII_TRY_DEF(body->context, pli_aero_def, &used, aero_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "aerodynamics act on faces, the body has none");
-    }
+    PLII_TRY(plii_check_faces(body, "aerodynamics act on faces", __func__));
     const bool on_faces = (int)used.model >= (int)PLI_AERO_FACE_TWO_SIDED;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
     plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
-    aero_state* aero = state;
-    aero->model = used.model;
-    aero->lift = used.lift;
-    aero->drag = used.drag;
-    aero->wind = used.wind;
+    *(aero_state*)state = (aero_state){.model = used.model, .lift = used.lift, .drag = used.drag, .wind = used.wind};
     return PLI_OK;
 }
 

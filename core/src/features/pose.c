@@ -1,4 +1,4 @@
-/* Pose matching: nodes are pulled towards the rest shape in its best-fitting place (Müller and others, "Meshless
+/* Pose matching: nodes are pulled towards the best-fitting position of the rest shape (Müller and others, "Meshless
    deformations based on shape matching", 2005). Bullet: setPose(false, true), updatePose and kMT. */
 
 #include "math/simd_float4.h"
@@ -21,7 +21,7 @@ static pli_vec3 pose_centre(const pli_body* body, const pose_state* pose) {
     plii_float4 sum = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 x = plii_float4_from(&body->positions[i]);
-        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(pose->weights[i])));
+        sum += x * pose->weights[i];
     }
     pli_vec3 centre;
     plii_lanes_to_vec3(&centre, sum);
@@ -35,12 +35,12 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
     plii_float4 z_row = plii_lanes_from_vec3(&start.rows[2]);
     const plii_float4 centre = plii_lanes_from_vec3(&pose->centre);
     for (int i = 0; i < body->node_count; ++i) {
-        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[i]), centre);
-        const plii_float4 now = plii_float4_mul(arm, plii_float4_all(pose->weights[i]));
+        const plii_float4 arm = plii_float4_from(&body->positions[i]) - centre;
+        const plii_float4 now = arm * pose->weights[i];
         const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
-        x_row = plii_float4_add(x_row, plii_float4_mul(rest, plii_lanes_all_x(now)));
-        y_row = plii_float4_add(y_row, plii_float4_mul(rest, plii_lanes_all_y(now)));
-        z_row = plii_float4_add(z_row, plii_float4_mul(rest, plii_lanes_all_z(now)));
+        x_row += rest * plii_lanes_all_x(now);
+        y_row += rest * plii_lanes_all_y(now);
+        z_row += rest * plii_lanes_all_z(now);
     }
     pli_mat3 covariance;
     plii_lanes_to_vec3(&covariance.rows[0], x_row);
@@ -51,21 +51,13 @@ static pli_mat3 pose_covariance(const pli_body* body, const pose_state* pose) {
 
 /* Pinned nodes stay, and so does every w. */
 static void pose_match(pli_body* body, const pose_state* pose) {
-    const pli_mat3 turned = pli_mat3_transpose(pose->rotation);
-    const plii_float4 x_axis = plii_lanes_from_vec3(&turned.rows[0]), y_axis = plii_lanes_from_vec3(&turned.rows[1]);
-    const plii_float4 z_axis = plii_lanes_from_vec3(&turned.rows[2]), centre = plii_lanes_from_vec3(&pose->centre);
-    const plii_float4 matching = plii_float4_all(pose->matching);
+    const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&pose->rotation);
+    const plii_float4 centre = plii_lanes_from_vec3(&pose->centre);
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
-        const plii_float4 rest = plii_lanes_from_vec3(&pose->rest[i]);
-        const plii_float4 turned_x = plii_float4_mul(x_axis, plii_lanes_all_x(rest));
-        const plii_float4 turned_y = plii_float4_mul(y_axis, plii_lanes_all_y(rest));
-        const plii_float4 turned_z = plii_float4_mul(z_axis, plii_lanes_all_z(rest));
-        const plii_float4 goal =
-            plii_float4_add(plii_float4_add(plii_float4_add(turned_x, turned_y), turned_z), centre);
+        const plii_float4 goal = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&pose->rest[i])) + centre;
         const plii_float4 x = plii_float4_from(&body->positions[i]);
-        const plii_float4 way = plii_lanes_xyz(plii_float4_mul(plii_float4_sub(goal, x), matching));
-        plii_float4_to(&body->positions[i], plii_float4_add(x, way));
+        plii_float4_to(&body->positions[i], x + plii_lanes_xyz((goal - x) * pose->matching));
     }
 }
 
@@ -136,15 +128,6 @@ static const plii_feature_class pose_class = {
     .topology_commit = pose_topology_commit,
 };
 
-static void pose_set_rest_shape(const pli_body* body, pose_state* pose) {
-    pose_update_weights(body, pose);
-    pose->centre = pose_centre(body, pose);
-    pose->rotation = pli_mat3_identity();
-    for (int i = 0; i < body->node_count; ++i) {
-        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
-    }
-}
-
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
@@ -152,7 +135,12 @@ pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_feature_enable(body, &pose_class, &state));
     pose_state* pose = state;
     pose->matching = matching;
-    pose_set_rest_shape(body, pose);
+    pose->rotation = pli_mat3_identity();
+    pose_update_weights(body, pose);
+    pose->centre = pose_centre(body, pose);
+    for (int i = 0; i < body->node_count; ++i) {
+        pose->rest[i] = pli_vec3_sub(plii_xyz(body->positions[i]), pose->centre);
+    }
     return PLI_OK;
 }
 

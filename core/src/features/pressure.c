@@ -20,24 +20,19 @@ static void pressure_run(pli_body* body, void* state, const plii_step* step) {
     plii_forces_add_along_normals(body, scale);
 }
 
-static const plii_feature_class* const pressure_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
-                                                           NULL};
-
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
 static const plii_feature_class pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
-    .needs = pressure_needs,
+    .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };
 
 pli_status pli_body_enable_pressure(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_within(body->context, coefficient, PLI_MAX_COEFFICIENT, "coefficient", __func__));
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "pressure acts on faces, the body has none");
-    }
+    PLII_TRY(plii_check_faces(body, "pressure acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &pressure_class, &state));
     ((pressure_state*)state)->coefficient = coefficient;

@@ -5,6 +5,7 @@
 
 #include "body/body_impl.h"
 #include "math/definition.h"
+#include "math/dvec3.h"
 
 #define RAY_TOLERANCE (PLII_EPSILON * 10.0f)
 
@@ -54,141 +55,120 @@ static void ray_cast_triangle(ray_cast* ray, pli_feature_kind kind, int index, i
     ray_accept(ray, kind, index, t, slope > 0.0f ? pli_vec3_neg(normal) : normal);
 }
 
-static void ray_cast_faces(ray_cast* ray) {
-    const plii_topology* topology = ray->body->topology;
-    for (int i = 0; i < topology->face_count; ++i) {
+// ------------------------------------------------------------------------------------------ spheres and capsules
+
+/* In double, since a thin link far from the start of a long ray is what a mouse looks for. */
+
+/* Where x(t) = offset + t * direction enters |x| = radius; -1 when it does not, or starts inside. */
+static double ray_enter_sphere(plii_dvec3 offset, plii_dvec3 direction, double radius) {
+    const double a = plii_dvec3_dot(direction, direction);
+    const double nearest = -plii_dvec3_dot(offset, direction) / a;
+    const plii_dvec3 closest = plii_dvec3_add_scaled(offset, direction, nearest);
+    const double under_root = radius * radius - plii_dvec3_dot(closest, closest);
+    if (!(under_root > 0.0) || !(a > 0.0)) { return -1.0; }
+    return nearest - sqrt(under_root / a);
+}
+
+static void ray_accept_round(ray_cast* ray, pli_feature_kind kind, int index, double t, plii_dvec3 outward) {
+    const float fraction = (float)t;
+    const double length = plii_dvec3_length(outward);
+    if (!(t > 0.0 && fraction > 0.0f && fraction < ray->hit.fraction && length > 0.0)) { return; }
+    const pli_vec3 normal =
+        pli_vec3_make((float)(outward.x / length), (float)(outward.y / length), (float)(outward.z / length));
+    ray_accept(ray, kind, index, fraction, normal);
+}
+
+static void ray_cast_node(ray_cast* ray, int index) {
+    const plii_dvec3 direction = plii_dvec3_from(ray->direction);
+    const plii_dvec3 offset = plii_dvec3_sub(plii_dvec3_from(ray->from), plii_dvec3_from(ray_position(ray, index)));
+    const double t = ray_enter_sphere(offset, direction, ray->radius);
+    ray_accept_round(ray, PLI_FEATURE_NODE, index, t, plii_dvec3_add_scaled(offset, direction, t));
+}
+
+/* The part of the ray inside a link, if the ray starts outside: the earliest of the tube and both ends. */
+static void ray_cast_link(ray_cast* ray, int index) {
+    const int* nodes = ray->body->links[index].nodes;
+    const plii_dvec3 direction = plii_dvec3_from(ray->direction);
+    const plii_dvec3 a = plii_dvec3_from(ray_position(ray, nodes[0])), b = plii_dvec3_from(ray_position(ray, nodes[1]));
+    const plii_dvec3 axis = plii_dvec3_sub(b, a), offset = plii_dvec3_sub(plii_dvec3_from(ray->from), a);
+    const double axis_squared = plii_dvec3_dot(axis, axis);
+
+    const double along = axis_squared > 0.0 ? plii_dvec3_dot(offset, axis) / axis_squared : 0.0;
+    const double clamped = along < 0.0 ? 0.0 : along > 1.0 ? 1.0 : along;
+    const plii_dvec3 to_start = plii_dvec3_add_scaled(offset, axis, -clamped);
+    if (plii_dvec3_dot(to_start, to_start) <= ray->radius * ray->radius) { return; }
+
+    double first = DBL_MAX;
+    plii_dvec3 outward = {0.0, 0.0, 0.0};
+    for (int end = 0; end < 2; ++end) {
+        const plii_dvec3 to_end = plii_dvec3_add_scaled(offset, axis, -(double)end);
+        const double t = ray_enter_sphere(to_end, direction, ray->radius);
+        if (t > 0.0 && t < first) {
+            first = t;
+            outward = plii_dvec3_add_scaled(to_end, direction, t);
+        }
+    }
+    if (axis_squared > 0.0) {
+        /* Across the axis the tube is a circle. */
+        const double advance = plii_dvec3_dot(direction, axis) / axis_squared;
+        const plii_dvec3 across = plii_dvec3_add_scaled(direction, axis, -advance);
+        const plii_dvec3 start = plii_dvec3_add_scaled(offset, axis, -along);
+        const double t = ray_enter_sphere(start, across, ray->radius);
+        const double at = along + t * advance; /* 0 to 1 between the ends */
+        if (t > 0.0 && t < first && at >= 0.0 && at <= 1.0) {
+            first = t;
+            outward = plii_dvec3_add_scaled(start, across, t);
+        }
+    }
+    if (first < DBL_MAX) { ray_accept_round(ray, PLI_FEATURE_LINK, index, first, outward); }
+}
+
+// ------------------------------------------------------------------------------------------------------ the cast
+
+/* Faces and tetrahedra before what Bullet does not test. */
+static void ray_cast_targets(ray_cast* ray, int targets) {
+    const pli_body* body = ray->body;
+    const plii_topology* topology = body->topology;
+    for (int i = 0; i < topology->face_count && (targets & PLI_RAY_FACES) != 0; ++i) {
         const int* n = topology->faces[i];
         ray_cast_triangle(ray, PLI_FEATURE_FACE, i, n[0], n[1], n[2]);
     }
-}
-
-static void ray_cast_tetras(ray_cast* ray) {
-    const plii_topology* topology = ray->body->topology;
-    for (int i = 0; i < topology->tetra_count; ++i) {
+    for (int i = 0; i < topology->tetra_count && (targets & PLI_RAY_TETRAS) != 0; ++i) {
         const int* n = topology->tetras[i];
         ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[2]);
         ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[1], n[3]);
         ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[1], n[2], n[3]);
         ray_cast_triangle(ray, PLI_FEATURE_TETRA, i, n[0], n[2], n[3]);
     }
-}
-
-// ------------------------------------------------------------------------------------------ spheres and capsules
-
-/* In double, since a thin link far from the start of a long ray is what a mouse looks for. */
-typedef struct ray_vector {
-    double x, y, z;
-} ray_vector;
-
-static ray_vector ray_wide(pli_vec3 v) {
-    return (ray_vector){(double)v.x, (double)v.y, (double)v.z};
-}
-static ray_vector ray_minus(ray_vector a, ray_vector b) {
-    return (ray_vector){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-/* a + b * s */
-static ray_vector ray_along(ray_vector a, ray_vector b, double s) {
-    return (ray_vector){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
-}
-static double ray_dot(ray_vector a, ray_vector b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-
-/* Where x(t) = offset + t * direction enters |x| = radius; -1 when it does not, or starts inside. */
-static double ray_enter_sphere(ray_vector offset, ray_vector direction, double radius) {
-    const double a = ray_dot(direction, direction);
-    const double nearest = -ray_dot(offset, direction) / a;
-    const ray_vector closest = ray_along(offset, direction, nearest);
-    const double under_root = radius * radius - ray_dot(closest, closest);
-    if (!(under_root > 0.0) || !(a > 0.0)) { return -1.0; }
-    return nearest - sqrt(under_root / a);
-}
-
-static void ray_accept_round(ray_cast* ray, pli_feature_kind kind, int index, double t, ray_vector outward) {
-    const float fraction = (float)t;
-    if (!(t > 0.0 && fraction > 0.0f && fraction < ray->hit.fraction)) { return; }
-    const double length = sqrt(ray_dot(outward, outward));
-    if (!(length > 0.0)) { return; }
-    const pli_vec3 normal =
-        pli_vec3_make((float)(outward.x / length), (float)(outward.y / length), (float)(outward.z / length));
-    ray_accept(ray, kind, index, fraction, normal);
-}
-
-static void ray_cast_nodes(ray_cast* ray) {
-    const ray_vector from = ray_wide(ray->from), direction = ray_wide(ray->direction);
-    for (int i = 0; i < ray->body->node_count; ++i) {
-        const ray_vector offset = ray_minus(from, ray_wide(ray_position(ray, i)));
-        const double t = ray_enter_sphere(offset, direction, ray->radius);
-        ray_accept_round(ray, PLI_FEATURE_NODE, i, t, ray_along(offset, direction, t));
-    }
-}
-
-/* The part of the ray inside a link, if the ray starts outside: the earliest of the tube and both ends. */
-static void ray_cast_link(ray_cast* ray, int index) {
-    const int* nodes = ray->body->links[index].nodes;
-    const ray_vector direction = ray_wide(ray->direction);
-    const ray_vector a = ray_wide(ray_position(ray, nodes[0])), b = ray_wide(ray_position(ray, nodes[1]));
-    const ray_vector axis = ray_minus(b, a), offset = ray_minus(ray_wide(ray->from), a);
-    const double axis_squared = ray_dot(axis, axis);
-
-    const double along = axis_squared > 0.0 ? ray_dot(offset, axis) / axis_squared : 0.0;
-    const double clamped = along < 0.0 ? 0.0 : along > 1.0 ? 1.0 : along;
-    const ray_vector to_start = ray_along(offset, axis, -clamped);
-    if (ray_dot(to_start, to_start) <= ray->radius * ray->radius) { return; }
-
-    double first = DBL_MAX;
-    ray_vector outward = {0.0, 0.0, 0.0};
-    for (int end = 0; end < 2; ++end) {
-        const ray_vector to_end = ray_along(offset, axis, -(double)end);
-        const double t = ray_enter_sphere(to_end, direction, ray->radius);
-        if (t > 0.0 && t < first) {
-            first = t;
-            outward = ray_along(to_end, direction, t);
-        }
-    }
-    if (axis_squared > 0.0) {
-        /* Across the axis the tube is a circle. */
-        const double advance = ray_dot(direction, axis) / axis_squared;
-        const ray_vector across = ray_along(direction, axis, -advance);
-        const ray_vector start = ray_along(offset, axis, -along);
-        const double t = ray_enter_sphere(start, across, ray->radius);
-        const double place = along + t * advance;
-        if (t > 0.0 && t < first && place >= 0.0 && place <= 1.0) {
-            first = t;
-            outward = ray_along(start, across, t);
-        }
-    }
-    if (first < DBL_MAX) { ray_accept_round(ray, PLI_FEATURE_LINK, index, first, outward); }
-}
-
-static void ray_cast_links(ray_cast* ray) {
-    for (int i = 0; i < ray->body->link_count; ++i) {
+    for (int i = 0; i < body->link_count && (targets & PLI_RAY_LINKS) != 0; ++i) {
         ray_cast_link(ray, i);
     }
+    for (int i = 0; i < body->node_count && (targets & PLI_RAY_NODES) != 0; ++i) {
+        ray_cast_node(ray, i);
+    }
 }
 
-// ------------------------------------------------------------------------------------------------------ the cast
-
 static void ray_find_nearest_node(ray_cast* ray) {
+    pli_ray_hit* hit = &ray->hit;
     const plii_topology* topology = ray->body->topology;
-    const int* nodes = &ray->hit.index;
+    const int* nodes = &hit->index;
     int count = 1;
-    if (ray->hit.kind == PLI_FEATURE_LINK) {
-        nodes = ray->body->links[ray->hit.index].nodes;
+    if (hit->kind == PLI_FEATURE_LINK) {
+        nodes = ray->body->links[hit->index].nodes;
         count = 2;
-    } else if (ray->hit.kind == PLI_FEATURE_FACE) {
-        nodes = topology->faces[ray->hit.index];
+    } else if (hit->kind == PLI_FEATURE_FACE) {
+        nodes = topology->faces[hit->index];
         count = 3;
-    } else if (ray->hit.kind == PLI_FEATURE_TETRA) {
-        nodes = topology->tetras[ray->hit.index];
+    } else if (hit->kind == PLI_FEATURE_TETRA) {
+        nodes = topology->tetras[hit->index];
         count = 4;
     }
     float least = INFINITY;
     for (int k = 0; k < count; ++k) {
-        const float squared = pli_vec3_length_squared(pli_vec3_sub(ray_position(ray, nodes[k]), ray->hit.point));
+        const float squared = pli_vec3_length_squared(pli_vec3_sub(ray_position(ray, nodes[k]), hit->point));
         if (k == 0 || squared < least) {
             least = squared;
-            ray->hit.nearest_node = nodes[k];
+            hit->nearest_node = nodes[k];
         }
     }
 }
@@ -223,10 +203,7 @@ pli_status pli_body_cast_ray(const pli_body* body, const pli_ray_def* def, pli_r
         .radius = (double)def->radius,
         .hit = {.kind = PLI_FEATURE_NONE, .index = PLI_NULL_INDEX, .fraction = 1.0f, .nearest_node = PLI_NULL_INDEX},
     };
-    if ((def->targets & PLI_RAY_FACES) != 0) { ray_cast_faces(&ray); }
-    if ((def->targets & PLI_RAY_TETRAS) != 0) { ray_cast_tetras(&ray); }
-    if ((def->targets & PLI_RAY_LINKS) != 0) { ray_cast_links(&ray); }
-    if ((def->targets & PLI_RAY_NODES) != 0) { ray_cast_nodes(&ray); }
+    ray_cast_targets(&ray, def->targets);
     ray.hit.point = ray_point(&ray, ray.hit.fraction);
     if (ray.hit.kind != PLI_FEATURE_NONE) { ray_find_nearest_node(&ray); }
     *hit = ray.hit;

@@ -34,11 +34,11 @@ static void step_smoothing_start(pli_body* body, void* data, const plii_step* st
 static void step_smoothing_finish(pli_body* body, void* data, const plii_step* step) {
     step_smoothing_state* state = data;
     if (!state->is_shorter) { return; }
-    const float share = step->dt / state->reference_dt;
+    const float ratio = step->dt / state->reference_dt;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
-        plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, share)));
+        plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, ratio)));
     }
     state->reference_dt = plii_max(step->dt, STEP_SMOOTHING_DECAY * state->reference_dt);
 }

@@ -38,15 +38,12 @@ static pli_status volume_enable(pli_body* body, void* state) {
     return PLI_OK;
 }
 
-static const plii_feature_class* const volume_needs[] = {&plii_forces_class, &plii_normals_class, &plii_areas_class,
-                                                         NULL};
-
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
 static const plii_feature_class volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
-    .needs = volume_needs,
+    .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,
 };
@@ -54,10 +51,7 @@ static const plii_feature_class volume_class = {
 pli_status pli_body_enable_volume_conservation(pli_body* body, float coefficient) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_between(body->context, coefficient, 0.0f, PLI_MAX_COEFFICIENT, "coefficient", __func__));
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH,
-                         "conservation of volume acts on faces, the body has none");
-    }
+    PLII_TRY(plii_check_faces(body, "conservation of volume acts on faces", __func__));
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &volume_class, &state));
     ((volume_state*)state)->coefficient = coefficient;

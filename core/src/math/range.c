@@ -2,39 +2,38 @@
 
 #include "math/range.h"
 
+#include <stdio.h>
+
+/* `text` is the value, `least` the smallest of its numbers. */
+static pli_status range_fail(pli_context* context, bool is_finite, float least, float low, float high, const char* name,
+                             const char* text, const char* function) {
+    if (!is_finite) { return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "%s is %s, not finite", name, text); }
+    if (low == PLII_ABOVE_0 && least < low) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %s, not above 0", name, text);
+    }
+    if (low == -high) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %s, the limit is %g", name, text,
+                         (double)high);
+    }
+    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %s, the limits are %g and %g", name, text,
+                     (double)low, (double)high);
+}
+
 pli_status plii_check_between(pli_context* context, float value, float low, float high, const char* name,
                               const char* function) {
     if (value >= low && value <= high) { return PLI_OK; }
-    if (!plii_is_finite(value)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "%s is %g, not finite", name, (double)value);
-    }
-    if (low == PLII_ABOVE_0 && value < low) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, not above 0", name, (double)value);
-    }
-    if (low == -high) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, the limit is %g", name, (double)value,
-                         (double)high);
-    }
-    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is %g, the limits are %g and %g", name,
-                     (double)value, (double)low, (double)high);
+    char text[32];
+    snprintf(text, sizeof text, "%g", (double)value);
+    return range_fail(context, plii_is_finite(value), value, low, high, name, text, function);
 }
 
 pli_status plii_check_vec3_between(pli_context* context, pli_vec3 value, float low, float high, const char* name,
                                    const char* function) {
-    if (plii_min(plii_min(value.x, value.y), value.z) >= low && plii_vec3_is_within(value, high)) { return PLI_OK; }
-    const double x = (double)value.x, y = (double)value.y, z = (double)value.z;
-    if (!plii_vec3_is_finite(value)) {
-        return plii_fail(context, PLI_ERROR_NOT_FINITE, function, "%s is (%g, %g, %g), not finite", name, x, y, z);
-    }
-    if (low == PLII_ABOVE_0 && plii_min(plii_min(value.x, value.y), value.z) < low) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is (%g, %g, %g), not above 0", name, x, y, z);
-    }
-    if (low == -high) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is (%g, %g, %g), the limit is %g", name, x, y,
-                         z, (double)high);
-    }
-    return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "%s is (%g, %g, %g), the limits are %g and %g", name,
-                     x, y, z, (double)low, (double)high);
+    const float least = plii_min(plii_min(value.x, value.y), value.z);
+    if (least >= low && plii_vec3_is_within(value, high)) { return PLI_OK; }
+    char text[96];
+    snprintf(text, sizeof text, "(%g, %g, %g)", (double)value.x, (double)value.y, (double)value.z);
+    return range_fail(context, plii_vec3_is_finite(value), least, low, high, name, text, function);
 }
 
 pli_status plii_check_finite_points(pli_context* context, int count, const pli_vec3* points, const char* what,

@@ -1,7 +1,7 @@
 #ifndef PLII_RANGE_H
 #define PLII_RANGE_H
 
-/* The one place where numbers from outside are held against the limits of limits.h. */
+/* Where numbers from outside are held against the limits of limits.h. */
 
 #include "base/context.h"
 #include "math/vec.h"

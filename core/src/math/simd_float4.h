@@ -84,9 +84,6 @@ PLII_SIMD_INLINE plii_mask4 plii_lanes_less_equal(plii_float4 a, plii_float4 b) 
 PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
     return a & b;
 }
-PLII_SIMD_INLINE plii_mask4 plii_lanes_either(plii_mask4 a, plii_mask4 b) {
-    return a | b;
-}
 /* Of bits: operations of floats and of integers are in different parts of a processor. */
 #if defined(__SSE2__)
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
@@ -199,16 +196,15 @@ PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
 
 /* pli_vec3_cross; w: 0 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_cross(plii_float4 a, plii_float4 b) {
-    const plii_float4 zxy =
-        plii_float4_sub(plii_float4_mul(a, plii_lanes_yzx(b)), plii_float4_mul(plii_lanes_yzx(a), b));
+    const plii_float4 zxy = a * plii_lanes_yzx(b) - plii_lanes_yzx(a) * b;
     return plii_lanes_yzx(zxy);
 }
 PLII_SIMD_INLINE float plii_lanes_dot(plii_float4 a, plii_float4 b) {
-    return plii_lanes_sum(plii_float4_mul(a, b));
+    return plii_lanes_sum(a * b);
 }
 /* Lanes in which all bits are set where `a` is finite: a - a is 0 there, else NaN. */
 PLII_SIMD_INLINE plii_mask4 plii_lanes_finite(plii_float4 a) {
-    return plii_lanes_less_equal(plii_float4_sub(a, a), plii_float4_all(0.0f));
+    return a - a <= 0.0f;
 }
 
 /* x, y and z are finite. */
@@ -229,9 +225,8 @@ PLII_SIMD_INLINE plii_lanes_mat3 plii_lanes_from_mat3(const pli_mat3* m) {
 }
 /* pli_mat3_mul_vec3 */
 PLII_SIMD_INLINE plii_float4 plii_lanes_mat3_mul(const plii_lanes_mat3* m, plii_float4 v) {
-    return plii_float4_add(plii_float4_add(plii_float4_mul(m->columns[0], plii_lanes_all_x(v)),
-                                           plii_float4_mul(m->columns[1], plii_lanes_all_y(v))),
-                           plii_float4_mul(m->columns[2], plii_lanes_all_z(v)));
+    return m->columns[0] * plii_lanes_all_x(v) + m->columns[1] * plii_lanes_all_y(v) +
+           m->columns[2] * plii_lanes_all_z(v);
 }
 
 typedef struct plii_lanes_bounds {
@@ -242,15 +237,12 @@ typedef struct plii_lanes_bounds {
 PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_add_axis(plii_lanes_bounds sum, plii_float4 weights, float min,
                                                               float max) {
     const plii_float4 zero = plii_float4_all(0.0f);
-    const plii_float4 at_min = plii_float4_mul(weights, plii_float4_all(min));
-    const plii_float4 at_max = plii_float4_mul(weights, plii_float4_all(max));
-    const plii_mask4 is_blind =
-        plii_lanes_both(plii_lanes_less_equal(weights, zero), plii_lanes_less_equal(zero, weights));
-    const plii_mask4 is_positive = plii_lanes_less(zero, weights);
-    const plii_float4 least = plii_lanes_select(is_positive, at_min, at_max);
-    const plii_float4 most = plii_lanes_select(is_positive, at_max, at_min);
-    return (plii_lanes_bounds){plii_float4_add(sum.low, plii_lanes_select(is_blind, zero, least)),
-                               plii_float4_add(sum.high, plii_lanes_select(is_blind, zero, most))};
+    const plii_float4 at_min = weights * min, at_max = weights * max;
+    const plii_mask4 is_blind = (weights <= zero) & (zero <= weights);
+    const plii_float4 least = plii_lanes_select(weights > zero, at_min, at_max);
+    const plii_float4 most = plii_lanes_select(weights > zero, at_max, at_min);
+    return (plii_lanes_bounds){sum.low + plii_lanes_select(is_blind, zero, least),
+                               sum.high + plii_lanes_select(is_blind, zero, most)};
 }
 
 /* plii_bounds_transform */
@@ -262,8 +254,8 @@ PLII_SIMD_INLINE plii_lanes_bounds plii_lanes_bounds_transform(const pli_bounds*
     sum = plii_lanes_bounds_add_axis(sum, rotation->columns[2], local->min.z, local->max.z);
     /* Where infinities met there is no number. */
     const plii_float4 least = plii_float4_all(-INFINITY), most = plii_float4_all(INFINITY);
-    return (plii_lanes_bounds){plii_lanes_select(plii_lanes_less_equal(sum.low, sum.low), sum.low, least),
-                               plii_lanes_select(plii_lanes_less_equal(sum.high, sum.high), sum.high, most)};
+    return (plii_lanes_bounds){plii_lanes_select(sum.low <= sum.low, sum.low, least),
+                               plii_lanes_select(sum.high <= sum.high, sum.high, most)};
 }
 
 /* Vectors of four nodes by components. */
@@ -272,25 +264,22 @@ typedef struct plii_vec3x4 {
 } plii_vec3x4;
 
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_add(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){plii_float4_add(a.x, b.x), plii_float4_add(a.y, b.y), plii_float4_add(a.z, b.z)};
+    return (plii_vec3x4){a.x + b.x, a.y + b.y, a.z + b.z};
 }
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_sub(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){plii_float4_sub(a.x, b.x), plii_float4_sub(a.y, b.y), plii_float4_sub(a.z, b.z)};
+    return (plii_vec3x4){a.x - b.x, a.y - b.y, a.z - b.z};
 }
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_scale(plii_vec3x4 a, plii_float4 s) {
-    return (plii_vec3x4){plii_float4_mul(a.x, s), plii_float4_mul(a.y, s), plii_float4_mul(a.z, s)};
+    return (plii_vec3x4){a.x * s, a.y * s, a.z * s};
 }
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_neg(plii_vec3x4 a) {
-    return (plii_vec3x4){plii_float4_negate(a.x), plii_float4_negate(a.y), plii_float4_negate(a.z)};
+    return (plii_vec3x4){-a.x, -a.y, -a.z};
 }
 PLII_SIMD_INLINE plii_float4 plii_vec3x4_dot(plii_vec3x4 a, plii_vec3x4 b) {
-    return plii_float4_add(plii_float4_add(plii_float4_mul(a.x, b.x), plii_float4_mul(a.y, b.y)),
-                           plii_float4_mul(a.z, b.z));
+    return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_cross(plii_vec3x4 a, plii_vec3x4 b) {
-    return (plii_vec3x4){plii_float4_sub(plii_float4_mul(a.y, b.z), plii_float4_mul(a.z, b.y)),
-                         plii_float4_sub(plii_float4_mul(a.z, b.x), plii_float4_mul(a.x, b.z)),
-                         plii_float4_sub(plii_float4_mul(a.x, b.y), plii_float4_mul(a.y, b.x))};
+    return (plii_vec3x4){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 PLII_SIMD_INLINE plii_vec3x4 plii_vec3x4_select(plii_mask4 mask, plii_vec3x4 yes, plii_vec3x4 no) {
     return (plii_vec3x4){plii_lanes_select(mask, yes.x, no.x), plii_lanes_select(mask, yes.y, no.y),

@@ -28,18 +28,10 @@ PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
 PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     _mm256_storeu_ps(target, a);
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
-    return a + b;
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
-    return a - b;
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
-    return a * b;
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
-    return a / b;
-}
+#define PLII_FLOAT8_OPERATOR(name, op)                                                                                 \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
+        return a op b;                                                                                                 \
+    }
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return _mm256_sqrt_ps(a);
 }
@@ -103,18 +95,10 @@ PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     plii_float4_store(target, a.low);
     plii_float4_store(target + PLII_LANES, a.high);
 }
-PLII_SIMD_INLINE plii_float8 plii_float8_add(plii_float8 a, plii_float8 b) {
-    return (plii_float8){a.low + b.low, a.high + b.high};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_sub(plii_float8 a, plii_float8 b) {
-    return (plii_float8){a.low - b.low, a.high - b.high};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_mul(plii_float8 a, plii_float8 b) {
-    return (plii_float8){a.low * b.low, a.high * b.high};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_div(plii_float8 a, plii_float8 b) {
-    return (plii_float8){a.low / b.low, a.high / b.high};
-}
+#define PLII_FLOAT8_OPERATOR(name, op)                                                                                 \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
+        return (plii_float8){a.low op b.low, a.high op b.high};                                                        \
+    }
 PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
     return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
 }
@@ -153,6 +137,11 @@ PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
 }
 
 #endif
+
+PLII_FLOAT8_OPERATOR(add, +)
+PLII_FLOAT8_OPERATOR(sub, -)
+PLII_FLOAT8_OPERATOR(mul, *)
+PLII_FLOAT8_OPERATOR(div, /)
 
 /* Of what is called in many places: inline where vectors stay in registers, elsewhere it would only be large. */
 #if defined(__AVX2__)
@@ -214,13 +203,12 @@ typedef struct plii_nodes8 {
 static inline int plii_simd_record(int lane) {
     return lane < 4 ? 2 * lane : 2 * lane - 7;
 }
-/* Records are named by their place, which is twice their index: a processor that multiplies addresses by eight at most
-   needs no shift then. */
+/* Twice an index: a processor that multiplies addresses by eight at most needs no shift for records then. */
 static inline uint32_t plii_scaled_index(int index) {
     return 2u * (uint32_t)index;
 }
-PLII_SIMD_INLINE const pli_vec4* plii_simd_at(const pli_vec4* records, uint32_t place) {
-    return (const pli_vec4*)(const void*)((const char*)records + 8 * (size_t)place);
+PLII_SIMD_INLINE const pli_vec4* plii_simd_at(const pli_vec4* records, uint32_t scaled_index) {
+    return (const pli_vec4*)(const void*)((const char*)records + 8 * (size_t)scaled_index);
 }
 PLII_SIMD_INLINE plii_float8 plii_simd_load_two(const pli_vec4* records, const uint32_t scaled_indices[2]) {
     return plii_float8_of(plii_float4_from(plii_simd_at(records, scaled_indices[0])),
@@ -238,7 +226,7 @@ PLII_SIMD_INLINE plii_nodes8 plii_nodes8_gather(const pli_vec4* records, const u
     plii_float8_transpose4(r);
     return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
-/* In the order of the records: of two at the same place the later one stays. */
+/* In the order of the records: of two with the same index the later one stays. */
 PLII_SIMD_INLINE void plii_nodes8_scatter(pli_vec4* records, const uint32_t* scaled_indices, plii_nodes8 a) {
     plii_float8 r[4] = {a.x, a.y, a.z, a.w};
     plii_float8_transpose4(r);

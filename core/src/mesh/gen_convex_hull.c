@@ -5,54 +5,44 @@
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
-/* Nodes for the points that `place` marks, and the index of each. */
-static void hull_mesh_push_nodes(pli_mesh* mesh, int point_count, const pli_vec3* points, int* place) {
-    for (int i = 0; i < point_count; ++i) {
-        if (place[i] == 0) { continue; }
-        place[i] = mesh->node_count;
-        plii_mesh_push_node(mesh, points[i], 1.0f);
-    }
-}
-
 static pli_status hull_mesh_create(pli_context* context, int point_count, const pli_vec3* points,
                                    const plii_convex_hull* hull, const char* function, pli_mesh** mesh) {
-    const size_t place_size = (size_t)point_count * sizeof(int);
-    int* place = plii_allocate(context, place_size);
-    if (place == NULL) {
+    int* nodes = NULL; /* [point_count] of the corners */
+    if (!PLII_ALLOCATE(context, &nodes, point_count)) {
         return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for %d points", point_count);
     }
     int node_count = 0;
     for (int i = 0; i < hull->triangle_count; ++i) {
         for (int k = 0; k < 3; ++k) {
-            node_count += place[hull->triangles[i][k]] == 0;
-            place[hull->triangles[i][k]] = 1;
+            int* node = &nodes[hull->triangles[i][k]];
+            node_count += *node == 0;
+            *node = 1;
         }
     }
     const pli_status status = plii_mesh_create_reserved(context, node_count, hull->triangle_count / 2 * 3,
                                                         hull->triangle_count, 0, function, mesh);
-    if (status == PLI_OK) {
-        hull_mesh_push_nodes(*mesh, point_count, points, place);
-        for (int i = 0; i < hull->triangle_count; ++i) {
-            const int* t = hull->triangles[i];
-            const int n[3] = {place[t[0]], place[t[1]], place[t[2]]};
-            for (int k = 0; k < 3; ++k) { /* the other face of the edge runs along it in the other direction */
-                if (n[k] < n[(k + 1) % 3]) { plii_mesh_push_link(*mesh, n[k], n[(k + 1) % 3]); }
-            }
-            plii_mesh_push_face(*mesh, n[0], n[1], n[2]);
-        }
-        plii_mesh_shuffle(*mesh);
+    for (int i = 0; i < point_count && status == PLI_OK; ++i) {
+        if (nodes[i] == 0) { continue; }
+        nodes[i] = (*mesh)->node_count;
+        plii_mesh_push_node(*mesh, points[i], 1.0f);
     }
-    plii_release(context, place, place_size);
+    for (int i = 0; i < hull->triangle_count && status == PLI_OK; ++i) {
+        const int* t = hull->triangles[i];
+        const int n[3] = {nodes[t[0]], nodes[t[1]], nodes[t[2]]};
+        for (int k = 0; k < 3; ++k) { /* the other face of the edge runs along it in the other direction */
+            if (n[k] < n[(k + 1) % 3]) { plii_mesh_push_link(*mesh, n[k], n[(k + 1) % 3]); }
+        }
+        plii_mesh_push_face(*mesh, n[0], n[1], n[2]);
+    }
+    if (status == PLI_OK) { plii_mesh_shuffle(*mesh); }
+    PLII_RELEASE(context, nodes, point_count);
     return status;
 }
 
 pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, const pli_vec3* points,
                                        float tolerance_ratio, pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (points == NULL || mesh == NULL) {
-        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
-                         points == NULL ? "points are" : "place for the mesh is");
-    }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    if (points == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the points are null"); }
     PLII_TRY(
         plii_check_between(context, tolerance_ratio, 0.0f, 1.0f - FLT_EPSILON / 2.0f, "the tolerance ratio", __func__));
     PLII_TRY(plii_check_finite_points(context, point_count, points, "point", __func__));

@@ -20,8 +20,7 @@ static pli_vec3 ellipsoid_hammersley(int i, int count) {
 
 pli_status pli_mesh_create_ellipsoid(pli_context* context, pli_vec3 center, pli_vec3 radii, int point_count,
                                      pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     PLII_TRY(plii_check_vec3_within(context, center, PLI_MAX_COORDINATE, "the center", __func__));
     PLII_TRY(plii_check_vec3_between(context, radii, PLII_ABOVE_0, PLI_MAX_COORDINATE, "radii", __func__));
     if (point_count < 4) {

@@ -1,9 +1,12 @@
-/* A rectangular sheet with alternating diagonals, in the operation order of btSoftBodyHelpers::CreatePatch. */
+/* Rectangular sheets, with alternating diagonals or with texture coordinates and diagonals in one direction, in the
+   operation order of btSoftBodyHelpers::CreatePatch and CreatePatchUV. */
 
 #include "math/definition.h"
-#include "mesh/gen_patch_impl.h"
+#include "mesh/mesh_impl.h"
+#include "pliant/generate.h"
 
 #include <limits.h>
+#include <string.h>
 
 pli_patch_def pli_patch_def_default(void) {
     return (pli_patch_def){
@@ -38,8 +41,15 @@ static pli_status patch_check(pli_context* context, const pli_patch_def* def, in
     return PLI_OK;
 }
 
-pli_status plii_patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
-                            pli_mesh** mesh) {
+static int patch_node(const pli_patch_def* def, int x, int y) {
+    return y * def->columns + x;
+}
+
+/* A mesh with the nodes of the patch, pinned as asked, and room for its links and faces. `allowed_pins` are the bits
+   that the generator `function` knows. */
+static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
+                              pli_mesh** mesh) {
+    PLII_TRY(plii_check_mesh_create(context, mesh, function));
     PLII_TRY(patch_check(context, def, allowed_pins, function));
     const int64_t columns = def->columns, rows = def->rows;
     const int64_t cells = (columns - 1) * (rows - 1);
@@ -58,7 +68,7 @@ pli_status plii_patch_begin(pli_context* context, const pli_patch_def* def, int 
     const int right = def->columns - 1, top = def->rows - 1;
     const struct {
         int pin, x, y;
-    } places[] = {
+    } pins[] = {
         {PLI_PATCH_PIN_00, 0, 0},
         {PLI_PATCH_PIN_10, right, 0},
         {PLI_PATCH_PIN_01, 0, top},
@@ -69,19 +79,16 @@ pli_status plii_patch_begin(pli_context* context, const pli_patch_def* def, int 
         {PLI_PATCH_PIN_MID_TOP, right / 2, top},
         {PLI_PATCH_PIN_CENTER, right / 2, top / 2},
     };
-    for (size_t i = 0; i < sizeof places / sizeof places[0]; ++i) {
-        if ((def->pins & places[i].pin) != 0) {
-            made->inverse_masses[plii_patch_node(def, places[i].x, places[i].y)] = 0.0f;
-        }
+    for (size_t i = 0; i < sizeof pins / sizeof *pins; ++i) {
+        if ((def->pins & pins[i].pin) != 0) { made->inverse_masses[patch_node(def, pins[i].x, pins[i].y)] = 0.0f; }
     }
     *mesh = made;
     return PLI_OK;
 }
 
 /* Two faces and, if asked, the link on their common edge. The diagonal of odd cells runs from (x, y). */
-static void patch_push_cell(pli_mesh* mesh, const pli_patch_def* def, int x, int y) {
-    const int n00 = plii_patch_node(def, x, y), n10 = plii_patch_node(def, x + 1, y);
-    const int n01 = plii_patch_node(def, x, y + 1), n11 = plii_patch_node(def, x + 1, y + 1);
+static void patch_push_alternating(pli_mesh* mesh, const pli_patch_def* def, int x, int y) {
+    const int n00 = patch_node(def, x, y), n10 = n00 + 1, n01 = n00 + def->columns, n11 = n01 + 1;
     if (((x + y) & 1) != 0) {
         plii_mesh_push_face(mesh, n00, n10, n11);
         plii_mesh_push_face(mesh, n00, n11, n01);
@@ -93,20 +100,51 @@ static void patch_push_cell(pli_mesh* mesh, const pli_patch_def* def, int x, int
     }
 }
 
-pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_def* def, pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
-    pli_mesh* made = NULL;
-    PLII_TRY(plii_patch_begin(context, def, PLI_PATCH_PIN_CORNERS, __func__, &made));
+static void patch_push_parallel(pli_mesh* mesh, const pli_patch_def* def, int x, int y) {
+    const int n00 = patch_node(def, x, y), n10 = n00 + 1, n01 = n00 + def->columns, n11 = n01 + 1;
+    plii_mesh_push_face(mesh, n00, n01, n11);
+    plii_mesh_push_face(mesh, n11, n10, n00);
+    if (def->diagonals) { plii_mesh_push_link(mesh, n00, n11); }
+}
+
+static void patch_push_cells(pli_mesh* mesh, const pli_patch_def* def,
+                             void (*push_cell)(pli_mesh* mesh, const pli_patch_def* def, int x, int y)) {
     for (int y = 0; y < def->rows; ++y) {
         for (int x = 0; x < def->columns; ++x) {
-            const int node = plii_patch_node(def, x, y);
+            const int node = patch_node(def, x, y);
             const bool has_right = x + 1 < def->columns, has_up = y + 1 < def->rows;
-            if (has_right) { plii_mesh_push_link(made, node, node + 1); }
-            if (has_up) { plii_mesh_push_link(made, node, node + def->columns); }
-            if (has_right && has_up) { patch_push_cell(made, def, x, y); }
+            if (has_right) { plii_mesh_push_link(mesh, node, node + 1); }
+            if (has_up) { plii_mesh_push_link(mesh, node, node + def->columns); }
+            if (has_right && has_up) { push_cell(mesh, def, x, y); }
         }
     }
-    *mesh = made;
+}
+
+pli_status pli_mesh_create_patch(pli_context* context, const pli_patch_def* def, pli_mesh** mesh) {
+    PLII_TRY(patch_begin(context, def, PLI_PATCH_PIN_CORNERS, __func__, mesh));
+    patch_push_cells(*mesh, def, patch_push_alternating);
+    return PLI_OK;
+}
+
+/* u, v of the corners of the two faces of each cell. Texture rows run against mesh rows. */
+static void patch_set_texture(const pli_patch_def* def, float* uv) {
+    const float column = 1.0f / (float)(def->columns - 1), row = 1.0f / (float)(def->rows - 1);
+    for (int y = 0; y + 1 < def->rows; ++y) {
+        for (int x = 0; x + 1 < def->columns; ++x, uv += 12) {
+            const float left = column * (float)x, right = column * (float)(x + 1);
+            const float top = row * (float)(def->rows - 1 - y), bottom = row * (float)(def->rows - 2 - y);
+            const float corners[12] = {left, top, left, bottom, right, bottom, right, bottom, right, top, left, top};
+            memcpy(uv, corners, sizeof corners);
+        }
+    }
+}
+
+pli_status pli_mesh_create_patch_uv(pli_context* context, const pli_patch_def* def, float* texture_coordinates,
+                                    pli_mesh** mesh) {
+    const int all_pins = PLI_PATCH_PIN_CORNERS | PLI_PATCH_PIN_MID_BOTTOM | PLI_PATCH_PIN_MID_LEFT |
+                         PLI_PATCH_PIN_MID_RIGHT | PLI_PATCH_PIN_MID_TOP | PLI_PATCH_PIN_CENTER;
+    PLII_TRY(patch_begin(context, def, all_pins, __func__, mesh));
+    patch_push_cells(*mesh, def, patch_push_parallel);
+    if (texture_coordinates != NULL) { patch_set_texture(def, texture_coordinates); }
     return PLI_OK;
 }

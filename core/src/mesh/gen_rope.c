@@ -5,8 +5,7 @@
 
 pli_status pli_mesh_create_rope(pli_context* context, pli_vec3 from, pli_vec3 to, int inner_nodes, int pins,
                                 pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     const pli_vec3 ends[2] = {from, to};
     PLII_TRY(plii_check_finite_points(context, 2, ends, "point", __func__));
     if (inner_nodes < 0) {

@@ -1,12 +1,11 @@
 /* Wavefront OBJ: points and triangles, everything else is skipped. */
 
-#include "math/vec.h"
 #include "mesh/io_text.h"
+#include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 #include "pliant/io.h"
 
 #include <limits.h>
-#include <string.h>
 
 typedef struct obj_reader {
     plii_text text;
@@ -26,10 +25,8 @@ static pli_status obj_out_of_memory(const obj_reader* reader) {
 static pli_status obj_read_point(obj_reader* reader) {
     static const char* const names[7] = {"x", "y", "z", "the weight", "extra number", "extra number", "extra number"};
     float values[7];
-    int count = 0;
-    while (count < 3 || (count < 7 && !plii_text_is_line_done(&reader->text))) {
-        PLII_TRY(plii_text_read_float(&reader->text, names[count], &values[count]));
-        ++count;
+    for (int i = 0; i < 3 || (i < 7 && !plii_text_is_line_done(&reader->text)); ++i) {
+        PLII_TRY(plii_text_read_float(&reader->text, names[i], &values[i]));
     }
     if (!plii_text_is_line_done(&reader->text)) {
         return plii_text_fail(&reader->text, reader->text.line, "a vertex has more than 7 numbers");
@@ -135,9 +132,7 @@ static pli_status obj_write(const obj_reader* reader, pli_triangles* triangles) 
 }
 
 static pli_status obj_read(pli_context* context, const char* path, const char* function, pli_triangles* triangles) {
-    obj_reader reader;
-    memset(&reader, 0, sizeof reader);
-    reader.largest_index = -1;
+    obj_reader reader = {.largest_index = -1};
     PLII_TRY(plii_text_open(context, path, function, NULL, &reader.text));
     reader.text.joins_lines = true;
     pli_status status = obj_read_lines(&reader);
@@ -151,8 +146,7 @@ static pli_status obj_read(pli_context* context, const char* path, const char* f
 pli_status pli_triangles_read_obj(pli_context* context, const char* path, pli_triangles* triangles) {
     PLII_TRY(plii_check_context_change(context, __func__));
     if (path == NULL || triangles == NULL) {
-        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
-                         path == NULL ? "path is" : "place for the triangles is");
+        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "%s null", path == NULL ? "the path is" : "triangles is");
     }
     return obj_read(context, path, __func__, triangles);
 }
@@ -162,15 +156,12 @@ void pli_triangles_destroy(pli_triangles* triangles) {
     if (plii_check_context_change(triangles->context, __func__) != PLI_OK) { return; }
     triangles->context->triangles_count -= 1;
     obj_release(triangles);
-    memset(triangles, 0, sizeof *triangles);
+    *triangles = (pli_triangles){0};
 }
 
 pli_status pli_mesh_read_obj(pli_context* context, const char* path, pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (path == NULL || mesh == NULL) {
-        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
-                         path == NULL ? "path is" : "place for the mesh is");
-    }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    if (path == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the path is null"); }
     pli_triangles triangles = {0};
     PLII_TRY(obj_read(context, path, __func__, &triangles));
     const pli_status status = pli_mesh_create_from_triangles(context, triangles.point_count, triangles.points,

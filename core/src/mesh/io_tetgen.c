@@ -159,8 +159,22 @@ static pli_status tetgen_read_corners(tetgen_file* file, const tetgen_mesh* mesh
     return PLI_OK;
 }
 
+/* Tetrahedra or triangles, and that nothing follows. */
+static pli_status tetgen_read_elements(tetgen_file* file, const tetgen_mesh* mesh, const char* what, int corner_count,
+                                       int** corners) {
+    PLII_TRY(tetgen_check_count(file, what, corner_count + 1));
+    if (!PLII_ALLOCATE(file->text.context, corners, (size_t)corner_count * (size_t)file->record_count)) {
+        return tetgen_out_of_memory(file, what);
+    }
+    for (int i = 0; i < file->record_count; ++i) {
+        PLII_TRY(tetgen_begin_record(file, i, what));
+        PLII_TRY(tetgen_read_corners(file, mesh, corner_count, *corners + (ptrdiff_t)corner_count * i));
+        PLII_TRY(tetgen_end_record(file));
+    }
+    return tetgen_end_file(file, what);
+}
+
 static pli_status tetgen_read_tetras(tetgen_file* file, tetgen_mesh* mesh) {
-    static const char* const what = "tetrahedra";
     int values[2] = {4, 0}; /* corners, attributes */
     PLII_TRY(tetgen_read_header(file, "the number of tetrahedra", 2, values));
     if (file->record_count == 0 || (values[0] != 4 && values[0] != 10) || values[1] < 0 || values[1] > 1000) {
@@ -168,36 +182,19 @@ static pli_status tetgen_read_tetras(tetgen_file* file, tetgen_mesh* mesh) {
                               file->record_count, values[0], values[1]);
     }
     file->trailing_count = values[0] - 4 + values[1]; /* nodes on the edges are not used */
-    PLII_TRY(tetgen_check_count(file, what, 5));
-    mesh->tetras = plii_allocate(file->text.context, (size_t)file->record_count * 4 * sizeof(int));
-    if (mesh->tetras == NULL) { return tetgen_out_of_memory(file, what); }
     mesh->tetra_count = file->record_count;
-    for (int i = 0; i < file->record_count; ++i) {
-        PLII_TRY(tetgen_begin_record(file, i, what));
-        PLII_TRY(tetgen_read_corners(file, mesh, 4, mesh->tetras + (ptrdiff_t)4 * i));
-        PLII_TRY(tetgen_end_record(file));
-    }
-    return tetgen_end_file(file, what);
+    return tetgen_read_elements(file, mesh, "tetrahedra", 4, &mesh->tetras);
 }
 
 static pli_status tetgen_read_faces(tetgen_file* file, tetgen_mesh* mesh) {
-    static const char* const what = "faces";
     int values[1] = {0}; /* markers */
     PLII_TRY(tetgen_read_header(file, "the number of faces", 1, values));
     if (values[0] < 0 || values[0] > 1) {
         return plii_text_fail(&file->text, file->header_line, "faces with %d markers", values[0]);
     }
     file->trailing_count = values[0];
-    PLII_TRY(tetgen_check_count(file, what, 4));
-    mesh->faces = plii_allocate(file->text.context, (size_t)file->record_count * 3 * sizeof(int));
-    if (mesh->faces == NULL && file->record_count > 0) { return tetgen_out_of_memory(file, what); }
     mesh->face_count = file->record_count;
-    for (int i = 0; i < file->record_count; ++i) {
-        PLII_TRY(tetgen_begin_record(file, i, what));
-        PLII_TRY(tetgen_read_corners(file, mesh, 3, mesh->faces + (ptrdiff_t)3 * i));
-        PLII_TRY(tetgen_end_record(file));
-    }
-    return tetgen_end_file(file, what);
+    return tetgen_read_elements(file, mesh, "faces", 3, &mesh->faces);
 }
 
 /* Reads one of the files with its reader; `missing` as for plii_text_open. */
@@ -223,7 +220,7 @@ static int tetgen_opposite(const int* tetra, const int* face) {
     return shared == 3 ? opposite : -1;
 }
 
-/* Turns the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
+/* Orients the faces with a tetrahedron on one side only so that they run counter-clockwise seen from the other. */
 static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
     plii_scratch scratch = {.context = context};
     /* Corners of tetrahedra, four each, by point. */
@@ -259,7 +256,7 @@ static bool tetgen_reverse_faces(pli_context* context, tetgen_mesh* mesh) {
 
 static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const char* function, pli_mesh** mesh) {
     if (read->face_count > 0 && !tetgen_reverse_faces(context, read)) {
-        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to turn %d faces", read->face_count);
+        return plii_fail(context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory to orient %d faces", read->face_count);
     }
     pli_mesh* made = NULL;
     PLII_TRY(
@@ -277,11 +274,8 @@ static pli_status tetgen_make(pli_context* context, tetgen_mesh* read, const cha
 }
 
 pli_status pli_mesh_read_tetgen(pli_context* context, const char* base, pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (base == NULL || mesh == NULL) {
-        return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the %s null",
-                         base == NULL ? "base name is" : "place for the mesh is");
-    }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
+    if (base == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the base name is null"); }
     tetgen_mesh read = {0};
     bool has_no_faces = false;
     pli_status status = tetgen_read_file(context, base, ".node", __func__, NULL, tetgen_read_points, &read);

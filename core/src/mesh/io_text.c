@@ -175,7 +175,7 @@ static bool text_parse_slowly(const char* word, int length, float* value) {
 }
 
 /* A product or quotient of two exact doubles is rounded correctly, and rounding it again to float is right unless it
-   lies in the middle between two floats. False where that, or more than 19 digits, asks for the slow way. */
+   lies in the middle between two floats. False where that, or more than 19 digits, needs strtof. */
 static bool text_scale_exactly(uint64_t digits, int exponent, float* value) {
     static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                     1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};

@@ -36,12 +36,9 @@ pli_status plii_mesh_invert_mass(const pli_mesh* mesh, float mass, const char* f
     return PLI_OK;
 }
 
-static pli_status mesh_out_of_memory(const pli_mesh* mesh, const char* function, const char* what, int count) {
-    return plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for more than %d %s", count, what);
-}
-
-/* Range of all nodes of an element, and that no node is named twice. */
-static pli_status mesh_check_corners(const pli_mesh* mesh, const int* nodes, int count, const char* function) {
+/* Range of material and nodes of an element, and that no node is named twice. */
+static pli_status mesh_check_element(const pli_mesh* mesh, const int* nodes, int count, int material,
+                                     const char* function) {
     for (int i = 0; i < count; ++i) {
         PLII_TRY(plii_check_mesh_node(mesh, nodes[i], function));
         for (int j = 0; j < i; ++j) {
@@ -50,7 +47,7 @@ static pli_status mesh_check_corners(const pli_mesh* mesh, const int* nodes, int
             }
         }
     }
-    return PLI_OK;
+    return plii_check_mesh_material(mesh, material, function);
 }
 
 static pli_status mesh_check_material_values(const pli_mesh* mesh, const pli_material* material, const char* function) {
@@ -91,15 +88,11 @@ void plii_mesh_clear_topology(pli_mesh* mesh) {
     mesh->topology = NULL;
 }
 
-static bool topology_needs_materials(const pli_mesh* mesh) {
-    for (int i = 0; i < mesh->face_count; ++i) {
-        if (mesh->faces[i].material != 0) { return true; }
-    }
-    return false;
-}
-
 static plii_topology* mesh_make_topology(const pli_mesh* mesh, pli_context* context) {
-    const bool needs_materials = topology_needs_materials(mesh);
+    bool needs_materials = false;
+    for (int i = 0; i < mesh->face_count && !needs_materials; ++i) {
+        needs_materials = mesh->faces[i].material != 0;
+    }
     plii_topology* topology = plii_topology_create(context, mesh->face_count, mesh->tetra_count, needs_materials);
     if (topology == NULL) { return NULL; }
     for (int i = 0; i < mesh->face_count; ++i) {
@@ -121,9 +114,13 @@ plii_topology* plii_mesh_acquire_topology(pli_mesh* mesh, pli_context* context) 
 
 // ------------------------------------------------------------------------------------------------------ life
 
+pli_status plii_check_mesh_create(pli_context* context, pli_mesh** mesh, const char* function) {
+    PLII_TRY(plii_check_context_change(context, function));
+    return mesh != NULL ? PLI_OK : plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "mesh is null");
+}
+
 pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
-    PLII_TRY(plii_check_context_change(context, __func__));
-    if (mesh == NULL) { return PLII_FAIL(context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    PLII_TRY(plii_check_mesh_create(context, mesh, __func__));
     pli_mesh* made = plii_handle_create(context, PLII_HANDLE_MESH, sizeof *made);
     if (made != NULL) {
         made->context = context;
@@ -140,13 +137,14 @@ pli_status pli_mesh_create(pli_context* context, pli_mesh** mesh) {
 
 pli_status pli_mesh_clone(const pli_mesh* source, pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_change(source, __func__));
-    if (mesh == NULL) { return PLII_FAIL(source->context, PLI_ERROR_NULL_ARGUMENT, "the place for the mesh is null"); }
+    PLII_TRY(plii_check_mesh_create(source->context, mesh, __func__));
     pli_mesh* made = NULL;
     PLII_TRY(plii_mesh_create_reserved(source->context, source->node_count, source->link_count, source->face_count,
                                        source->tetra_count, __func__, &made));
     if (!PLII_RESERVE(made->context, &made->materials, &made->material_capacity, source->material_count)) {
         pli_mesh_destroy(made);
-        return mesh_out_of_memory(source, __func__, "materials", 1);
+        return PLII_FAIL(source->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for %d materials",
+                         source->material_count);
     }
 #define MESH_CLONE(field, count)                                                                                       \
     if (source->count > 0) { memcpy(made->field, source->field, (size_t)source->count * sizeof *made->field); }        \
@@ -178,21 +176,20 @@ void pli_mesh_destroy(pli_mesh* mesh) {
 }
 
 pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
-    pli_mesh_view view;
-    memset(&view, 0, sizeof view);
-    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return view; }
-    view.node_count = mesh->node_count;
-    view.link_count = mesh->link_count;
-    view.face_count = mesh->face_count;
-    view.tetra_count = mesh->tetra_count;
-    view.material_count = mesh->material_count;
-    view.positions = mesh->positions;
-    view.inverse_masses = mesh->inverse_masses;
-    view.links = mesh->links;
-    view.faces = mesh->faces;
-    view.tetras = mesh->tetras;
-    view.materials = mesh->materials;
-    return view;
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return (pli_mesh_view){0}; }
+    return (pli_mesh_view){
+        .node_count = mesh->node_count,
+        .link_count = mesh->link_count,
+        .face_count = mesh->face_count,
+        .tetra_count = mesh->tetra_count,
+        .material_count = mesh->material_count,
+        .positions = mesh->positions,
+        .inverse_masses = mesh->inverse_masses,
+        .links = mesh->links,
+        .faces = mesh->faces,
+        .tetras = mesh->tetras,
+        .materials = mesh->materials,
+    };
 }
 
 // ------------------------------------------------------------------------------------------- service to generators
@@ -201,19 +198,21 @@ static bool mesh_reserve_array(pli_context* context, void** data, int* capacity,
     if (more == 0) { return true; }
     return more <= INT_MAX - count && plii_reserve(context, data, capacity, count + more, size);
 }
-#define MESH_RESERVE(mesh, field, capacity, count, more)                                                               \
-    mesh_reserve_array((mesh)->context, (void**)&(mesh)->field, &(mesh)->capacity, (mesh)->count, more,                \
-                       sizeof *(mesh)->field)
+#define MESH_RESERVE(mesh, element, more)                                                                              \
+    mesh_reserve_array((mesh)->context, (void**)&(mesh)->element##s, &(mesh)->element##_capacity,                      \
+                       (mesh)->element##_count, more, sizeof *(mesh)->element##s)
 
 static bool mesh_reserve_nodes(pli_mesh* mesh, int more) {
-    return MESH_RESERVE(mesh, positions, node_capacity, node_count, more) &&
-           MESH_RESERVE(mesh, inverse_masses, mass_capacity, node_count, more);
+    const int count = mesh->node_count;
+    return mesh_reserve_array(mesh->context, (void**)&mesh->positions, &mesh->node_capacity, count, more,
+                              sizeof *mesh->positions) &&
+           mesh_reserve_array(mesh->context, (void**)&mesh->inverse_masses, &mesh->mass_capacity, count, more,
+                              sizeof *mesh->inverse_masses);
 }
 
 bool plii_mesh_reserve(pli_mesh* mesh, int nodes, int links, int faces, int tetras) {
-    return mesh_reserve_nodes(mesh, nodes) && MESH_RESERVE(mesh, links, link_capacity, link_count, links) &&
-           MESH_RESERVE(mesh, faces, face_capacity, face_count, faces) &&
-           MESH_RESERVE(mesh, tetras, tetra_capacity, tetra_count, tetras);
+    return mesh_reserve_nodes(mesh, nodes) && MESH_RESERVE(mesh, link, links) && MESH_RESERVE(mesh, face, faces) &&
+           MESH_RESERVE(mesh, tetra, tetras);
 }
 
 void plii_mesh_push_node(pli_mesh* mesh, pli_vec3 position, float inverse_mass) {
@@ -254,9 +253,23 @@ pli_status plii_mesh_create_reserved(pli_context* context, int64_t nodes, int64_
 
 // -------------------------------------------------------------------------------------------------- building
 
-static void mesh_set_index(int* index, int value) {
-    if (index != NULL) { *index = value; }
+static pli_status mesh_out_of_memory(const pli_mesh* mesh, const char* function, const char* what, int count) {
+    return plii_fail(mesh->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for more than %d %s", count, what);
 }
+
+static pli_status mesh_append(pli_mesh* mesh, void** elements, int* capacity, int* count, const void* element,
+                              size_t size, const char* what, int* index, const char* function) {
+    if (!mesh_reserve_array(mesh->context, elements, capacity, *count, 1, size)) {
+        return mesh_out_of_memory(mesh, function, what, *count);
+    }
+    memcpy((char*)*elements + (size_t)*count * size, element, size);
+    if (index != NULL) { *index = *count; }
+    *count += 1;
+    return PLI_OK;
+}
+#define MESH_APPEND(mesh, element, value, index)                                                                       \
+    mesh_append(mesh, (void**)&(mesh)->element##s, &(mesh)->element##_capacity, &(mesh)->element##_count, &(value),    \
+                sizeof(value), #element "s", index, __func__)
 
 pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
@@ -264,7 +277,7 @@ pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, i
     float inverse_mass = 0.0f;
     PLII_TRY(plii_mesh_invert_mass(mesh, mass, __func__, &inverse_mass));
     if (!mesh_reserve_nodes(mesh, 1)) { return mesh_out_of_memory(mesh, __func__, "nodes", mesh->node_count); }
-    mesh_set_index(index, mesh->node_count);
+    if (index != NULL) { *index = mesh->node_count; }
     plii_mesh_push_node(mesh, position, inverse_mass);
     return PLI_OK;
 }
@@ -272,42 +285,24 @@ pli_status pli_mesh_append_node(pli_mesh* mesh, pli_vec3 position, float mass, i
 pli_status pli_mesh_append_link(pli_mesh* mesh, int node_a, int node_b, int material, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_link link = {.nodes = {node_a, node_b}, .material = material};
-    PLII_TRY(mesh_check_corners(mesh, link.nodes, 2, __func__));
-    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
-    if (!MESH_RESERVE(mesh, links, link_capacity, link_count, 1)) {
-        return mesh_out_of_memory(mesh, __func__, "links", mesh->link_count);
-    }
-    mesh_set_index(index, mesh->link_count);
-    mesh->links[mesh->link_count++] = link;
-    return PLI_OK;
+    PLII_TRY(mesh_check_element(mesh, link.nodes, 2, material, __func__));
+    return MESH_APPEND(mesh, link, link, index);
 }
 
 pli_status pli_mesh_append_face(pli_mesh* mesh, int a, int b, int c, int material, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_face face = {.nodes = {a, b, c}, .material = material};
-    PLII_TRY(mesh_check_corners(mesh, face.nodes, 3, __func__));
-    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
-    if (!MESH_RESERVE(mesh, faces, face_capacity, face_count, 1)) {
-        return mesh_out_of_memory(mesh, __func__, "faces", mesh->face_count);
-    }
+    PLII_TRY(mesh_check_element(mesh, face.nodes, 3, material, __func__));
     plii_mesh_clear_topology(mesh);
-    mesh_set_index(index, mesh->face_count);
-    mesh->faces[mesh->face_count++] = face;
-    return PLI_OK;
+    return MESH_APPEND(mesh, face, face, index);
 }
 
 pli_status pli_mesh_append_tetra(pli_mesh* mesh, int a, int b, int c, int d, int material, int* index) {
     PLII_TRY(plii_check_mesh_change(mesh, __func__));
     const pli_tetra tetra = {.nodes = {a, b, c, d}, .material = material};
-    PLII_TRY(mesh_check_corners(mesh, tetra.nodes, 4, __func__));
-    PLII_TRY(plii_check_mesh_material(mesh, material, __func__));
-    if (!MESH_RESERVE(mesh, tetras, tetra_capacity, tetra_count, 1)) {
-        return mesh_out_of_memory(mesh, __func__, "tetras", mesh->tetra_count);
-    }
+    PLII_TRY(mesh_check_element(mesh, tetra.nodes, 4, material, __func__));
     plii_mesh_clear_topology(mesh);
-    mesh_set_index(index, mesh->tetra_count);
-    mesh->tetras[mesh->tetra_count++] = tetra;
-    return PLI_OK;
+    return MESH_APPEND(mesh, tetra, tetra, index);
 }
 
 pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material, int* index) {
@@ -317,12 +312,7 @@ pli_status pli_mesh_append_material(pli_mesh* mesh, const pli_material* material
         return PLII_FAIL(mesh->context, PLI_ERROR_INVALID_VALUE, "a mesh has at most %d materials", PLII_MAX_MATERIALS);
     }
     const pli_material copy = *material; /* may lie in the array that grows */
-    if (!MESH_RESERVE(mesh, materials, material_capacity, material_count, 1)) {
-        return mesh_out_of_memory(mesh, __func__, "materials", mesh->material_count);
-    }
-    mesh_set_index(index, mesh->material_count);
-    mesh->materials[mesh->material_count++] = copy;
-    return PLI_OK;
+    return MESH_APPEND(mesh, material, copy, index);
 }
 
 pli_status pli_mesh_set_material(pli_mesh* mesh, int index, const pli_material* material) {

@@ -14,10 +14,10 @@ enum { BENDING_FEW = 64 }; /* nodes that are sorted by insertion */
 typedef struct bending_work {
     plii_scratch scratch;
     int node_count;
-    int* begin;      /* [node_count + 1] first neighbour of each node */
-    int* neighbours; /* [2 * link_count] */
-    int* stamps;     /* [node_count] of the search that saw the node last */
-    int* queue;      /* [node_count] */
+    int* begin;             /* [node_count + 1] first neighbour of each node */
+    plii_half_link* halves; /* [2 * link_count] */
+    int* stamps;            /* [node_count] of the search that saw the node last */
+    int* queue;             /* [node_count] */
 } bending_work;
 
 /* Neighbour lists of all nodes, one behind the other. */
@@ -25,20 +25,12 @@ static bool bending_create(bending_work* work, const pli_mesh* mesh) {
     if (mesh->link_count > INT_MAX / 2) { return false; }
     *work = (bending_work){.scratch = {.context = mesh->context}, .node_count = mesh->node_count};
     work->begin = PLII_TAKE(&work->scratch, int, (size_t)mesh->node_count + 1);
-    work->neighbours = PLII_TAKE(&work->scratch, int, (size_t)mesh->link_count * 2);
+    work->halves = PLII_TAKE(&work->scratch, plii_half_link, (size_t)mesh->link_count * 2);
     work->stamps = PLII_TAKE(&work->scratch, int, mesh->node_count);
     work->queue = PLII_TAKE(&work->scratch, int, mesh->node_count);
     if (work->scratch.is_short) { return false; }
-    for (int i = 0; i < mesh->link_count; ++i) {
-        ++work->begin[mesh->links[i].nodes[0]];
-        ++work->begin[mesh->links[i].nodes[1]];
-    }
-    (void)plii_csr_sum(mesh->node_count, work->begin);
-    for (int i = 0; i < mesh->link_count; ++i) {
-        const int* n = mesh->links[i].nodes;
-        work->neighbours[--work->begin[n[0]]] = n[1];
-        work->neighbours[--work->begin[n[1]]] = n[0];
-    }
+    plii_csr_half_links(mesh->node_count, mesh->link_count, mesh->links, sizeof *mesh->links, work->begin,
+                        work->halves);
     return true;
 }
 
@@ -77,7 +69,7 @@ static bending_found bending_search(bending_work* work, int source, int distance
         for (; first < level_end; ++first) {
             const int node = work->queue[first];
             for (int k = work->begin[node]; k < work->begin[node + 1]; ++k) {
-                const int next = work->neighbours[k];
+                const int next = work->halves[k].neighbour;
                 if (work->stamps[next] == stamp) { continue; }
                 work->stamps[next] = stamp;
                 work->queue[last++] = next;

@@ -148,7 +148,7 @@ void add_dropped_balls(std::vector<StabilityCase>& cases) {
                     made.step_seconds = [step](int) { return step; };
                     made.substeps = substeps_of(step);
                     made.has_face_contacts = has_faces;
-                    if (support.support != Support::floor) { made.tethered = {Column::bullet, Column::xpbd}; }
+                    if (support.support != Support::floor) { made.tethered = {Column::position_based, Column::xpbd}; }
                     made.prepare = awake(damping);
                     HeavyRules rules;
                     rules.figure_from = end_seconds - 1;
@@ -172,7 +172,7 @@ void add_trampolines(std::vector<StabilityCase>& cases) {
             made.build = [mass](scene_builder* builder) { build_ball_on_sheet(builder, Support::rim, mass, 1.5f, 0); };
             made.seconds = 5;
             made.has_face_contacts = has_faces;
-            made.tethered = {Column::bullet, Column::xpbd};
+            made.tethered = {Column::position_based, Column::xpbd};
             made.prepare = awake(0);
             HeavyRules rules;
             rules.lying = rules.never_higher = 0;
@@ -245,7 +245,7 @@ void add_weights(std::vector<StabilityCase>& cases) {
             const scene_soft_def def = heavy_def(damping, 1e4 * static_cast<double>(mass));
             scene_add_anchor(builder, scene_add_soft(builder, mesh, &def), inner_nodes + 1, weight, true, 1);
         };
-        made.tethered = {Column::bullet, Column::xpbd};
+        made.tethered = {Column::position_based, Column::xpbd};
         made.prepare = awake(damping);
         HeavyRules rules;
         rules.has_passage = false;

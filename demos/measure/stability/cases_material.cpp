@@ -64,7 +64,7 @@ void add_mass_ratios(std::vector<StabilityCase>& cases) {
             scene_add_soft(builder, mesh, &def);
         };
         made.reach = 5;
-        made.tethered = {Column::bullet, Column::xpbd};
+        made.tethered = {Column::position_based, Column::xpbd};
         cases.push_back(made);
     }
     for (const float ratio : {1.0f, 1e3f, 1e6f}) {
@@ -87,7 +87,7 @@ void add_mass_ratios(std::vector<StabilityCase>& cases) {
             scene_add_anchor(builder, scene_add_soft(builder, mesh, &def), 9, box, true, 1);
         };
         made.reach = 5;
-        made.tethered = {Column::bullet, Column::xpbd};
+        made.tethered = {Column::position_based, Column::xpbd};
         cases.push_back(made);
     }
 }
@@ -120,7 +120,7 @@ void add_gravities(std::vector<StabilityCase>& cases) {
         std::snprintf(name, sizeof name, "hanging sheet, %g m/s2", static_cast<double>(gravity));
         cases.push_back(hanging_sheet("gravity", name, sheet));
         set_gravity(cases.back(), gravity);
-        cases.back().tethered = {Column::bullet, Column::implicit, Column::xpbd};
+        cases.back().tethered = {Column::position_based, Column::implicit, Column::xpbd};
     }
 }
 

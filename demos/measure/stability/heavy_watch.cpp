@@ -31,7 +31,7 @@ CheckedBodies checked_bodies(const Engine& engine, Column column, double step_se
     for (int i = 0; i < engine.rigid_count(); ++i) {
         bodies.rigids.push_back(checked_rigid(engine, i));
     }
-    const bool has_springs = column != Column::bt_soft_body && column != Column::bullet;
+    const bool has_springs = column != Column::bt_soft_body && column != Column::position_based;
     for (const SoftRecord& soft : engine.description().softs) {
         bodies.link_stiffness.push_back(has_springs ? link_stiffness(soft) : 0.0);
     }

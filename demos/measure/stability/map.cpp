@@ -18,7 +18,7 @@
 namespace demos {
 
 const char* column_name(Column column) {
-    static const char* const names[] = {"btSoftBody", "bullet", "implicit", "gradients", "xpbd"};
+    static const char* const names[] = {"btSoftBody", "position-based", "implicit", "gradients", "xpbd"};
     return names[static_cast<int>(column)];
 }
 
@@ -74,7 +74,7 @@ EngineOptions options_of(const StabilityCase& which, Column column) {
         options.solver.kind = SolverKind::xpbd;
         options.solver.substeps = which.substeps;
     }
-    if (column == Column::bullet) { options.solver.kind = SolverKind::bullet; }
+    if (column == Column::position_based) { options.solver.kind = SolverKind::position_based; }
     return options;
 }
 

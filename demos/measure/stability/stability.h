@@ -14,11 +14,11 @@
 namespace demos {
 
 // `implicit` sweeps, `gradients` solves the same system by conjugate gradients.
-enum class Column { bt_soft_body, bullet, implicit, gradients, xpbd };
-constexpr Column all_columns[] = {Column::bt_soft_body, Column::bullet, Column::implicit, Column::gradients,
+enum class Column { bt_soft_body, position_based, implicit, gradients, xpbd };
+constexpr Column all_columns[] = {Column::bt_soft_body, Column::position_based, Column::implicit, Column::gradients,
                                   Column::xpbd};
 
-const char* column_name(Column column); // "btSoftBody", "bullet", "implicit", "gradients", "xpbd"
+const char* column_name(Column column); // "btSoftBody", "position-based", "implicit", "gradients", "xpbd"
 
 enum class Verdict {
     survives,

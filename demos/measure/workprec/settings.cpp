@@ -6,8 +6,8 @@ namespace demos {
 
 const char* family_name(Family family) {
     static const char* const names[family_count] = {"btSoftBody",
-                                                    "bullet, mesh order",
-                                                    "bullet, coloured",
+                                                    "position-based, ordered",
+                                                    "position-based, coloured",
                                                     "implicit, Jacobi",
                                                     "implicit, Chebyshev",
                                                     "implicit, gradients",
@@ -23,12 +23,12 @@ EngineOptions options_of(const Setting& setting) {
     EngineOptions options;
     options.step_seconds = 1.0f / static_cast<float>(setting.steps_per_second);
     options.solver.iterations = setting.iterations;
-    options.solver.kind = SolverKind::bullet;
+    options.solver.kind = SolverKind::position_based;
     switch (setting.family) {
     case Family::bt_soft_body:
-    case Family::bullet_colored:
+    case Family::position_colored:
         break;
-    case Family::bullet_ordered:
+    case Family::position_ordered:
         options.solver.in_mesh_order = true;
         break;
     case Family::jacobi:
@@ -64,7 +64,7 @@ std::vector<Setting> settings(bool is_quick) {
     const std::vector<int> iterations = is_quick ? std::vector<int>{1, 10, 40} : std::vector<int>{1, 3, 10, 30, 100};
     const std::vector<int> sweeps = is_quick ? std::vector<int>{3, 27} : std::vector<int>{1, 3, 9, 27, 81};
     std::vector<Setting> list;
-    for (const Family family : {Family::bt_soft_body, Family::bullet_ordered, Family::bullet_colored}) {
+    for (const Family family : {Family::bt_soft_body, Family::position_ordered, Family::position_colored}) {
         add(list, family, rates, {1}, iterations);
     }
     add(list, Family::jacobi, rates, {1}, sweeps);

@@ -14,7 +14,7 @@
 namespace demos {
 
 // A curve of the plots.
-enum class Family { bt_soft_body, bullet_ordered, bullet_colored, jacobi, chebyshev, gradients, xpbd };
+enum class Family { bt_soft_body, position_ordered, position_colored, jacobi, chebyshev, gradients, xpbd };
 constexpr int family_count = 7;
 
 const char* family_name(Family family);

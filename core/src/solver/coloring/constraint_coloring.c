@@ -3,14 +3,6 @@
 
 #include "solver/coloring/constraint_coloring.h"
 
-static int constraint_lowest_free(uint64_t used) {
-    int color = 0;
-    while (color < PLII_CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
-        ++color;
-    }
-    return color;
-}
-
 void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* masks, uint8_t* colors, int* order) {
     int begin[PLII_CONSTRAINT_COLORS + 1] = {0};
     for (int i = 0; i < count; ++i) {
@@ -19,7 +11,10 @@ void plii_constraint_order(int count, int arity, const int* nodes, uint64_t* mas
         for (int k = 0; k < arity; ++k) {
             used |= masks[own[k]];
         }
-        const int color = constraint_lowest_free(used);
+        int color = 0;
+        while (color < PLII_CONSTRAINT_COLORS - 1 && (used >> color & 1u) != 0) {
+            ++color;
+        }
         for (int k = 0; k < arity; ++k) {
             masks[own[k]] |= (uint64_t)1 << color;
         }

@@ -2,6 +2,8 @@
    colour that is free at its nodes, one whose last group has lanes left before others. Linear time. */
 
 #include "solver/coloring/link_coloring.h"
+
+#include "base/csr.h"
 #include "math/simd_float8.h"
 
 #include <string.h>
@@ -27,16 +29,11 @@ typedef struct link_colors_work {
     uint8_t* kinds;      /* [link_count] pairs of the group of each of those */
 } link_colors_work;
 
+/* A quad or a single link: what a lane of a group gets. */
 typedef struct link_colors_item {
-    int nodes[4];
-    const int* links;
+    int nodes[4], links[PLII_LINK_PAIRS]; /* or PLI_NULL_INDEX */
     uint8_t pairs;
 } link_colors_item;
-
-/* What a lane of a group gets. */
-typedef struct link_colors_lane {
-    int nodes[4], links[PLII_LINK_PAIRS];
-} link_colors_lane;
 
 // ---------------------------------------------------------------------------------------------------------- storage
 
@@ -109,11 +106,15 @@ static uint8_t link_colors_pairs_at(const link_colors_work* work, int index) {
 }
 
 static link_colors_item link_colors_item_at(const link_colors_work* work, int index) {
-    link_colors_item item = {.links = link_colors_links_at(work, index), .pairs = link_colors_pairs_at(work, index)};
+    const int* link = link_colors_links_at(work, index);
     const bool is_quad = index < work->quads.quad_count;
-    const int* nodes = is_quad ? work->quads.quads[index].nodes : work->body->links[*item.links].nodes;
+    const int* nodes = is_quad ? work->quads.quads[index].nodes : work->body->links[*link].nodes;
+    link_colors_item item = {.pairs = link_colors_pairs_at(work, index)};
     for (int k = 0; k < 4; ++k) {
         item.nodes[k] = nodes[is_quad || k == 1 ? k : 0];
+    }
+    for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+        item.links[k] = (item.pairs >> k & 1) != 0 ? *link++ : PLI_NULL_INDEX;
     }
     return item;
 }
@@ -161,8 +162,8 @@ static int link_colors_assign(link_colors_work* work) {
         }
         const uint64_t color = link_colors_take_color(work, i, used);
         if (color == 0) {
-            for (int k = 0; k < link_colors_link_count(item.pairs); ++k) {
-                work->serial_links[serial_count++] = item.links[k];
+            for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+                if (item.links[k] != PLI_NULL_INDEX) { work->serial_links[serial_count++] = item.links[k]; }
             }
             continue;
         }
@@ -195,20 +196,15 @@ static int link_colors_by_color(const link_colors_work* work, int index) {
 
 /* Stable. */
 static void link_colors_sort(link_colors_work* work, link_colors_key_fn* key, int key_count) {
-    int counts_of_few[1 << PLII_LINK_PAIRS];
+    int counts_of_few[(1 << PLII_LINK_PAIRS) + 1];
     int* begin = key_count > 1 << PLII_LINK_PAIRS ? work->counts : counts_of_few;
-    memset(begin, 0, (size_t)key_count * sizeof *begin);
+    memset(begin, 0, ((size_t)key_count + 1) * sizeof *begin);
     for (int i = 0; i < work->count; ++i) {
         ++begin[key(work, work->order[i])];
     }
-    int sum = 0;
-    for (int k = 0; k < key_count; ++k) {
-        const int own = begin[k];
-        begin[k] = sum;
-        sum += own;
-    }
-    for (int i = 0; i < work->count; ++i) {
-        work->sorted[begin[key(work, work->order[i])]++] = work->order[i];
+    (void)plii_csr_sum(key_count, begin);
+    for (int i = work->count - 1; i >= 0; --i) {
+        work->sorted[--begin[key(work, work->order[i])]] = work->order[i];
     }
     int* sorted = work->sorted;
     work->sorted = work->order;
@@ -263,74 +259,45 @@ static void link_colors_sort_kinds(link_colors_work* work) {
 
 // ------------------------------------------------------------------------------------------------------------ groups
 
-/* With no memory in `made` only its counts are taken. */
-typedef struct link_colors_maker {
-    const link_colors_work* work;
-    plii_link_colors made;
-} link_colors_maker;
-
-/* The last `count` lanes are there; the others get nodes of theirs. */
-static void link_colors_add_group(plii_link_colors* made, link_colors_lane lanes[PLII_LINK_LANES], int count,
-                                  plii_link_tag tag, uint8_t pairs) {
-    const int empty = PLII_LINK_LANES - count, node_count = pairs == PLII_LINK_SINGLE ? 2 : 4;
-    const int row_count = link_colors_link_count(pairs);
-    for (int i = 0; i < empty; ++i) {
-        lanes[i] = lanes[empty + i % count];
-        for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
-            lanes[i].links[k] = PLI_NULL_INDEX;
-        }
+/* Adds a group from items [first, end) of one color, tag and kind; with no memory in `made` only to its counts. Lanes
+   without an item come first and have the nodes of others. */
+static void link_colors_make_group(const link_colors_work* work, int first, int end, plii_link_colors* made) {
+    const int count = end - first, empty = PLII_LINK_LANES - count;
+    uint8_t pairs = 0;
+    for (int i = first; i < end; ++i) {
+        pairs |= link_colors_pairs_at(work, work->order[i]);
     }
+    pairs = link_colors_group_pairs(pairs, count);
+    const int node_count = pairs == PLII_LINK_SINGLE ? 2 : 4;
     if (made->groups != NULL) {
-        made->groups[made->group_count] = (plii_link_group){
-            .first_row = made->row_count, .first_scaled_index = made->scaled_index_count, .tag = tag, .pairs = pairs};
-        int(*row)[PLII_LINK_LANES] = &made->row_links[made->row_count];
-        for (int i = 0; i < PLII_LINK_LANES; ++i) {
+        made->groups[made->group_count] = (plii_link_group){.first_row = made->row_count,
+                                                            .first_scaled_index = made->scaled_index_count,
+                                                            .tag = link_colors_tag_at(work, work->order[first]),
+                                                            .pairs = pairs};
+        for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
+            const bool is_empty = lane < empty;
+            const link_colors_item item =
+                link_colors_item_at(work, work->order[first + (is_empty ? lane % count : lane - empty)]);
             for (int k = 0; k < node_count; ++k) {
-                made->scaled_indices[made->scaled_index_count + k][i] = plii_scaled_index(lanes[i].nodes[k]);
+                made->scaled_indices[made->scaled_index_count + k][lane] = plii_scaled_index(item.nodes[k]);
             }
-            for (int k = 0, r = 0; k < PLII_LINK_PAIRS; ++k) {
-                if ((pairs >> k & 1) != 0) { row[r++][i] = lanes[i].links[k]; }
+            int(*row)[PLII_LINK_LANES] = &made->row_links[made->row_count];
+            for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
+                if ((pairs >> k & 1) != 0) { (*row++)[lane] = is_empty ? PLI_NULL_INDEX : item.links[k]; }
             }
         }
     }
     made->group_count += 1;
     made->scaled_index_count += node_count;
-    made->row_count += row_count;
+    made->row_count += link_colors_link_count(pairs);
 }
 
-static void link_colors_fill_lane(link_colors_lane* lane, const link_colors_item* item) {
-    const int* link = item->links;
-    for (int k = 0; k < 4; ++k) {
-        lane->nodes[k] = item->nodes[k];
-    }
-    for (int k = 0; k < PLII_LINK_PAIRS; ++k) {
-        lane->links[k] = (item->pairs >> k & 1) != 0 ? *link++ : PLI_NULL_INDEX;
-    }
-}
-
-/* A group from items [first, end). */
-static void link_colors_make_group(link_colors_maker* maker, int first, int end) {
-    const link_colors_work* work = maker->work;
-    link_colors_lane lanes[PLII_LINK_LANES];
-    const int count = end - first;
-    uint8_t pairs = 0;
-    for (int i = 0; i < count; ++i) {
-        const link_colors_item item = link_colors_item_at(work, work->order[first + i]);
-        link_colors_fill_lane(&lanes[PLII_LINK_LANES - count + i], &item);
-        pairs |= item.pairs;
-    }
-    link_colors_add_group(&maker->made, lanes, count, link_colors_tag_at(work, work->order[first]),
-                          link_colors_group_pairs(pairs, count));
-}
-
-static void link_colors_make_groups(link_colors_maker* maker) {
-    const link_colors_work* work = maker->work;
-    plii_link_colors* made = &maker->made;
+static void link_colors_make_groups(const link_colors_work* work, plii_link_colors* made) {
     for (int first = 0; first < work->count;) {
         const int color = work->colors[work->order[first]], first_group = made->group_count;
         while (first < work->count && work->colors[work->order[first]] == color) {
             const int end = link_colors_group_end(work, first);
-            link_colors_make_group(maker, first, end);
+            link_colors_make_group(work, first, end, made);
             first = end;
         }
         if (made->groups != NULL) {
@@ -382,22 +349,22 @@ static bool link_colors_make(const pli_body* body, void* storage, link_colors_bl
     link_colors_sort(&work, link_colors_by_color, LINK_COLORS_MAX);
     if (body->link_tags != NULL) { link_colors_sort_kinds(&work); }
 
-    link_colors_maker maker = {.work = &work, .made = {0}};
-    link_colors_make_groups(&maker);
-    maker.made.serial_count = serial_count;
+    plii_link_colors made = {0};
+    link_colors_make_groups(&work, &made);
+    made.serial_count = serial_count;
     carver = (link_colors_carver){0};
-    link_colors_carve_result(&carver, &maker.made);
+    link_colors_carve_result(&carver, &made);
     link_colors_block block = {plii_allocate(body->context, carver.used), carver.used};
     if (block.memory == NULL && carver.used > 0) {
         block = *spare;
         *spare = (link_colors_block){NULL, 0};
+        if (block.memory == NULL) { return false; }
     }
-    if (block.memory == NULL && carver.used > 0) { return false; }
     carver = (link_colors_carver){.base = block.memory};
-    link_colors_carve_result(&carver, &maker.made);
-    *colors = maker.made;
-    maker.made.color_count = maker.made.group_count = maker.made.row_count = maker.made.scaled_index_count = 0;
-    link_colors_make_groups(&maker);
+    link_colors_carve_result(&carver, &made);
+    *colors = made;
+    colors->color_count = colors->group_count = colors->row_count = colors->scaled_index_count = 0;
+    link_colors_make_groups(&work, colors);
     if (serial_count > 0) {
         memcpy(colors->serial_links, work.serial_links, (size_t)serial_count * sizeof *colors->serial_links);
     }
@@ -456,15 +423,10 @@ static pli_status link_colors_enable(pli_body* body, void* state) {
     return is_made ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void link_colors_disable(pli_body* body, void* state) {
-    const plii_link_colors* colors = state;
-    plii_release(body->context, colors->storage, colors->storage_size);
-}
-
-static size_t link_colors_bytes(const pli_body* body, const void* state) {
-    (void)body;
-    return ((const plii_link_colors*)state)->storage_size;
-}
+static const plii_feature_array link_colors_arrays[] = {
+    {PLII_BLOCK_OF(plii_link_colors, storage, storage_size)},
+    {0},
+};
 
 static int link_colors_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
                                        size_t* sizes) {
@@ -479,18 +441,17 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
     plii_link_colors* colors = state;
     plii_release(body->context, colors->storage, colors->storage_size);
     const size_t most_bytes = link_colors_max_bytes(body, change->link_count);
-    link_colors_block spare = {blocks[1], most_bytes};
-    (void)link_colors_make(body, blocks[0], &spare, colors);
-    plii_release(body->context, blocks[0], link_colors_work_size(body, change->node_count, change->link_count));
+    link_colors_block spare = {blocks[2], most_bytes};
+    (void)link_colors_make(body, blocks[1], &spare, colors);
+    plii_release(body->context, blocks[1], link_colors_work_size(body, change->node_count, change->link_count));
     plii_release(body->context, spare.memory, spare.size);
 }
 
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
+    .arrays = link_colors_arrays,
     .enable = link_colors_enable,
-    .disable = link_colors_disable,
-    .bytes = link_colors_bytes,
     .topology_blocks = link_colors_topology_blocks,
     .topology_commit = link_colors_topology_commit,
 };

@@ -6,7 +6,7 @@
    of a quad are solved in the order of its pairs of nodes. Single links are quads of two nodes. What the last colours
    cannot take (nodes of very many links) stays in a serial list.
 
-   Each link has a place for numbers of its own, its slot: rows of eight for one pair of nodes of a group, then the
+   Numbers of a link are in its slot: rows of eight for one pair of nodes of a group, then the
    serial list. Within a row slots follow the lanes of simd_float8.h. Lanes without a quad come first and have the nodes
    of quads of the group, so kernels may store nodes as they were, in the order of the lanes; nodes without a link are
    like the first one, so kernels store the first nodes last. */
@@ -28,10 +28,10 @@ typedef struct plii_link_colors {
     int color_count, group_count, row_count, scaled_index_count, serial_count;
     plii_link_color* colors;                     /* [color_count] */
     plii_link_group* groups;                     /* [group_count] */
-    uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [place_count] places (simd_float8.h) of a node in all lanes */
+    uint32_t (*scaled_indices)[PLII_LINK_LANES]; /* [scaled_index_count] of a node in all lanes */
     int (*row_links)[PLII_LINK_LANES];           /* [row_count] or PLI_NULL_INDEX */
     int* serial_links;                           /* [serial_count] */
-    void* storage;
+    char* storage;
     size_t storage_size;
 } plii_link_colors;
 

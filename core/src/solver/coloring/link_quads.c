@@ -3,8 +3,6 @@
 
 #include "solver/coloring/link_quads.h"
 
-#include "base/csr.h"
-
 #include <string.h>
 
 enum {
@@ -92,10 +90,12 @@ static void link_quads_mark(link_quads_search* search, int node, uint8_t mark) {
     plii_link_quads* quads = search->quads;
     const link_quads_range shown = link_quads_shown(search, node);
     for (int i = shown.begin; i < shown.end; ++i) {
-        const plii_link_half half = quads->halves[i];
-        if (half.node == search->a || half.node == search->b || !link_quads_is_open(search, half.link)) { continue; }
-        if (quads->marks[half.node] == 0) { search->candidates[search->candidate_count++] = half.node; }
-        quads->marks[half.node] |= mark;
+        const plii_half_link half = quads->halves[i];
+        if (half.neighbour == search->a || half.neighbour == search->b || !link_quads_is_open(search, half.link)) {
+            continue;
+        }
+        if (quads->marks[half.neighbour] == 0) { search->candidates[search->candidate_count++] = half.neighbour; }
+        quads->marks[half.neighbour] |= mark;
     }
 }
 
@@ -112,10 +112,10 @@ static int link_quads_fourth(const link_quads_search* search, int candidate, int
     const int count = 1 + link_quads_common(search, third);
     const link_quads_range shown = link_quads_shown(search, third);
     for (int i = shown.begin; i < shown.end; ++i) {
-        const plii_link_half half = quads->halves[i];
-        if (half.node != search->a && half.node != search->b && link_quads_is_open(search, half.link) &&
-            count + link_quads_common(search, half.node) + 1 >= least) {
-            return half.node;
+        const plii_half_link half = quads->halves[i];
+        if (half.neighbour != search->a && half.neighbour != search->b && link_quads_is_open(search, half.link) &&
+            count + link_quads_common(search, half.neighbour) + 1 >= least) {
+            return half.neighbour;
         }
     }
     for (int i = candidate + 1; i < search->candidate_count; ++i) {
@@ -149,8 +149,8 @@ static int link_quads_find_link(const link_quads_search* search, int a, int b) {
     for (int k = 0; k < 2; ++k) {
         const link_quads_range shown = link_quads_shown(search, nodes[k]);
         for (int i = shown.begin; i < shown.end; ++i) {
-            const plii_link_half half = search->quads->halves[i];
-            if (half.node == nodes[1 - k] && link_quads_is_open(search, half.link)) { return half.link; }
+            const plii_half_link half = search->quads->halves[i];
+            if (half.neighbour == nodes[1 - k] && link_quads_is_open(search, half.link)) { return half.link; }
         }
     }
     return PLI_NULL_INDEX;
@@ -184,10 +184,10 @@ static void link_quads_pass(link_quads_search* search, int least) {
     for (int node = 0; node < search->body->node_count; ++node) {
         int tries = 0;
         for (int i = quads->open[node]; i < quads->begin[node + 1] && tries < LINK_QUADS_TRIES; ++i) {
-            const plii_link_half half = quads->halves[i];
-            if (half.node < node || quads->is_used[half.link] != 0) { continue; }
+            const plii_half_link half = quads->halves[i];
+            if (half.neighbour < node || quads->is_used[half.link] != 0) { continue; }
             search->a = node;
-            search->b = half.node;
+            search->b = half.neighbour;
             search->tag = plii_link_tag_of(search->body, half.link);
             int others[2];
             if (link_quads_others(search, least, others)) {
@@ -201,28 +201,13 @@ static void link_quads_pass(link_quads_search* search, int least) {
 
 // ------------------------------------------------------------------------------------------------------------- links
 
-static void link_quads_list_halves(const pli_body* body, plii_link_quads* quads) {
-    int* begin = quads->begin;
-    for (int i = 0; i < body->link_count; ++i) {
-        ++begin[body->links[i].nodes[0]];
-        ++begin[body->links[i].nodes[1]];
-    }
-    (void)plii_csr_sum(body->node_count, begin);
-    for (int i = body->link_count - 1; i >= 0; --i) {
-        const int* nodes = body->links[i].nodes;
-        for (int k = 0; k < 2; ++k) {
-            quads->halves[--begin[nodes[k]]] = (plii_link_half){nodes[1 - k], i};
-        }
-    }
-}
-
 /* After those of quads. */
 static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads) {
     int* single = &quads->links[quads->in_quads];
     for (int node = 0; node < body->node_count; ++node) {
         for (int i = quads->begin[node]; i < quads->begin[node + 1]; ++i) {
-            const plii_link_half half = quads->halves[i];
-            if (half.node > node && quads->is_used[half.link] == 0) {
+            const plii_half_link half = quads->halves[i];
+            if (half.neighbour > node && quads->is_used[half.link] == 0) {
                 *single++ = half.link;
                 quads->single_count += 1;
             }
@@ -232,7 +217,8 @@ static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads
 
 void plii_link_quads_find(const pli_body* body, bool is_wanted, plii_link_quads* quads) {
     quads->quad_count = quads->in_quads = quads->single_count = 0;
-    link_quads_list_halves(body, quads);
+    plii_csr_half_links(body->node_count, body->link_count, body->links, sizeof *body->links, quads->begin,
+                        quads->halves);
     memcpy(quads->open, quads->begin, (size_t)body->node_count * sizeof *quads->open);
     if (is_wanted) {
         link_quads_search search = {.body = body, .quads = quads};

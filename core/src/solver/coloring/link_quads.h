@@ -4,6 +4,7 @@
 /* Sets of up to six links that have four nodes between them: whoever solves them one after the other reads and writes
    those nodes once. */
 
+#include "base/csr.h"
 #include "body/body_impl.h"
 
 enum { PLII_LINK_LANES = 8, PLII_LINK_PAIRS = 6 };
@@ -22,15 +23,11 @@ typedef struct plii_link_quad {
     uint8_t pairs;  /* bit k: pair k has a link */
 } plii_link_quad;
 
-typedef struct plii_link_half {
-    int node, link; /* the other node */
-} plii_link_half;
-
 typedef struct plii_link_quads {
     int quad_count, in_quads, single_count;
     plii_link_quad* quads;  /* [link_count / 3] */
     int* links;             /* [link_count] in_quads links of quads, then single_count others by their smaller node */
-    plii_link_half* halves; /* [2 * link_count] by node; what finding needs for a while, as all below */
+    plii_half_link* halves; /* [2 * link_count] by node; what finding needs for a while, as all below */
     int* begin;             /* [node_count + 1] of the links of a node */
     int* open;              /* [node_count] those before are used */
     uint8_t* marks;         /* [node_count] zero */

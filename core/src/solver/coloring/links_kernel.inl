@@ -191,7 +191,7 @@ PLII_SIMD_INLINE const plii_link_softness* links_softness(const plii_links_task*
     return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
 }
 
-/* Groups with links between the same nodes, of one constraint; their rows and places follow each other. */
+/* Groups with links between the same nodes, of one constraint; their rows and scaled indices follow each other. */
 PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_group* groups, int count, int pairs,
                                   int kind) {
     const links_indices scaled_indices = (links_indices)&task->colors->scaled_indices[groups->first_scaled_index];

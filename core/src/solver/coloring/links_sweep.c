@@ -18,9 +18,11 @@ const plii_links_kernel* plii_links_kernel_of(pli_simd simd) {
     return &plii_links_kernel_base;
 }
 
+/* Of one of the two. */
 typedef struct links_part {
     const plii_links_kernel* kernel;
     const plii_links_task* task;
+    const plii_links_start* start;
     int first_group; /* of the colour */
 } links_part;
 
@@ -47,19 +49,14 @@ void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kern
     if (colors->serial_count > 0) { kernel->serial(task); }
 }
 
-typedef struct links_start_part {
-    const plii_links_kernel* kernel;
-    const plii_links_start* start;
-} links_start_part;
-
 static void links_start_range(int begin, int end, void* data) {
-    const links_start_part* part = data;
+    const links_part* part = data;
     part->kernel->gather_vectors(part->start, begin, end);
 }
 
 void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start) {
     const plii_link_colors* colors = start->colors;
-    links_start_part part = {kernel, start};
+    links_part part = {.kernel = kernel, .start = start};
     plii_parallel_for(context, links_start_range, &part, colors->group_count, LINKS_SHARED / PLII_LINK_LANES);
     float* vectors = start->vectors + 3 * plii_link_colors_first_serial_slot(colors);
     for (int i = 0; i < colors->serial_count; ++i) {

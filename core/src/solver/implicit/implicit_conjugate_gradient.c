@@ -1,16 +1,18 @@
 /* Conjugate gradients on the implicit system, preconditioned with the diagonal blocks. Directions that anchors and
    contacts hold are taken out of the search as in Baraff and Witkin, "Large Steps in Cloth Simulation", section 5.2,
-   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found by
-   turns with the solution. */
+   but move along with the rigid bodies, which are unknowns as well. Which contacts press, stick or slide is found in
+   alternation with the solution. */
 
 #include "solver/implicit/implicit_system.h"
+
+#include <string.h>
 
 enum { IMPLICIT_MAX_ROUNDS = 8 };
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
 
 /* The directions held at one node, and by whom. */
 typedef struct gradient_filter {
-    int begin, end; /* holds of the node */
+    int begin, end; /* constraints of the node */
     int count;
     plii_dvec3 axes[3]; /* [count] orthonormal */
     int rigid;          /* PLI_NULL_INDEX unless dynamic */
@@ -26,10 +28,10 @@ static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
 }
 
 static bool gradient_is_rigid(const plii_implicit_constraint* constraint) {
-    return constraint->rows > 0 && !constraint->is_pinned && constraint->share >= 1.0;
+    return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0;
 }
 
-/* Of the node of hold `begin`. A node between several bodies follows one that does not move, if there is one. */
+/* Of the node of constraint `begin`. A node between several bodies follows one that does not move, if there is one. */
 static gradient_filter gradient_make_filter(const plii_implicit_constraints* constraints, int begin) {
     gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
@@ -59,54 +61,52 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
     return sum;
 }
 
-/* Impulse per velocity of holds that give way: anchors of partial influence, and all on pinned nodes. */
+/* Impulse per velocity of constraints that give way: anchors of partial influence, and all on pinned nodes. */
 static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
     if (constraint->rows == 0 || gradient_is_rigid(constraint)) { return (plii_dvec3){0}; }
     if (!constraint->is_pinned) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
-                                constraint->share / (1.0 - constraint->share));
+                                constraint->influence / (1.0 - constraint->influence));
     }
     if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->share);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x), constraint->influence);
     }
     const double along = plii_dvec3_dot(constraint->normal, x);
     const plii_dvec3 held = plii_dvec3_scale(constraint->normal, along);
     return plii_implicit_block_mul(&constraint->block, held);
 }
 
-// ------------------------------------------------------------------------------------------- what the holds change
+// ------------------------------------------------------------------------------------------- what the constraints
+// change
 
-/* The held part of x is that of the rigid bodies' motion. */
-static void gradient_lead(const plii_implicit_constraints* constraints,
-                          const double* (*motion)(const plii_implicit_rigid*), plii_dvec3* x) {
-    for (int i = 0; i < constraints->count;) {
-        const gradient_filter filter = gradient_make_filter(constraints, i);
-        plii_dvec3* of_node = &x[constraints->items[i].node];
-        if (filter.count > 0) {
-            plii_dvec3 lead = {0};
-            if (filter.rigid != PLI_NULL_INDEX) {
-                lead = plii_implicit_point_change(motion(&constraints->rigids[filter.rigid]), filter.arm);
-            }
-            *of_node = plii_dvec3_add(*of_node, gradient_held_part(&filter, plii_dvec3_sub(lead, *of_node)));
+/* The held part of the direction is that of the rigid bodies. */
+static void gradient_lead(plii_implicit_system* system) {
+    const plii_implicit_constraints* constraints = system->constraints;
+    gradient_filter filter;
+    for (int i = 0; i < constraints->count; i = filter.end) {
+        filter = gradient_make_filter(constraints, i);
+        plii_dvec3 *x = &system->direction[constraints->items[i].node], lead = {0};
+        if (filter.count == 0) { continue; }
+        if (filter.rigid != PLI_NULL_INDEX) {
+            lead = plii_implicit_point_change(constraints->rigids[filter.rigid].direction, filter.arm);
         }
-        i = filter.end;
+        *x = plii_dvec3_add(*x, gradient_held_part(&filter, plii_dvec3_sub(lead, *x)));
     }
 }
 
 /* Moves the held part of the nodes' impulses y to the rigid bodies, sum[] of each. */
 static void gradient_reduce(const plii_implicit_constraints* constraints, double* (*sum)(plii_implicit_rigid*),
                             plii_dvec3* y) {
-    for (int i = 0; i < constraints->count;) {
-        const gradient_filter filter = gradient_make_filter(constraints, i);
+    gradient_filter filter;
+    for (int i = 0; i < constraints->count; i = filter.end) {
+        filter = gradient_make_filter(constraints, i);
+        if (filter.count == 0) { continue; }
         plii_dvec3* of_node = &y[constraints->items[i].node];
-        if (filter.count > 0) {
-            const plii_dvec3 held = gradient_held_part(&filter, *of_node);
-            if (filter.rigid != PLI_NULL_INDEX) {
-                plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
-            }
-            *of_node = plii_dvec3_sub(*of_node, held);
+        const plii_dvec3 held = gradient_held_part(&filter, *of_node);
+        if (filter.rigid != PLI_NULL_INDEX) {
+            plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
         }
-        i = filter.end;
+        *of_node = plii_dvec3_sub(*of_node, held);
     }
 }
 
@@ -116,10 +116,6 @@ static double* gradient_residual_of(plii_implicit_rigid* rigid) {
 static double* gradient_product_of(plii_implicit_rigid* rigid) {
     return rigid->product;
 }
-static const double* gradient_direction_of(const plii_implicit_rigid* rigid) {
-    return rigid->direction;
-}
-
 /* residual = rhs + friction - W x, of rigid bodies too. */
 static void gradient_start_residual(const pli_body* body, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
@@ -197,9 +193,8 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
 
 // ------------------------------------------------------------------------------------------------- preconditioner
 
-/* Inverse of W_ii on the directions that are not held. */
-static plii_dvec3 gradient_free_solve(const plii_implicit_block* block, const gradient_filter* filter, plii_dvec3 r) {
-    plii_dvec3 x = plii_implicit_block_solve(block, r);
+/* Of W_ii^-1 r, given as x: that by the inverse of W_ii on the directions that are not held. */
+static plii_dvec3 gradient_free_part(const plii_implicit_block* block, const gradient_filter* filter, plii_dvec3 x) {
     if (filter->count == 3) { return (plii_dvec3){0}; }
     plii_dvec3 answers[2];
     double k[3] = {0}, b[2] = {0};
@@ -229,8 +224,9 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
             plii_implicit_rigid_matrix(&constraints->rigids[i], constraints->rigids[i].factor);
         }
     }
-    for (int i = 0; i < constraints->count;) {
-        const gradient_filter filter = gradient_make_filter(constraints, i);
+    gradient_filter filter;
+    for (int i = 0; i < constraints->count; i = filter.end) {
+        filter = gradient_make_filter(constraints, i);
         for (int k = 0; k < 6 && filter.count > 0 && filter.rigid != PLI_NULL_INDEX; ++k) {
             double unit[6] = {0}, column[6] = {0};
             unit[k] = 1.0;
@@ -241,20 +237,11 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
                 constraints->rigids[filter.rigid].factor[m][k] += column[m];
             }
         }
-        i = filter.end;
     }
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
-        for (int k = 0; k < 6 && rigid->is_dynamic; ++k) {
-            double unit[6] = {0}, column[6] = {0};
-            unit[k] = 1.0;
-            const plii_dvec3 impulse = gradient_yield(constraint, plii_implicit_point_change(unit, constraint->arm));
-            plii_implicit_add_push(column, constraint->arm, impulse, 1.0);
-            for (int m = 0; m < 6; ++m) {
-                rigid->factor[m][k] += column[m];
-            }
-        }
+        if (rigid->is_dynamic) { plii_implicit_add_response(constraint, gradient_yield, rigid->factor); }
     }
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
@@ -262,37 +249,32 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
     }
 }
 
-/* direction = preconditioned residual + beta direction; or with `beta` NULL only the product of both residuals. */
-static double gradient_precondition(plii_implicit_system* system, const double* beta) {
+/* spare = preconditioned residual, and `product` of rigid bodies; gives its product with the residual. */
+static double gradient_precondition(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
-    double sum = 0.0;
-    gradient_filter filter = constraints->count > 0 ? gradient_make_filter(constraints, 0) : (gradient_filter){0};
     for (int i = 0; i < system->node_count; ++i) {
-        const bool is_held = filter.begin < constraints->count && constraints->items[filter.begin].node == i;
-        const plii_dvec3 z = is_held && !constraints->items[filter.begin].is_pinned
-                                 ? gradient_free_solve(&system->blocks[i], &filter, system->residual[i])
-                                 : plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
-        if (is_held) {
-            filter = filter.end < constraints->count ? gradient_make_filter(constraints, filter.end)
-                                                     : (gradient_filter){.begin = constraints->count};
-        }
-        sum += plii_dvec3_dot(z, system->residual[i]);
-        if (beta != NULL) { system->direction[i] = plii_dvec3_add_scaled(z, system->direction[i], *beta); }
+        system->spare[i] = plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
+    }
+    gradient_filter filter;
+    for (int i = 0; i < constraints->count; i = filter.end) {
+        filter = gradient_make_filter(constraints, i);
+        const int node = constraints->items[i].node;
+        if (constraints->items[i].is_pinned) { continue; }
+        system->spare[node] = gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
+    }
+    double sum = 0.0;
+    for (int i = 0; i < system->node_count; ++i) {
+        sum += plii_dvec3_dot(system->spare[i], system->residual[i]);
     }
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
         if (!rigid->is_solved) { continue; }
-        double z[6];
+        memcpy(rigid->product, rigid->residual, sizeof rigid->product);
+        plii_implicit_solve6((const double(*)[6])rigid->factor, rigid->product);
         for (int k = 0; k < 6; ++k) {
-            z[k] = rigid->residual[k];
-        }
-        plii_implicit_solve6((const double(*)[6])rigid->factor, z);
-        for (int k = 0; k < 6; ++k) {
-            sum += z[k] * rigid->residual[k];
-            if (beta != NULL) { rigid->direction[k] = z[k] + *beta * rigid->direction[k]; }
+            sum += rigid->product[k] * rigid->residual[k];
         }
     }
-    if (beta != NULL) { gradient_lead(constraints, gradient_direction_of, system->direction); }
     return sum;
 }
 
@@ -312,13 +294,27 @@ static void gradient_advance(plii_implicit_system* system, double alpha) {
     }
 }
 
+/* direction = preconditioned residual + beta direction. */
+static void gradient_choose_direction(plii_implicit_system* system, double beta) {
+    for (int i = 0; i < system->node_count; ++i) {
+        system->direction[i] = plii_dvec3_add_scaled(system->spare[i], system->direction[i], beta);
+    }
+    for (int i = 0; i < system->constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &system->constraints->rigids[i];
+        for (int k = 0; k < 6 && rigid->is_solved; ++k) {
+            rigid->direction[k] = rigid->product[k] + beta * rigid->direction[k];
+        }
+    }
+    gradient_lead(system);
+}
+
 /* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
 static int gradient_solve(const pli_body* body, plii_implicit_system* system, int iterations, double tolerance,
                           double* first, double* last) {
-    const double fresh = 0.0;
     gradient_factorise_rigids(system);
     gradient_start_residual(body, system);
-    double rz = gradient_precondition(system, &fresh);
+    double rz = gradient_precondition(system);
+    gradient_choose_direction(system, 0.0);
     *first = fmax(*first, rz);
     const double goal = tolerance * tolerance * *first;
     int done = 0;
@@ -327,9 +323,8 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
         if (!(product > 0.0)) { break; }
         gradient_advance(system, rz / product);
         const double rz_before = rz;
-        rz = gradient_precondition(system, NULL);
-        const double beta = rz / rz_before;
-        (void)gradient_precondition(system, &beta);
+        rz = gradient_precondition(system);
+        gradient_choose_direction(system, rz / rz_before);
         done += 1;
     }
     *last = rz;
@@ -421,9 +416,7 @@ int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system*
         first += plii_dvec3_dot(system->rhs[i], plii_implicit_block_solve(&system->blocks[i], system->rhs[i]));
     }
     for (int i = 0; i < constraints->rigid_count; ++i) {
-        for (int k = 0; k < 6; ++k) {
-            constraints->rigids[i].direction[k] = 0.0;
-        }
+        memset(constraints->rigids[i].direction, 0, sizeof constraints->rigids[i].direction);
     }
     int done = 0;
     (void)gradient_judge(system);

@@ -6,7 +6,9 @@
 
 #include "body/rigid_impl.h"
 
-/* Pinned nodes count as so many times heavier than the rigid body that holds on to them. */
+#include <string.h>
+
+/* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
 
@@ -64,9 +66,7 @@ static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched) {
     const pli_rigid* rigid = touched->rigid;
     touched->moves_by_host = rigid->pose_version != touched->pose_version;
     touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
-    for (int i = 0; i < 6; ++i) {
-        touched->change[i] = 0.0;
-    }
+    memset(touched->change, 0, sizeof touched->change);
     if (!touched->is_dynamic) { return; }
     touched->mass[0] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
     touched->mass[1] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
@@ -119,10 +119,10 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     double rigid_weight = 0.0;
     if (touched->is_dynamic) {
         const pli_vec3 moment = pli_vec3_cross(arm, unit);
-        const pli_vec3 turn = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
-        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, turn);
+        const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, moment);
+        rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, spin);
     }
-    const double push = constraint->share * distance / (node_weight + rigid_weight); /* kg m */
+    const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
     plii_set_xyz(&body->positions[constraint->node],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
     if (!touched->is_dynamic) { return; }
@@ -139,7 +139,8 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 
 // --------------------------------------------------------------------------------------------------- conditions
 
-/* Merges neighbouring sorted runs until there is one; holds of a node keep their order. `to` is as long as `from`. */
+/* Merges neighbouring sorted runs until there is one; constraints of a node keep their order. `to` is as long as
+ * `from`. */
 static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
     for (int width = 1; width < count; width *= 2) {
         for (int begin = 0; begin < count; begin += 2 * width) {
@@ -163,7 +164,7 @@ static bool implicit_constraints_are_sorted(const plii_node_constraint* constrai
     return true;
 }
 
-/* Lists the holds of all features, twice if they are more than there is room for. */
+/* Lists the constraints of all features, twice if they are more than there is room for. */
 static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts) {
     int count = 0, wanted = 0;
     for (int attempt = 0; attempt < 2; ++attempt) {
@@ -198,8 +199,8 @@ static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
     return (plii_implicit_block){.inverse_d = {inverse, inverse, inverse}};
 }
 
-/* Velocity with which a point that moves with the rigid body leaves its place at the start of the step, as far as it is
-   known yet. */
+/* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
+   is known yet. */
 static plii_dvec3 implicit_point_velocity(const plii_implicit_rigid* touched, pli_vec3 local, float dt) {
     const pli_rigid_state* state = &touched->rigid->state;
     pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
@@ -221,7 +222,7 @@ static void implicit_constraints_make_item(const pli_body* body, const plii_impl
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
     pli_vec3 local = from->pivot;
     item->is_anchor = from->is_anchor;
-    item->share = (double)from->influence;
+    item->influence = (double)from->influence;
     if (from->is_anchor) {
         const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(touched->pose, local));
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
@@ -277,5 +278,3 @@ bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* co
     }
     return false;
 }
-
-// ------------------------------------------------------------------------------------------------------- memory

@@ -20,12 +20,13 @@ typedef struct plii_implicit_rigid {
     double change[6];  /* m/s, rad/s: what this body's system adds to the velocities */
     double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
     bool is_solved;
+    int group; /* of components, PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
 } plii_implicit_rigid;
 
 typedef struct plii_implicit_constraint {
     int node, rigid;
     bool is_anchor, is_pinned;
-    double share, friction;
+    double influence, friction;
     plii_dvec3 normal;
     plii_dvec3 arm;    /* from the centre of mass of the rigid body */
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
@@ -70,14 +71,20 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 /* The nearest solution that meets the conditions, in the norm of the diagonal blocks, given `x` without them; then the
    changes of the rigid bodies that balance the impulses. */
 void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x);
-/* Only the node that has holds begin .. end - 1, with the rigid bodies as they are. */
+/* Only the node that has constraints begin .. end - 1, with the rigid bodies as they are. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x);
-/* Velocity that a hold asks of its node. */
+/* Velocity that a constraint asks of its node. */
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
 void plii_implicit_solve6(const double m[6][6], double b[6]);
+
+/* Change of the impulse of a constraint on its node by a motion between node and rigid body. */
+typedef plii_dvec3 plii_implicit_response_fn(const plii_implicit_constraint* constraint, plii_dvec3 moved);
+/* m += G^T K G: what the response gives to the block of the rigid body. */
+void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
+                                double m[6][6]);
 
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));

@@ -74,12 +74,12 @@ static plii_dvec3 project_sliding(const plii_implicit_constraint* constraint, pl
     return impulse;
 }
 
-/* The impulse of one hold on its node, which moves with `free` without it. */
+/* The impulse of one constraint on its node, which moves with `free` without it. */
 static void project_constraint(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
                                plii_dvec3 free) {
     const plii_dvec3 relative = plii_dvec3_sub(free, plii_implicit_constraint_goal(constraints, constraint));
     const plii_dvec3 stopping =
-        plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, relative), -constraint->share);
+        plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, relative), -constraint->influence);
     constraint->rows = 3;
     constraint->impulse = stopping;
     if (constraint->is_anchor) { return; }
@@ -95,7 +95,7 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     constraint->impulse = project_sliding(constraint, relative, across);
 }
 
-/* Several holds share it by turns, each given the others. */
+/* Several constraints of a node are solved one after the other, each given the impulses of the others. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x) {
     plii_implicit_constraint* items = constraints->items;
     const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].node];
@@ -120,10 +120,10 @@ void plii_implicit_project_node(const plii_implicit_constraints* constraints, in
 
 // -------------------------------------------------------------------------------------------------- rigid bodies
 
-/* Change of the impulse of a hold when its point is moved, as long as the directions held stay the same. */
+/* Change of the impulse of a constraint when its point is moved, as long as the directions held stay the same. */
 static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
     if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->share);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->influence);
     }
     if (constraint->rows == 0) { return (plii_dvec3){0}; }
     const double response =
@@ -131,11 +131,12 @@ static plii_dvec3 project_response(const plii_implicit_constraint* constraint, p
     return plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, moved) / response);
 }
 
-static void project_add_matrix(const plii_implicit_constraint* constraint, double m[6][6]) {
+void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
+                                double m[6][6]) {
     for (int k = 0; k < 6; ++k) {
         double unit[6] = {0}, column[6] = {0};
         unit[k] = 1.0;
-        const plii_dvec3 impulse = project_response(constraint, plii_implicit_point_change(unit, constraint->arm));
+        const plii_dvec3 impulse = response(constraint, plii_implicit_point_change(unit, constraint->arm));
         plii_implicit_add_push(column, constraint->arm, impulse, 1.0);
         for (int i = 0; i < 6; ++i) {
             m[i][k] += column[i];
@@ -155,7 +156,7 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
         const plii_implicit_constraint* constraint = &constraints->items[i];
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         plii_implicit_add_push(b, constraint->arm, constraint->impulse, -1.0);
-        project_add_matrix(constraint, m);
+        plii_implicit_add_response(constraint, project_response, m);
     }
     if (!plii_implicit_factorise6(m)) { return; }
     plii_implicit_solve6((const double(*)[6])m, b);

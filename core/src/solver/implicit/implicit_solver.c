@@ -12,7 +12,7 @@
 
 #include <string.h>
 
-enum { IMPLICIT_VECTORS = 5, IMPLICIT_MAX_VECTORS = 6 }; /* the last one only for conjugate gradients */
+enum { IMPLICIT_VECTORS = 5 };
 
 typedef struct implicit_state {
     pli_implicit_def def;
@@ -20,7 +20,8 @@ typedef struct implicit_state {
     plii_implicit_half* halves;
     plii_implicit_block* blocks;
     int* groups;
-    plii_dvec3* vectors[IMPLICIT_MAX_VECTORS];
+    plii_dvec3* vectors;   /* [IMPLICIT_VECTORS][node_count] */
+    plii_dvec3* direction; /* [node_count], only for conjugate gradients */
     plii_implicit_constraints constraints;
     plii_implicit_system system; /* of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
@@ -83,36 +84,42 @@ static void implicit_iterate(const pli_body* body, implicit_state* state, bool i
     }
 }
 
-/* Groups of components: what hangs together by links and by rigid bodies that can move. */
-static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system) {
-    const plii_implicit_constraints* constraints = system->constraints;
-    plii_union_start(system->node_count, system->groups);
-    for (int r = 0; r < constraints->rigid_count; ++r) {
-        int first = PLI_NULL_INDEX;
-        for (int i = 0; i < constraints->count && constraints->rigids[r].is_dynamic; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int component = graph->components[constraint->node];
-            if (first == PLI_NULL_INDEX) { first = component; }
-            plii_union_join(system->groups, first, component);
-        }
-    }
-}
-
 static void implicit_add_masses(plii_dvec3* sum, double x, double y, double z) {
     *sum = plii_dvec3_add(*sum, plii_dvec3_make(x, y, z));
 }
 
-/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that they hold. Unfinished
+/* Groups of components: what hangs together by links and by rigid bodies that can move. Those get their group, the
+   nodes of which are infinitely heavy where a rigid body cannot move. */
+static void implicit_join_groups(const plii_link_graph* graph, const plii_implicit_system* system, plii_dvec3* masses) {
+    plii_implicit_constraints* constraints = system->constraints;
+    plii_union_start(system->node_count, system->groups);
+    for (int r = 0; r < constraints->rigid_count; ++r) {
+        constraints->rigids[r].group = PLI_NULL_INDEX;
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        if (!rigid->is_dynamic || constraint->rows == 0) { continue; }
+        const int component = graph->components[constraint->node];
+        if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
+        plii_union_join(system->groups, rigid->group, component);
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
+        const int group = plii_union_root(system->groups, graph->components[constraint->node]);
+        implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
+    }
+}
+
+/* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
    sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
 static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
-    implicit_join_groups(graph, system);
-    for (int i = 0; i < body->node_count; ++i) {
-        momenta[i] = (plii_dvec3){0};
-        masses[i] = (plii_dvec3){0};
-    }
+    memset(momenta, 0, implicit_vector_size(body->node_count));
+    memset(masses, 0, implicit_vector_size(body->node_count));
+    implicit_join_groups(graph, system, masses);
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
         const double mass = 1.0 / (double)body->positions[i].w; /* infinite when pinned */
@@ -120,21 +127,13 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         if (!isfinite(mass)) { continue; }
         momenta[group] = plii_dvec3_add_scaled(momenta[group], system->solution[i], mass);
     }
-    /* Each rigid body once, with its first hold; those that cannot move with every one. */
     for (int r = 0; r < constraints->rigid_count; ++r) {
-        const plii_implicit_rigid* rigid = &constraints->rigids[r];
-        for (int i = 0; i < constraints->count; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const int group = plii_union_root(system->groups, graph->components[constraint->node]);
-            if (rigid->is_dynamic) {
-                const double *m = rigid->mass, *q = rigid->change;
-                implicit_add_masses(&masses[group], m[0], m[1], m[2]);
-                implicit_add_masses(&momenta[group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
-                break;
-            }
-            implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
-        }
+        plii_implicit_rigid* rigid = &constraints->rigids[r];
+        const double *m = rigid->mass, *q = rigid->change;
+        if (rigid->group == PLI_NULL_INDEX) { continue; }
+        rigid->group = plii_union_root(system->groups, rigid->group);
+        implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
+        implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
     }
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
@@ -146,15 +145,10 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
     }
     for (int r = 0; r < constraints->rigid_count; ++r) {
         plii_implicit_rigid* rigid = &constraints->rigids[r];
-        for (int i = 0; i < constraints->count && rigid->is_dynamic; ++i) {
-            const plii_implicit_constraint* constraint = &constraints->items[i];
-            if (constraint->rigid != r || constraint->rows == 0) { continue; }
-            const plii_dvec3 shift = momenta[plii_union_root(system->groups, graph->components[constraint->node])];
-            rigid->change[0] += shift.x;
-            rigid->change[1] += shift.y;
-            rigid->change[2] += shift.z;
-            break;
-        }
+        if (rigid->group == PLI_NULL_INDEX) { continue; }
+        rigid->change[0] += momenta[rigid->group].x;
+        rigid->change[1] += momenta[rigid->group].y;
+        rigid->change[2] += momenta[rigid->group].z;
     }
 }
 
@@ -186,11 +180,11 @@ static void implicit_predict(pli_body* body, float dt) {
         .blocks = state->blocks,
         .groups = state->groups,
         .constraints = &state->constraints,
-        .rhs = state->vectors[0],
-        .solution = state->vectors[1],
-        .spare = state->vectors[2],
-        .residual = state->vectors[3],
-        .direction = state->vectors[IMPLICIT_VECTORS],
+        .rhs = state->vectors,
+        .solution = state->vectors + body->node_count,
+        .spare = state->vectors + (ptrdiff_t)2 * body->node_count,
+        .residual = state->vectors + (ptrdiff_t)3 * body->node_count,
+        .direction = state->direction,
     };
     state->report = (pli_implicit_report){0};
     state->constraints.rigid_count = 0;
@@ -219,8 +213,8 @@ static void implicit_on_rigid_removed(pli_body* body, void* data, const pli_rigi
 
 /* Where the velocity of a node leads, rounded as in implicit_add_solution. */
 static pli_vec3 implicit_reached(const pli_body* body, int node) {
-    const pli_vec3 way = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
-    return pli_vec3_add(plii_xyz(body->previous[node]), way);
+    const pli_vec3 motion = pli_vec3_scale(plii_xyz(body->velocities[node]), body->step.dt);
+    return pli_vec3_add(plii_xyz(body->previous[node]), motion);
 }
 
 /* Goes on from the solution of the prediction, now with contacts and with rigid bodies as their host has left them. */
@@ -230,7 +224,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     body->context->pass.feature = NULL; /* stages have run */
     plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
     if (state->constraints.count == 0) { return; }
-    plii_dvec3* before = state->vectors[4];
+    plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;
     memcpy(before, system->solution, implicit_vector_size(body->node_count));
     implicit_iterate(body, state, true);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
@@ -256,7 +250,7 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
         const pli_vec3 velocity = plii_xyz(body->velocities[constraint->node]);
         plii_set_xyz(
             &body->velocities[constraint->node],
-            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->share))));
+            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->influence))));
     }
 }
 
@@ -336,12 +330,8 @@ static const plii_feature_array implicit_arrays[] = {
     {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2},
     {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE},
     {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[0]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[1]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[2]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[3]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[4]), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors[IMPLICIT_VECTORS]), PLII_PER_NODE, .is_optional = true},
+    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS},
+    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true},
     {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
     {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
     {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
@@ -387,16 +377,12 @@ pli_status pli_body_enable_implicit(pli_body* body, const pli_implicit_def* def)
     void* data = NULL;
     PLII_TRY(plii_feature_enable(body, &implicit_class, &data));
     implicit_state* state = data;
-    if (used.method == PLI_IMPLICIT_CONJUGATE_GRADIENT && state->vectors[IMPLICIT_VECTORS] == NULL) {
-        state->vectors[IMPLICIT_VECTORS] = plii_allocate(body->context, implicit_vector_size(body->node_count));
-        if (state->vectors[IMPLICIT_VECTORS] == NULL) {
-            if (is_new) { plii_feature_disable(body, &implicit_class); }
-            return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
-        }
-    }
     if (used.method != PLI_IMPLICIT_CONJUGATE_GRADIENT) {
-        plii_release(body->context, state->vectors[IMPLICIT_VECTORS], implicit_vector_size(body->node_count));
-        state->vectors[IMPLICIT_VECTORS] = NULL;
+        PLII_RELEASE(body->context, state->direction, body->node_count);
+        state->direction = NULL;
+    } else if (state->direction == NULL && !PLII_ALLOCATE(body->context, &state->direction, body->node_count)) {
+        if (is_new) { plii_feature_disable(body, &implicit_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for conjugate gradients");
     }
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);

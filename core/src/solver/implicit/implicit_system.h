@@ -40,7 +40,7 @@ plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
 plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
                                  const plii_dvec3* x);
 
-/* All go on from the solution that is there if `is_warm`, and meet the conditions of the holds. */
+/* All go on from the solution that is there if `is_warm`, and meet the constraints. */
 /* `sweeps` after the start W_ii^-1 rhs. */
 void plii_implicit_jacobi(plii_implicit_system* system, int sweeps, bool is_warm);
 /* The same sweeps under Chebyshev weights. */

@@ -66,37 +66,25 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t xpbd_links_softness_size(const pli_body* body) {
-    return 2 * (size_t)body->material_count * sizeof(plii_link_softness);
-}
-
-static void xpbd_links_disable(pli_body* body, void* data) {
-    xpbd_links_state* state = data;
-    plii_link_slots_release(body, &state->rest_lengths);
-    plii_link_slots_release(body, &state->multipliers);
-    plii_link_slots_release(body, &state->vectors);
-    plii_release(body->context, state->softness, xpbd_links_softness_size(body));
-}
-
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
     state->colors = plii_feature_state(body, &plii_link_colors_class);
     state->kernel = plii_links_kernel_of(body->context->simd);
-    state->softness = plii_allocate(body->context, xpbd_links_softness_size(body));
     state->is_stale = true;
-    if (state->softness == NULL || !plii_link_slots_make(body, state->colors, 1, &state->rest_lengths) ||
-        !plii_link_slots_make(body, state->colors, 1, &state->multipliers) ||
-        !plii_link_slots_make(body, state->colors, 3, &state->vectors)) {
-        xpbd_links_disable(body, state);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    return PLI_OK;
+    const bool is_complete = plii_link_slots_make(body, state->colors, 1, &state->rest_lengths) &&
+                             plii_link_slots_make(body, state->colors, 1, &state->multipliers) &&
+                             plii_link_slots_make(body, state->colors, 3, &state->vectors);
+    return is_complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static size_t xpbd_links_bytes(const pli_body* body, const void* data) {
-    const xpbd_links_state* state = data;
-    return state->rest_lengths.size + state->multipliers.size + state->vectors.size + xpbd_links_softness_size(body);
-}
+static const plii_feature_array xpbd_links_arrays[] = {
+    {PLII_BLOCK_OF(xpbd_links_state, rest_lengths.values, rest_lengths.size)},
+    {PLII_BLOCK_OF(xpbd_links_state, multipliers.values, multipliers.size)},
+    {PLII_BLOCK_OF(xpbd_links_state, vectors.values, vectors.size)},
+    {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2},
+    {0},
+};
+enum { XPBD_LINKS_ARRAYS = sizeof xpbd_links_arrays / sizeof *xpbd_links_arrays - 1 };
 
 static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
                                       size_t* sizes) {
@@ -108,9 +96,11 @@ static int xpbd_links_topology_blocks(const pli_body* body, const void* data, co
 
 static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
     xpbd_links_state* state = data;
-    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[0], &state->rest_lengths);
-    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[1], &state->multipliers);
-    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[2], &state->vectors);
+    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[XPBD_LINKS_ARRAYS],
+                            &state->rest_lengths);
+    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[XPBD_LINKS_ARRAYS + 1],
+                            &state->multipliers);
+    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[XPBD_LINKS_ARRAYS + 2], &state->vectors);
     state->is_stale = true;
 }
 
@@ -120,9 +110,8 @@ static const plii_feature_class xpbd_links_class = {
     .name = "XPBD links",
     .state_size = sizeof(xpbd_links_state),
     .needs = xpbd_links_needs,
+    .arrays = xpbd_links_arrays,
     .enable = xpbd_links_enable,
-    .disable = xpbd_links_disable,
-    .bytes = xpbd_links_bytes,
     .topology_blocks = xpbd_links_topology_blocks,
     .topology_commit = xpbd_links_topology_commit,
 };

@@ -3,6 +3,7 @@
 
 #include "math/simd_float4.h"
 
+#include "base/scratch.h"
 #include "math/range.h"
 #include "solver/coloring/constraint_coloring.h"
 #include "solver/xpbd/xpbd_impl.h"
@@ -27,14 +28,13 @@ typedef struct xpbd_tetras_state {
     int color_begin[PLII_CONSTRAINT_COLORS]; /* groups; those from the last begin on are solved one after the other */
 } xpbd_tetras_state;
 
-static void xpbd_tetras_restart(pli_body* body, void* data, const plii_substep* substep) {
-    const xpbd_tetras_state* state = data;
-    (void)body;
-    (void)substep;
-    for (int i = 0; i < state->group_count; ++i) {
-        plii_float4_store(state->groups[i].multipliers, plii_float4_all(0.0f));
-    }
-}
+typedef struct xpbd_tetras_task {
+    xpbd_tetra_group* groups;
+    const pli_vec4* positions;
+    pli_vec4* displacements;
+    float alpha;
+    bool reads_multipliers; /* else they are 0 */
+} xpbd_tetras_task;
 
 /* Of one node of each tetrahedron. */
 typedef struct xpbd_tetra_corners {
@@ -42,44 +42,39 @@ typedef struct xpbd_tetra_corners {
     plii_float4 inverse_masses;
 } xpbd_tetra_corners;
 
-PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const pli_vec4* positions, const pli_vec4* displacements,
-                                                     const int* nodes) {
-    plii_float4 moved[PLII_LANES] = {
-        plii_float4_from(&displacements[nodes[0]]), plii_float4_from(&displacements[nodes[1]]),
-        plii_float4_from(&displacements[nodes[2]]), plii_float4_from(&displacements[nodes[3]])};
-    plii_float4 sums[PLII_LANES] = {plii_float4_add(plii_float4_from(&positions[nodes[0]]), moved[0]),
-                                    plii_float4_add(plii_float4_from(&positions[nodes[1]]), moved[1]),
-                                    plii_float4_add(plii_float4_from(&positions[nodes[2]]), moved[2]),
-                                    plii_float4_add(plii_float4_from(&positions[nodes[3]]), moved[3])};
+PLII_SIMD_INLINE xpbd_tetra_corners xpbd_tetras_load(const xpbd_tetras_task* task, const int* nodes) {
+    plii_float4 moved[PLII_LANES], sums[PLII_LANES];
+#pragma GCC unroll 4
+    for (int k = 0; k < PLII_LANES; ++k) {
+        moved[k] = plii_float4_from(&task->displacements[nodes[k]]);
+        sums[k] = plii_float4_from(&task->positions[nodes[k]]) + moved[k];
+    }
     plii_float4_transpose(sums);
     plii_float4_transpose(moved);
     return (xpbd_tetra_corners){{sums[0], sums[1], sums[2]}, moved[3]};
 }
 
-PLII_SIMD_INLINE void xpbd_tetras_add(pli_vec4* displacement, plii_float4 move) {
-    plii_float4_to(displacement, plii_float4_add(plii_float4_from(displacement), move));
-}
-PLII_SIMD_INLINE void xpbd_tetras_move(pli_vec4* displacements, const int* nodes, plii_vec3x4 gradient,
+PLII_SIMD_INLINE void xpbd_tetras_move(const xpbd_tetras_task* task, const int* nodes, plii_vec3x4 gradient,
                                        plii_float4 scale) {
     const plii_vec3x4 move = plii_vec3x4_scale(gradient, scale);
     plii_float4 rows[PLII_LANES] = {move.x, move.y, move.z, plii_float4_all(0.0f)};
     plii_float4_transpose(rows);
-    xpbd_tetras_add(&displacements[nodes[0]], rows[0]);
-    xpbd_tetras_add(&displacements[nodes[1]], rows[1]);
-    xpbd_tetras_add(&displacements[nodes[2]], rows[2]);
-    xpbd_tetras_add(&displacements[nodes[3]], rows[3]);
+#pragma GCC unroll 4
+    for (int k = 0; k < PLII_LANES; ++k) {
+        pli_vec4* displacement = &task->displacements[nodes[k]];
+        plii_float4_to(displacement, plii_float4_from(displacement) + rows[k]);
+    }
 }
 
 PLII_SIMD_INLINE plii_float4 xpbd_tetras_weight(plii_float4 inverse_masses, plii_vec3x4 gradient) {
-    return plii_float4_mul(inverse_masses, plii_vec3x4_dot(gradient, gradient));
+    return inverse_masses * plii_vec3x4_dot(gradient, gradient);
 }
 
-static void xpbd_tetras_solve(xpbd_tetra_group* group, const pli_vec4* positions, pli_vec4* displacements,
-                              float alpha) {
-    const xpbd_tetra_corners a = xpbd_tetras_load(positions, displacements, group->nodes[0]);
-    const xpbd_tetra_corners b = xpbd_tetras_load(positions, displacements, group->nodes[1]);
-    const xpbd_tetra_corners c = xpbd_tetras_load(positions, displacements, group->nodes[2]);
-    const xpbd_tetra_corners d = xpbd_tetras_load(positions, displacements, group->nodes[3]);
+static void xpbd_tetras_solve(xpbd_tetra_group* group, const xpbd_tetras_task* task) {
+    const xpbd_tetra_corners a = xpbd_tetras_load(task, group->nodes[0]);
+    const xpbd_tetra_corners b = xpbd_tetras_load(task, group->nodes[1]);
+    const xpbd_tetra_corners c = xpbd_tetras_load(task, group->nodes[2]);
+    const xpbd_tetra_corners d = xpbd_tetras_load(task, group->nodes[3]);
     const plii_vec3x4 ab = plii_vec3x4_sub(b.positions, a.positions);
     const plii_vec3x4 ac = plii_vec3x4_sub(c.positions, a.positions);
     const plii_vec3x4 ad = plii_vec3x4_sub(d.positions, a.positions);
@@ -89,40 +84,34 @@ static void xpbd_tetras_solve(xpbd_tetra_group* group, const pli_vec4* positions
     const plii_vec3x4 by_d = plii_vec3x4_scale(plii_vec3x4_cross(ab, ac), sixth);
     const plii_vec3x4 by_a = plii_vec3x4_neg(plii_vec3x4_add(plii_vec3x4_add(by_b, by_c), by_d));
     plii_float4 weight = xpbd_tetras_weight(a.inverse_masses, by_a);
-    weight = plii_float4_add(weight, xpbd_tetras_weight(b.inverse_masses, by_b));
-    weight = plii_float4_add(weight, xpbd_tetras_weight(c.inverse_masses, by_c));
-    weight = plii_float4_add(weight, xpbd_tetras_weight(d.inverse_masses, by_d));
+    weight += xpbd_tetras_weight(b.inverse_masses, by_b);
+    weight += xpbd_tetras_weight(c.inverse_masses, by_c);
+    weight += xpbd_tetras_weight(d.inverse_masses, by_d);
     /* plii_xpbd_multiplier without damping */
-    const plii_float4 multipliers = plii_float4_load(group->multipliers), alphas = plii_float4_all(alpha);
-    const plii_float4 excess = plii_float4_sub(plii_vec3x4_dot(ab, by_b), plii_float4_load(group->rest_volumes));
-    const plii_float4 force = plii_float4_sub(plii_float4_negate(excess), plii_float4_mul(alphas, multipliers));
-    plii_float4 change = plii_float4_div(force, plii_float4_add(weight, alphas));
-    change = plii_lanes_select(plii_lanes_both(plii_lanes_less(zero, weight), plii_lanes_finite(change)), change, zero);
-    plii_float4_store(group->multipliers, plii_float4_add(multipliers, change));
-    xpbd_tetras_move(displacements, group->nodes[0], by_a, plii_float4_mul(a.inverse_masses, change));
-    xpbd_tetras_move(displacements, group->nodes[1], by_b, plii_float4_mul(b.inverse_masses, change));
-    xpbd_tetras_move(displacements, group->nodes[2], by_c, plii_float4_mul(c.inverse_masses, change));
-    xpbd_tetras_move(displacements, group->nodes[3], by_d, plii_float4_mul(d.inverse_masses, change));
+    const plii_float4 multipliers = task->reads_multipliers ? plii_float4_load(group->multipliers) : zero;
+    const plii_float4 excess = plii_vec3x4_dot(ab, by_b) - plii_float4_load(group->rest_volumes);
+    plii_float4 change = (-excess - task->alpha * multipliers) / (weight + task->alpha);
+    change = plii_lanes_select((weight > zero) & plii_lanes_finite(change), change, zero);
+    plii_float4_store(group->multipliers, multipliers + change);
+    xpbd_tetras_move(task, group->nodes[0], by_a, a.inverse_masses * change);
+    xpbd_tetras_move(task, group->nodes[1], by_b, b.inverse_masses * change);
+    xpbd_tetras_move(task, group->nodes[2], by_c, c.inverse_masses * change);
+    xpbd_tetras_move(task, group->nodes[3], by_d, d.inverse_masses * change);
 }
-
-typedef struct xpbd_tetras_task {
-    xpbd_tetra_group* groups;
-    const pli_vec4* positions;
-    pli_vec4* displacements;
-    float alpha;
-} xpbd_tetras_task;
 
 static void xpbd_tetras_range(int begin, int end, void* data) {
     const xpbd_tetras_task* task = data;
     for (int i = begin; i < end; ++i) {
-        xpbd_tetras_solve(&task->groups[i], task->positions, task->displacements, task->alpha);
+        xpbd_tetras_solve(&task->groups[i], task);
     }
 }
 
 static void xpbd_tetras_sweep(pli_body* body, void* data, const plii_substep* substep) {
     const xpbd_tetras_state* state = data;
-    const float alpha = state->compliance * substep->inverse_dt * substep->inverse_dt;
-    xpbd_tetras_task task = {NULL, body->positions, substep->displacements, alpha};
+    xpbd_tetras_task task = {.positions = body->positions,
+                             .displacements = substep->displacements,
+                             .alpha = state->compliance * substep->inverse_dt * substep->inverse_dt,
+                             .reads_multipliers = !substep->is_first_sweep};
     for (int c = 0; c + 1 < PLII_CONSTRAINT_COLORS; ++c) {
         task.groups = state->groups + state->color_begin[c];
         plii_parallel_for(body->context, xpbd_tetras_range, &task, state->color_begin[c + 1] - state->color_begin[c],
@@ -140,11 +129,6 @@ static float xpbd_tetra_volume(const pli_body* body, const int* nodes) {
     const pli_vec3 c = pli_vec3_sub(plii_xyz(body->positions[nodes[2]]), a);
     const pli_vec3 d = pli_vec3_sub(plii_xyz(body->positions[nodes[3]]), a);
     return pli_vec3_dot(b, plii_vec3_divide(pli_vec3_cross(c, d), 6.0f));
-}
-
-static size_t xpbd_tetras_bytes(const pli_body* body, const void* data) {
-    (void)body;
-    return (size_t)((const xpbd_tetras_state*)data)->group_count * sizeof(xpbd_tetra_group);
 }
 
 /* Tetrahedra of the last colour may share nodes. */
@@ -188,34 +172,32 @@ static void xpbd_tetras_fill_groups(const pli_body* body, xpbd_tetras_state* sta
 
 static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
     xpbd_tetras_state* state = data;
-    pli_context* context = body->context;
     const plii_topology* topology = body->topology;
-    const size_t count = (size_t)topology->tetra_count, nodes = (size_t)body->node_count;
-    uint64_t* masks = plii_allocate(context, nodes * sizeof *masks);
-    uint8_t* colors = plii_allocate(context, count * sizeof *colors);
-    int* order = plii_allocate(context, count * sizeof *order);
-    if (masks != NULL && colors != NULL && order != NULL) {
+    plii_scratch scratch = {.context = body->context};
+    uint64_t* masks = PLII_TAKE(&scratch, uint64_t, body->node_count);
+    uint8_t* colors = PLII_TAKE(&scratch, uint8_t, topology->tetra_count);
+    int* order = PLII_TAKE(&scratch, int, topology->tetra_count);
+    if (!scratch.is_short) {
         plii_constraint_order(topology->tetra_count, 4, topology->tetras[0], masks, colors, order);
         xpbd_tetras_count_groups(state, topology->tetra_count, colors);
-        state->groups = plii_allocate(context, xpbd_tetras_bytes(body, data));
-        if (state->groups != NULL) { xpbd_tetras_fill_groups(body, state, colors, order); }
+        if (PLII_ALLOCATE(body->context, &state->groups, state->group_count)) {
+            xpbd_tetras_fill_groups(body, state, colors, order);
+        }
     }
-    plii_release(context, masks, nodes * sizeof *masks);
-    plii_release(context, colors, count * sizeof *colors);
-    plii_release(context, order, count * sizeof *order);
+    plii_scratch_free(&scratch);
     return state->groups != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void xpbd_tetras_disable(pli_body* body, void* data) {
-    plii_release(body->context, ((xpbd_tetras_state*)data)->groups, xpbd_tetras_bytes(body, data));
-}
+static const plii_feature_array xpbd_tetras_arrays[] = {
+    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true},
+    {0},
+};
 
 static const plii_feature_class xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
+    .arrays = xpbd_tetras_arrays,
     .enable = xpbd_tetras_enable,
-    .disable = xpbd_tetras_disable,
-    .bytes = xpbd_tetras_bytes,
 };
 
 enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
@@ -223,7 +205,6 @@ enum { XPBD_TETRAS_ORDER = 20 }; /* before volume and links */
 static const plii_substep_class xpbd_tetras_kind = {
     .order = XPBD_TETRAS_ORDER,
     .klass = &xpbd_tetras_class,
-    .restart = xpbd_tetras_restart,
     .sweep = xpbd_tetras_sweep,
 };
 

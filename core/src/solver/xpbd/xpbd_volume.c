@@ -15,13 +15,7 @@ typedef struct xpbd_volume_state {
     pli_vec4* gradients; /* [node_count] m^2, times six */
 } xpbd_volume_state;
 
-static void xpbd_volume_restart(pli_body* body, void* data, const plii_substep* substep) {
-    (void)body;
-    (void)substep;
-    ((xpbd_volume_state*)data)->multiplier = 0.0f;
-}
-
-/* Nodes are taken relative to the place of node 0 at the start of the substep, which keeps rounding small far from the
+/* Nodes are taken relative to node 0 at the start of the substep, which keeps rounding small far from the
    origin; on a closed surface that changes nothing. There the sum of (b - a) x (c - a) over the faces around a node is
    six times its gradient too, so the cross product of a face serves all its nodes. */
 
@@ -33,12 +27,11 @@ typedef struct xpbd_volume_nodes {
 } xpbd_volume_nodes;
 
 PLII_SIMD_INLINE plii_float4 xpbd_volume_corner(const xpbd_volume_nodes* nodes, int node) {
-    return plii_float4_add(plii_float4_sub(plii_float4_from(&nodes->positions[node]), nodes->origin),
-                           plii_float4_from(&nodes->displacements[node]));
+    return plii_float4_from(&nodes->positions[node]) - nodes->origin + plii_float4_from(&nodes->displacements[node]);
 }
 
 PLII_SIMD_INLINE void xpbd_volume_add(pli_vec4* sum, plii_float4 cross) {
-    plii_float4_to(sum, plii_float4_add(plii_float4_from(sum), cross));
+    plii_float4_to(sum, plii_float4_from(sum) + cross);
 }
 
 /* Returns the volume, m^3, and makes `gradients` six times what they are. */
@@ -54,13 +47,13 @@ static double xpbd_volume_gather(const pli_body* body, pli_vec4* restrict gradie
         for (int i = begin; i < end; ++i) {
             const int* n = faces[i];
             const plii_float4 a = xpbd_volume_corner(&nodes, n[0]);
-            const plii_float4 ab = plii_float4_sub(xpbd_volume_corner(&nodes, n[1]), a);
-            const plii_float4 ac = plii_float4_sub(xpbd_volume_corner(&nodes, n[2]), a);
+            const plii_float4 ab = xpbd_volume_corner(&nodes, n[1]) - a;
+            const plii_float4 ac = xpbd_volume_corner(&nodes, n[2]) - a;
             const plii_float4 cross = plii_lanes_xyz(plii_lanes_cross(ab, ac));
             xpbd_volume_add(&gradients[n[0]], cross);
             xpbd_volume_add(&gradients[n[1]], cross);
             xpbd_volume_add(&gradients[n[2]], cross);
-            part = plii_float4_add(part, plii_float4_mul(a, cross));
+            part += a * cross;
         }
         sum += (double)plii_lanes_sum(part);
     }
@@ -73,7 +66,7 @@ static float xpbd_volume_weight(const pli_vec4* displacements, const pli_vec4* g
     for (int i = 0; i < count; ++i) {
         const plii_float4 gradient = plii_float4_from(&gradients[i]);
         const plii_float4 inverse_mass = plii_lanes_all_w(plii_float4_from(&displacements[i]));
-        sum = plii_float4_add(sum, plii_float4_mul(plii_float4_mul(gradient, gradient), inverse_mass));
+        sum += gradient * gradient * inverse_mass;
     }
     return plii_lanes_sum(sum) / 36.0f;
 }
@@ -84,15 +77,15 @@ static void xpbd_volume_sweep(pli_body* body, void* data, const plii_substep* su
     const double volume = xpbd_volume_gather(body, state->gradients, substep);
     const float weight = xpbd_volume_weight(displacements, state->gradients, body->node_count);
     const double missing = volume - (double)state->def.pressure_ratio * state->rest_volume;
+    const float multiplier = substep->is_first_sweep ? 0.0f : state->multiplier;
     const float change =
-        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, state->multiplier, 0.0f, substep);
-    state->multiplier += change;
+        plii_xpbd_multiplier((float)missing, weight, state->def.compliance, 0.0f, multiplier, 0.0f, substep);
+    state->multiplier = multiplier + change;
     const plii_float4 scale = plii_float4_all(change / 6.0f);
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 displacement = plii_float4_from(&displacements[i]);
-        const plii_float4 share = plii_float4_mul(plii_lanes_all_w(displacement), scale);
-        const plii_float4 moved = plii_float4_mul(plii_float4_from(&state->gradients[i]), share);
-        plii_float4_to(&displacements[i], plii_float4_add(displacement, moved));
+        const plii_float4 factor = plii_lanes_all_w(displacement) * scale;
+        plii_float4_to(&displacements[i], displacement + plii_float4_from(&state->gradients[i]) * factor);
     }
 }
 
@@ -120,7 +113,6 @@ enum { XPBD_VOLUME_ORDER = 30 }; /* after tetrahedra, before links */
 static const plii_substep_class xpbd_volume_kind = {
     .order = XPBD_VOLUME_ORDER,
     .klass = &xpbd_volume_class,
-    .restart = xpbd_volume_restart,
     .sweep = xpbd_volume_sweep,
 };
 
@@ -137,9 +129,7 @@ pli_status pli_body_enable_xpbd_volume(pli_body* body, const pli_xpbd_volume_def
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_xpbd_volume_def used = def != NULL ? *def : pli_xpbd_volume_def_default();
     PLII_TRY_DEF(body->context, pli_xpbd_volume_def, &used, xpbd_volume_fields, __func__);
-    if (body->topology->face_count == 0) {
-        return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
-    }
+    PLII_TRY(plii_check_faces(body, "the volume is that inside the faces", __func__));
     void* data = NULL;
     PLII_TRY(plii_xpbd_enable_kind(body, &xpbd_volume_kind, __func__, &data));
     ((xpbd_volume_state*)data)->def = used;
