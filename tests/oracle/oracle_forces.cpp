@@ -26,7 +26,9 @@ struct fixture {
     using make_mesh = std::function<pli_status(pli_context*, pli_mesh**)>;
     explicit fixture(const make_mesh& make, float total_mass) {
         assert_int_equal(pli_context_create(nullptr, &context), PLI_OK);
-        assert_int_equal(pli_world_create(context, nullptr, &world), PLI_OK);
+        pli_world_def def = pli_world_def_default();
+        def.reference_mode = true; // forces without limits
+        assert_int_equal(pli_world_create(context, &def, &world), PLI_OK);
         pli_mesh* mesh = nullptr;
         assert_int_equal(make(context, &mesh), PLI_OK);
         assert_int_equal(pli_mesh_set_total_mass(mesh, total_mass), PLI_OK);

@@ -16,7 +16,9 @@ extern "C" {
 /// The one- and two-sided models push with -rho A (v.n) |v|^2 (lift n + drag v/|v|) on what moves into the air, faces
 /// with twice that; these are not the coefficients of the drag equation, but to be tried out. The lift-drag models have
 /// a drag of rho A |v| (v.n) drag / 2 against v, and lift across it, none where v is within 10 degrees of the normal.
-/// Drag never does more than stop a node within the step.
+/// Drag never does more than stop a node within the step, and air never makes a node faster than it was against the wind:
+/// where a step is too long for the force, the rest turns its velocity. Not in reference mode (pli_world_def), in which
+/// large coefficients, light nodes and long steps blow bodies up.
 typedef enum pli_aero_model {
     /// As VERTEX_ONE_SIDED, here and in btSoftBody. Choose that one; this is for scenes that come from Bullet.
     PLI_AERO_VERTEX_POINT = 0,
@@ -49,6 +51,7 @@ PLI_API pli_aero_def pli_aero_def_default(void);
 /// Lets air act on a body, or changes how. Bullet: addAeroForceToNode, addAeroForceToFace
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
+/// Cost: 12 B per node with the models of faces.
 PLI_API pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def);
 
 /// Changes the wind alone. Bullet name: setWindVelocity
@@ -60,7 +63,9 @@ PLI_API pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind);
 PLI_API pli_status pli_body_disable_aero(pli_body* body);
 
 /// Gas inside a closed surface, or another amount of it: each node gets normal * area * coefficient / |volume|. No
-/// force while the volume is zero (Bullet divides by it).
+/// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a quarter
+/// within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in reference
+/// mode (pli_world_def).
 /// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
@@ -69,7 +74,8 @@ PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);
 PLI_API pli_status pli_body_disable_pressure(pli_body* body);
 
 /// A force towards the rest volume: each node gets normal * area * (rest volume - volume) * coefficient, cut to twice
-/// what would bring the volume back within the step. The rest volume is that at the first call; later calls change the
+/// what would bring the volume back within the step, and to a change by a quarter of the rest volume (not in reference
+/// mode). The rest volume is that at the first call; later calls change the
 /// coefficient alone.
 /// @param coefficient N/m^5, 0 to PLI_MAX_COEFFICIENT. Bullet name: kVC with setPose(true, false)
 /// @return PLI_ERROR_INVALID_MESH for a body without faces

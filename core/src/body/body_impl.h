@@ -93,6 +93,8 @@ extern const plii_feature_class* const plii_surface_force_needs[];
 
 /* Adds normal * area * scale to the forces on the nodes that are not pinned. */
 void plii_forces_add_along_normals(pli_body* body, float scale);
+/* m^3/Pa: change of the volume in a step by a unit of such a scale. Steps add dt^2 w times the force to positions. */
+float plii_forces_volume_response(const pli_body* body, float dt);
 
 /* Links on positions: what every body starts with. */
 extern const plii_feature_class plii_links_class;

@@ -14,6 +14,14 @@ const plii_feature_class* const plii_surface_force_needs[] = {&plii_forces_class
 
 const plii_feature_class plii_forces_class = {.name = "forces", .arrays = forces_arrays};
 
+float plii_forces_volume_response(const pli_body* body, float dt) {
+    float sum = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        sum += body->positions[i].w * body->areas[i] * body->areas[i];
+    }
+    return dt * dt * sum;
+}
+
 void plii_forces_add_along_normals(pli_body* body, float scale) {
     const pli_vec4* restrict positions = body->positions;
     const pli_vec3* restrict normals = body->normals;

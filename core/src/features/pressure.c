@@ -5,18 +5,27 @@
 #include "pliant/forces.h"
 
 #include "body/body_impl.h"
+#include "body/world_state.h"
 #include "math/range.h"
 
 typedef struct pressure_state {
     float coefficient;
 } pressure_state;
 
+/* Of its volume, by which a free body may change in a step. From four on each step would overshoot more than the one
+   before. */
+#define PRESSURE_MAX_CHANGE 0.25f
+
 static void pressure_run(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
     const pressure_state* pressure = state;
-    const float scale = 1.0f / fabsf(plii_body_volume(body)) * pressure->coefficient;
+    const float volume = fabsf(plii_body_volume(body));
+    float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
+    if (!body->world->def.reference_mode) {
+        const float limit = PRESSURE_MAX_CHANGE * volume / plii_forces_volume_response(body, step->dt);
+        scale = plii_clamp(scale, -limit, limit);
+    }
     plii_forces_add_along_normals(body, scale);
 }
 

@@ -13,23 +13,21 @@ typedef struct volume_state {
     float rest_volume; /* m^3 */
 } volume_state;
 
-/* Change of the volume in a step by a unit of pressure: steps add dt^2 w times the force to positions. */
-static float volume_response(const pli_body* body, float dt) {
-    float sum = 0.0f;
-    for (int i = 0; i < body->node_count; ++i) {
-        sum += body->positions[i].w * body->areas[i] * body->areas[i];
-    }
-    return dt * dt * sum;
-}
+/* Of the rest volume, by which a free body may change in a step, so that one that was crushed does not burst. */
+#define VOLUME_MAX_CHANGE 0.25f
 
 /* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
    overshoot more than the one before; btSoftBody explodes there. */
 static void volume_run(pli_body* body, void* state, const plii_step* step) {
     const volume_state* volume = state;
-    const float response = volume_response(body, step->dt);
+    const float response = plii_forces_volume_response(body, step->dt);
     const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.reference_mode;
     const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
-    const float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
+    float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;
+    if (!body->world->def.reference_mode) {
+        const float limit = VOLUME_MAX_CHANGE * fabsf(volume->rest_volume) / response;
+        scale = plii_clamp(scale, -limit, limit);
+    }
     plii_forces_add_along_normals(body, scale);
 }
 
