@@ -140,6 +140,8 @@ int run_stability(const StabilityOptions& options) {
     namespace fs = std::filesystem;
     demos::StabilityOptions settings;
     if (options.rest_steps > 0) { settings.rest_steps = options.rest_steps; }
+    settings.seed = options.seed;
+    settings.random_count = options.random_count;
     settings.jobs = options.jobs > 0 ? options.jobs : static_cast<int>(std::thread::hardware_concurrency());
     const std::vector<StabilityCase> all = stability_cases(settings);
     const std::vector<const StabilityCase*> chosen = choose_cases(all, options.groups);

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -197,7 +198,8 @@ static void add_view(CLI::App& program, ViewOptions& options, std::function<int(
 static void add_stability(CLI::App& program, StabilityOptions& options, SoakOptions& soak,
                           std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("stability", "Run extreme cases with btSoftBody and the three solvers");
-    command->add_option("groups", options.groups, "Groups of cases (default: all but heavy)")->type_name("GROUP");
+    command->add_option("groups", options.groups, "Groups of cases (default: all but heavy and random)")
+        ->type_name("GROUP");
     command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
         ->check(CLI::Range(2000, 10000000).description(""))
         ->type_name("N");
@@ -212,9 +214,19 @@ static void add_stability(CLI::App& program, StabilityOptions& options, SoakOpti
         command->add_option("--soak", soak.minutes, "Build, step, cut and tear down random worlds for so long instead")
             ->check(CLI::Range(0.0, 1e6).description(""))
             ->type_name("MINUTES");
-    command->add_option("--seed", soak.seed, "Other random worlds (default: 1)")->type_name("N")->needs(minutes);
+    CLI::Option* seed = command->add_option("--seed", soak.seed, "Other random worlds or cases (default: 1)");
+    seed->type_name("N");
+    command->add_option("--count", options.random_count, "Cases of the group random (default: 100)")
+        ->check(CLI::Range(1, 1000000).description(""))
+        ->type_name("N");
     add_json(command, options.json);
-    command->callback([&, minutes] {
+    command->callback([&, minutes, seed] {
+        const bool is_random =
+            std::find(options.groups.begin(), options.groups.end(), "random") != options.groups.end();
+        if (!seed->empty() && minutes->empty() && !is_random) {
+            throw CLI::RequiresError("--seed", "--soak or the group random");
+        }
+        options.seed = soak.seed;
         soak.folder = options.folder;
         soak.json = options.json;
         const bool is_soak = !minutes->empty();

@@ -85,6 +85,8 @@ struct StabilityCase {
 
 struct StabilityOptions {
     int rest_steps = 20000; // of the cases at rest
+    uint64_t seed = 1;      // of the random cases
+    int random_count = 100;
     double time_limit = 20; // s of wall time per cell, beside what a case may take more
     int jobs = 1;           // cells that run at the same time
 };
