@@ -241,6 +241,7 @@ void add_random_cases(std::vector<StabilityCase>& cases, uint64_t seed, int coun
         which.step_seconds = [made](int step) { return made.steps[(step - 1) / made.turn % 2]; };
         which.smooths_steps = made.steps[0] != made.steps[1];
         which.seconds = 2;
+        which.more_time = 100; // of a busy machine
         which.reach = 1e5;
         which.has_loose_energy_rule = false;
         which.is_asked_for_only = true;
