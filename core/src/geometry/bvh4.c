@@ -111,23 +111,49 @@ PLII_SIMD_INLINE int bvh4_test(const near_search* search, const plii_box4* group
 /* The lowest bit that is set, of four. */
 static const uint8_t bvh4_first[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
 
+/* Bit k where box k of a group touches the box between `low` and `high`. */
+PLII_SIMD_INLINE int bvh4_overlap(const plii_box4* group, plii_vec3x4 low, plii_vec3x4 high) {
+    const plii_mask4 x = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[0]), high.x),
+                                         plii_lanes_less_equal(low.x, plii_float4_load(group->high[0])));
+    const plii_mask4 y = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[1]), high.y),
+                                         plii_lanes_less_equal(low.y, plii_float4_load(group->high[1])));
+    const plii_mask4 z = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[2]), high.z),
+                                         plii_lanes_less_equal(low.z, plii_float4_load(group->high[2])));
+    return plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z));
+}
+
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
     const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
     const int end = boxes->level_count > 0 ? boxes->begin[1] : 0;
     int count = 0;
     for (int i = 0; i < end; ++i) {
-        const plii_box4* group = &boxes->groups[i];
-        const plii_mask4 x = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[0]), high.x),
-                                             plii_lanes_less_equal(low.x, plii_float4_load(group->high[0])));
-        const plii_mask4 y = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[1]), high.y),
-                                             plii_lanes_less_equal(low.y, plii_float4_load(group->high[1])));
-        const plii_mask4 z = plii_lanes_both(plii_lanes_less_equal(plii_float4_load(group->low[2]), high.z),
-                                             plii_lanes_less_equal(low.z, plii_float4_load(group->high[2])));
-        for (int bits = plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z)); bits != 0; bits &= bits - 1) {
+        for (int bits = bvh4_overlap(&boxes->groups[i], low, high); bits != 0; bits &= bits - 1) {
             items[count++] = 4 * i + bvh4_first[bits];
         }
     }
     return count;
+}
+
+bool plii_bvh4_touches(const plii_bvh4* boxes, const pli_bounds* bounds) {
+    const plii_vec3x4 low = plii_vec3x4_all(bounds->min), high = plii_vec3x4_all(bounds->max);
+    int bits[PLII_BVH4_MAX_LEVELS], group[PLII_BVH4_MAX_LEVELS];
+    const int top = boxes->level_count - 1;
+    if (top < 0) { return false; }
+    group[top] = 0;
+    bits[top] = bvh4_overlap(&boxes->groups[boxes->begin[top]], low, high);
+    for (int level = top; level <= top;) {
+        if (bits[level] == 0) {
+            ++level;
+            continue;
+        }
+        if (level == 0) { return true; }
+        const int box = 4 * group[level] + bvh4_first[bits[level]];
+        bits[level] &= bits[level] - 1;
+        --level;
+        group[level] = box;
+        bits[level] = bvh4_overlap(&boxes->groups[boxes->begin[level] + box], low, high);
+    }
+    return false;
 }
 
 int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {
