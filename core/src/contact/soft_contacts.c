@@ -111,7 +111,7 @@ static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_MEMBER(plii_soft_contacts_state, first_sides), PLII_PER_NODE},
     {PLII_LIST_OF(plii_soft_contacts_state, sides, side_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, surface.order, surface.order_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.rims, surface.rim_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, surface.neighbors, surface.neighbor_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, surface.boxes, surface.box_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, surface.hits, surface.hit_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, surface.near_nodes, surface.near_capacity)},

@@ -19,6 +19,10 @@
 /* Squared distances to two faces that differ by less than this share are the same: the nearest point is on the edge or
    at the corner between them. */
 #define SOFT_CONTACTS_SAME 1e-5f
+/* A node with a contact looks at the neighbours of its face, and every so many steps, or when it is fast, at all. */
+enum { SOFT_CONTACTS_LOOK_STEPS = 8, SOFT_CONTACTS_MOST_NEIGHBORS = 8 };
+/* Edges at the nearest point of a face by what is nearest, bits: corners belong to two edges. */
+static const unsigned soft_contacts_edges[7] = {5, 3, 6, 1, 2, 4, 0};
 
 /* Nodes of one body against faces of another. */
 typedef struct soft_contacts_pass {
@@ -61,6 +65,7 @@ void plii_soft_contacts_remember(const pli_body* body, plii_soft_contacts_state*
                                                              .normal = plii_xyz(contact->normal)};
     }
     state->count = 0;
+    state->step_count = (state->step_count + 1) % SOFT_CONTACTS_LOOK_STEPS;
     plii_soft_contacts_chain(body, state);
 }
 
@@ -112,29 +117,52 @@ static void soft_contacts_compare(const soft_contacts_pass* pass, pli_vec3 x, in
     *nearest = place;
 }
 
+/* From face to face as long as that leads nearer. */
+static void soft_contacts_walk(const soft_contacts_pass* pass, pli_vec3 x, soft_contacts_place* nearest) {
+    const plii_soft_surface* surface = &pass->face_state->surface;
+    for (int i = 0; i < SOFT_CONTACTS_MOST_NEIGHBORS; ++i) {
+        const int from = nearest->face;
+        const unsigned edges = soft_contacts_edges[nearest->closest.feature];
+        for (int k = 0; k < 3; ++k) {
+            const int neighbor = (edges >> k & 1u) != 0 ? surface->neighbors[from][k] : PLI_NULL_INDEX;
+            if (neighbor != PLI_NULL_INDEX) { soft_contacts_compare(pass, x, neighbor, nearest); }
+        }
+        if (nearest->face == from) { return; }
+    }
+}
+
 static soft_contacts_place soft_contacts_nearest(const soft_contacts_pass* pass, int node, float reach,
                                                  const plii_soft_side* side) {
     plii_soft_surface* surface = &pass->face_state->surface;
     const pli_vec3 x = plii_soft_contacts_position(pass->node_body, node);
     soft_contacts_place nearest = {.face = PLI_NULL_INDEX, .distance_squared = INFINITY};
     if (side != NULL) { soft_contacts_compare(pass, x, side->face, &nearest); }
-    if (nearest.face == PLI_NULL_INDEX) { nearest.distance_squared = reach * reach; }
     const int known = nearest.face;
+    if (known != PLI_NULL_INDEX) {
+        soft_contacts_walk(pass, x, &nearest);
+        const bool is_due = node % SOFT_CONTACTS_LOOK_STEPS == pass->node_state->step_count;
+        if (!is_due && reach < 2.0f * pass->margin) { return nearest; }
+    } else {
+        nearest.distance_squared = reach * reach;
+    }
     const float radius = sqrtf(nearest.distance_squared) * (1.0f + SOFT_CONTACTS_SAME);
     const int count = plii_bvh4_find(&surface->tree, x, radius, surface->hits);
     for (int i = 0; i < count; ++i) {
         const int face = surface->order[surface->hits[i]];
-        if (face != known) { soft_contacts_compare(pass, x, face, &nearest); }
+        if (face != nearest.face) { soft_contacts_compare(pass, x, face, &nearest); }
     }
     return nearest;
 }
 
 /* The nearest point is on a rim, and the node beyond it, where both sides are one. */
 static bool soft_contacts_is_beyond_rim(const soft_contacts_pass* pass, const soft_contacts_place* place) {
-    const unsigned rims = pass->face_state->surface.rims[place->face];
-    /* By feature: corners belong to two edges. */
-    static const unsigned edges[7] = {5, 3, 6, 1, 2, 4, 0};
-    if ((rims & edges[place->closest.feature]) == 0) { return false; }
+    const int* neighbors = pass->face_state->surface.neighbors[place->face];
+    const unsigned edges = soft_contacts_edges[place->closest.feature];
+    bool is_at_rim = false;
+    for (int k = 0; k < 3; ++k) {
+        is_at_rim |= (edges >> k & 1u) != 0 && neighbors[k] == PLI_NULL_INDEX;
+    }
+    if (!is_at_rim) { return false; }
     const float across = place->distance_squared - place->height * place->height;
     return across > 0.01f * place->distance_squared;
 }

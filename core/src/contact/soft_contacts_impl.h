@@ -56,6 +56,7 @@ typedef struct plii_soft_contacts_state {
     int side_count, side_capacity;
     int* first_sides;      /* [node_count] */
     bool has_new_contacts; /* not solved yet */
+    int step_count;
     plii_soft_surface surface;
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */

@@ -36,8 +36,10 @@ static bool soft_surface_add_edges(const plii_topology* topology, plii_edge_map*
             const int a = face[k], b = face[(k + 1) % 3];
             const int place = plii_edge_map_add(map, a, b);
             if (place == PLI_NULL_INDEX) { return false; }
+            plii_edge* edge = &map->edges[place];
+            *(edge->first == PLI_NULL_INDEX ? &edge->first : &edge->node) = i;
             const unsigned way = a < b ? SOFT_EDGE_FORWARD : SOFT_EDGE_BACKWARD;
-            unsigned* flags = &map->edges[place].flags;
+            unsigned* flags = &edge->flags;
             if ((*flags & (SOFT_EDGE_FORWARD | SOFT_EDGE_BACKWARD)) != 0) {
                 *flags |= (*flags & (way | SOFT_EDGE_SHARED)) != 0 ? SOFT_EDGE_TWISTED : 0u;
                 *flags |= SOFT_EDGE_SHARED;
@@ -79,14 +81,13 @@ static void soft_surface_take_edges(const pli_body* body, const plii_edge_map* m
     bool has_rim = false;
     for (int i = 0; i < topology->face_count; ++i) {
         const int* face = topology->faces[i];
-        unsigned rims = 0;
         for (int k = 0; k < 3; ++k) {
-            const unsigned flags = map->edges[plii_edge_map_find(map, face[k], face[(k + 1) % 3])].flags;
-            if ((flags & SOFT_EDGE_SHARED) == 0) { rims |= 1u << k; }
-            if ((flags & SOFT_EDGE_TWISTED) != 0) { surface->is_whole = false; }
+            const plii_edge* edge = &map->edges[plii_edge_map_find(map, face[k], face[(k + 1) % 3])];
+            const int neighbor = edge->first == i ? edge->node : edge->first;
+            surface->neighbors[i][k] = neighbor;
+            has_rim |= neighbor == PLI_NULL_INDEX;
+            if ((edge->flags & SOFT_EDGE_TWISTED) != 0) { surface->is_whole = false; }
         }
-        surface->rims[i] = (uint8_t)rims;
-        has_rim |= rims != 0;
     }
     surface->is_closed = surface->is_whole && !has_rim;
     surface->is_inward = surface->is_closed && plii_body_volume(body) < 0.0f;
@@ -101,7 +102,7 @@ static bool soft_surface_prepare(const pli_body* body, plii_soft_surface* surfac
     int* parents = plii_allocate(context, parents_size);
     const bool has_room = parents != NULL && soft_surface_add_edges(topology, &map) &&
                           PLII_RESERVE(context, &surface->order, &surface->order_capacity, face_count) &&
-                          PLII_RESERVE(context, &surface->rims, &surface->rim_capacity, face_count) &&
+                          PLII_RESERVE(context, &surface->neighbors, &surface->neighbor_capacity, face_count) &&
                           soft_surface_sort(body, surface);
     if (has_room) {
         surface->is_whole = soft_surface_is_one_piece(topology, parents, body->node_count);

@@ -9,8 +9,8 @@
 typedef struct plii_soft_surface {
     /* How faces hang together; good for as long as the body has these faces, however it bends. */
     int* order;                                   /* [face_count] neighbours in space one after the other */
-    uint8_t* rims;                                /* [face_count] bit k: no other face has the edge from node k on */
-    int face_count, order_capacity, rim_capacity; /* 0: not known */
+    int (*neighbors)[3]; /* [face_count] the face beyond the edge from node k on, or PLI_NULL_INDEX */
+    int face_count, order_capacity, neighbor_capacity; /* 0: not known */
     bool has_loose_nodes;                         /* that no face has */
     bool is_whole;                                /* one piece, in which neighbours go round the same way */
     bool is_closed;                               /* and without a rim */
