@@ -46,11 +46,12 @@ static inline pli_status pile_add(pile* all, const pile_def* def, pli_mesh* mesh
         status = pli_body_enable_colored_links(body);
     }
     if (status == PLI_OK && def->solver == PILE_IMPLICIT) {
-        pli_implicit_def im = pli_implicit_def_default();
-        im.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
-        im.sweeps = 50;
-        im.stiffness = 5000;
-        status = pli_body_enable_implicit(body, &im);
+        /* Sweeps would not carry six sheets. */
+        pli_implicit_def implicit = pli_implicit_def_default();
+        implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+        implicit.sweeps = 50;
+        implicit.stiffness = 5000;
+        status = pli_body_enable_implicit(body, &implicit);
     }
     if (status == PLI_OK && def->solver == PILE_XPBD) {
         pli_xpbd_def xpbd = pli_xpbd_def_default();
@@ -124,20 +125,22 @@ static inline int pile_nodes(const pile* all) {
     return count;
 }
 
-/* Of the longest link, against its length at rest. */
+/* Root mean square of length / rest - 1 of the links. */
 static inline double pile_stretch(const pile* all) {
-    double most = 0;
+    double sum = 0;
+    int count = 0;
     for (int k = 0; k < all->count; ++k) {
         const pli_body_view view = pli_body_get_view(all->bodies[k]);
         for (int i = 0; i < view.link_count; ++i) {
             const int* nodes = view.link_nodes + (ptrdiff_t)i * view.link_node_stride;
             const pli_vec4 a = view.positions[nodes[0]], b = view.positions[nodes[1]];
-            const double length =
-                sqrt(pow((double)(a.x - b.x), 2) + pow((double)(a.y - b.y), 2) + pow((double)(a.z - b.z), 2));
-            most = fmax(most, length / (double)pli_body_get_rest_length(all->bodies[k], i) - 1);
+            const double x = (double)a.x - (double)b.x, y = (double)a.y - (double)b.y, z = (double)a.z - (double)b.z;
+            const double ratio = sqrt(x * x + y * y + z * z) / (double)pli_body_get_rest_length(all->bodies[k], i) - 1;
+            sum += ratio * ratio;
+            ++count;
         }
     }
-    return most;
+    return sqrt(sum / count);
 }
 
 /* J, of what is not pinned. */
@@ -148,20 +151,7 @@ static inline double pile_kinetic_energy(const pile* all) {
         for (int i = 0; i < view.node_count; ++i) {
             const pli_vec4 v = view.velocities[i];
             const double w = (double)view.positions[i].w;
-            if (w > 0) { energy += 0.5 / w * ((double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z); }
-        }
-    }
-    return energy;
-}
-
-/* J, against the height 0. */
-static inline double pile_potential_energy(const pile* all, double gravity) {
-    double energy = 0;
-    for (int k = 0; k < all->count; ++k) {
-        const pli_body_view view = pli_body_get_view(all->bodies[k]);
-        for (int i = 0; i < view.node_count; ++i) {
-            const double w = (double)view.positions[i].w;
-            if (w > 0) { energy += gravity / w * (double)view.positions[i].y; }
+            if (w > 0) { energy += 0.5 / w * ((double)(v.x * v.x + v.y * v.y + v.z * v.z)); }
         }
     }
     return energy;
@@ -174,7 +164,7 @@ static inline double pile_rms_speed(const pile* all) {
         const pli_body_view view = pli_body_get_view(all->bodies[k]);
         for (int i = 0; i < view.node_count; ++i) {
             const pli_vec4 v = view.velocities[i];
-            sum += (double)v.x * v.x + (double)v.y * v.y + (double)v.z * v.z;
+            sum += (double)(v.x * v.x + v.y * v.y + v.z * v.z);
         }
     }
     return sqrt(sum / pile_nodes(all));

@@ -49,6 +49,7 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
 
 static void soft_contacts_update(pli_body* body, void* data, const plii_step* step) {
     plii_soft_contacts_state* state = data;
+    plii_soft_contacts_part(body, state);
     plii_soft_contacts_remember(body, state);
     state->surface.is_placed = false;
     state->has_new_contacts = false;

@@ -19,7 +19,8 @@
 /* Squared distances to two faces that differ by less than this share are the same: the nearest point is on the edge or
    at the corner between them. */
 #define SOFT_CONTACTS_SAME 1e-5f
-/* A node with a contact looks at the neighbours of its face, and every so many steps, or when it is fast, at all. */
+/* A node with a contact looks at the neighbours of its face, and every so many steps, when it is fast or on the wrong
+ * side, at all. */
 enum { SOFT_CONTACTS_LOOK_STEPS = 8, SOFT_CONTACTS_MOST_NEIGHBORS = 8 };
 /* Edges at the nearest point of a face by what is nearest, bits: corners belong to two edges. */
 static const unsigned soft_contacts_edges[7] = {5, 3, 6, 1, 2, 4, 0};
@@ -62,6 +63,7 @@ void plii_soft_contacts_remember(const pli_body* body, plii_soft_contacts_state*
                                                              .node = contact->node,
                                                              .face = contact->face,
                                                              .is_behind = contact->is_behind,
+                                                             .is_inherited = contact->is_inherited,
                                                              .normal = plii_xyz(contact->normal)};
     }
     state->count = 0;
@@ -141,7 +143,9 @@ static soft_contacts_place soft_contacts_nearest(const soft_contacts_pass* pass,
     if (known != PLI_NULL_INDEX) {
         soft_contacts_walk(pass, x, &nearest);
         const bool is_due = node % SOFT_CONTACTS_LOOK_STEPS == pass->node_state->step_count;
-        if (!is_due && reach < 2.0f * pass->margin) { return nearest; }
+        const bool is_outside = side->is_behind ? nearest.height < 0.0f : nearest.height > 0.0f;
+        const bool is_near = is_outside && nearest.distance_squared < reach * reach;
+        if (is_near && !is_due && reach < 1.5f * pass->margin) { return nearest; }
     } else {
         nearest.distance_squared = reach * reach;
     }
@@ -216,6 +220,14 @@ static pli_status soft_contacts_keep(soft_contacts_pass* pass, plii_soft_contact
     return PLI_OK;
 }
 
+/* m, at the start of the step, along the normal. */
+static float soft_contacts_begin_distance(const soft_contacts_pass* pass, int node, const soft_contacts_place* place,
+                                          pli_vec3 normal) {
+    const int* face = pass->face_body->topology->faces[place->face];
+    const pli_vec3 point = plii_soft_contacts_blend(pass->face_body->previous, face, place->closest.weights);
+    return pli_vec3_dot(normal, pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point));
+}
+
 static pli_status soft_contacts_meet(soft_contacts_pass* pass, int node, float reach) {
     const plii_soft_side* side = soft_contacts_find_side(pass, node);
     const soft_contacts_place place = soft_contacts_nearest(pass, node, reach, side);
@@ -240,11 +252,15 @@ static pli_status soft_contacts_meet(soft_contacts_pass* pass, int node, float r
                             : is_behind ? pli_vec3_neg(place.normal)
                                         : place.normal;
     if (!plii_vec3_is_finite(normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
+    const bool is_inherited = (side == NULL || side->is_inherited) &&
+                              pass->node_state->surface.inverse_mass + pass->face_state->surface.inverse_mass > 0.0f &&
+                              soft_contacts_begin_distance(pass, node, &place, normal) < pass->margin;
     const plii_soft_contact contact = {
         .face_body = pass->face_body,
         .node = node,
         .face = place.face,
         .is_behind = is_behind,
+        .is_inherited = is_inherited,
         .has_side = side != NULL || !is_beyond_rim,
         .corners = {face[0], face[1], face[2]},
         .weights = {weights.x, weights.y, weights.z, 0},

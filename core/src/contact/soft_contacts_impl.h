@@ -26,8 +26,9 @@ typedef struct plii_soft_contact {
     float floor; /* m, the gap that the solve keeps */
     float push;  /* kg m, along the normal, so far */
     pli_vec4 friction_push;
-    bool is_behind; /* the node belongs on the side of the face from which its nodes go round clockwise */
-    bool has_side;  /* false: beyond a rim, where there is none */
+    bool is_behind;    /* the node belongs on the side of the face from which its nodes go round clockwise */
+    bool has_side;     /* false: beyond a rim, where there is none */
+    bool is_inherited; /* the bodies overlapped here when they met: they are parted as a whole */
     bool is_reference;
     /* In reference mode; of the correction. Bullet: cfm */
     float node_share, face_share;
@@ -39,6 +40,7 @@ typedef struct plii_soft_side {
     int node, face;
     int next;
     bool is_behind;
+    bool is_inherited;
     pli_vec3 normal;
 } plii_soft_side;
 
@@ -57,6 +59,7 @@ typedef struct plii_soft_contacts_state {
     int* first_sides;      /* [node_count] */
     bool has_new_contacts; /* not solved yet */
     int step_count;
+    pli_vec3 shift; /* m, of the body, that is to come */
     plii_soft_surface surface;
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
@@ -94,7 +97,10 @@ static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
-/* At the start of a step: contacts become sides that the search remembers. */
+/* At the start of a step, while contacts are still those of the step before: bodies that overlapped when they met are
+   moved apart as a whole, which neither stretches them nor gives them speed. */
+void plii_soft_contacts_part(pli_body* body, plii_soft_contacts_state* state);
+/* Then contacts become sides that the search remembers. */
 void plii_soft_contacts_remember(const pli_body* body, plii_soft_contacts_state* state);
 /* Contacts and sides by node again, after some were moved or dropped. */
 void plii_soft_contacts_chain(const pli_body* body, plii_soft_contacts_state* state);

@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/pipeline.h"
 #include "contact/contact_substep.h"
 #include "contact/soft_contacts_impl.h"
 
@@ -82,6 +83,7 @@ static void soft_contact_start(plii_soft_contact* contact, const soft_pair* pair
     const float gap = plii_lanes_dot(apart, plii_float4_from(&contact->normal)) - contact->margin;
     const float depth = plii_min(-gap, SOFT_CONTACTS_RECOVERY_DEPTH * contact->margin);
     contact->gap = gap;
+    if (contact->is_inherited) { most = 0.0f; }
     contact->floor = gap < 0.0f ? gap + plii_min(most, depth * SOFT_CONTACTS_RECOVERY * dt) : 0.0f;
     contact->push = 0.0f;
     contact->friction_push = (pli_vec4){0};
@@ -142,6 +144,49 @@ static void soft_contacts_sweep(pli_body* body, plii_soft_contacts_state* state,
 void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
     plii_soft_contacts_state* state = data;
     soft_contacts_sweep(body, state, step->dt, state->def.hardness, 0.0f);
+}
+
+// -------------------------------------------------------------------------------------------------------- as a whole
+
+/* Share of an overlap that goes per step. */
+#define SOFT_CONTACTS_PARTED 0.1f
+
+/* Where the last step left a node. Bodies are predicted from the last one to the first. */
+static const pli_vec4* soft_contacts_left(const pli_body* body, const pli_body* other) {
+    return other->world_index >= body->world_index ? other->previous : other->positions;
+}
+
+/* What the other body is to be moved by comes when its turn does. */
+static void soft_contact_part(const pli_body* body, plii_soft_contacts_state* state, const plii_soft_contact* contact,
+                              float most) {
+    pli_body* other = contact->face_body;
+    plii_soft_contacts_state* other_state = plii_feature_state(other, &plii_soft_contacts_class);
+    if (other_state == NULL || other->is_frozen) { return; }
+    const pli_vec3 n = plii_xyz(contact->normal);
+    const pli_vec3 point =
+        plii_soft_contacts_blend(soft_contacts_left(body, other), contact->corners, plii_xyz(contact->weights));
+    const float distance = pli_vec3_dot(n, pli_vec3_sub(plii_xyz(body->previous[contact->node]), point));
+    const float wanted = plii_min((contact->margin - distance) * SOFT_CONTACTS_PARTED, most);
+    const float missing = wanted - pli_vec3_dot(n, pli_vec3_sub(state->shift, other_state->shift));
+    const float share = state->surface.inverse_mass, other_share = other_state->surface.inverse_mass;
+    if (!(missing > 0.0f) || !(share + other_share > 0.0f)) { return; }
+    const pli_vec3 push = pli_vec3_scale(n, missing / (share + other_share));
+    state->shift = pli_vec3_add(state->shift, pli_vec3_scale(push, share));
+    other_state->shift = pli_vec3_sub(other_state->shift, pli_vec3_scale(push, other_share));
+}
+
+void plii_soft_contacts_part(pli_body* body, plii_soft_contacts_state* state) {
+    const float most = plii_contact_recovery_speed(state->def.recovery_speed) * body->step.dt;
+    for (int i = 0; i < state->count; ++i) {
+        if (state->contacts[i].is_inherited) { soft_contact_part(body, state, &state->contacts[i], most); }
+    }
+    const pli_vec3 shift = state->shift;
+    state->shift = pli_vec3_make(0, 0, 0);
+    if (plii_vec3_is_zero(shift) || !plii_vec3_is_finite(shift)) { return; }
+    for (int i = 0; i < body->node_count; ++i) {
+        plii_set_xyz(&body->positions[i], pli_vec3_add(plii_xyz(body->positions[i]), shift));
+        plii_set_xyz(&body->previous[i], pli_vec3_add(plii_xyz(body->previous[i]), shift));
+    }
 }
 
 // ------------------------------------------------------------------------------------------------------------ substeps

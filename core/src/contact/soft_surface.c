@@ -163,9 +163,20 @@ void plii_soft_surface_find_near(const pli_body* body, plii_soft_surface* surfac
     }
 }
 
+static float soft_surface_inverse_mass(const pli_body* body) {
+    float mass = 0.0f;
+    for (int i = 0; i < body->node_count; ++i) {
+        const float inverse_mass = body->positions[i].w;
+        if (!(inverse_mass > 0.0f) || (body->anchored != NULL && body->anchored[i] != 0)) { return 0.0f; }
+        mass += 1.0f / inverse_mass;
+    }
+    return 1.0f / mass;
+}
+
 bool plii_soft_surface_place(const pli_body* body, plii_soft_surface* surface) {
     if (surface->is_placed) { return true; }
     const int face_count = body->topology->face_count;
+    surface->inverse_mass = soft_surface_inverse_mass(body);
     surface->motion = soft_surface_mean_motion(body);
     if (face_count > 0) {
         if (!plii_soft_surface_reserve(body, surface)) { return false; }

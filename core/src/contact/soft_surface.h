@@ -8,16 +8,17 @@
 
 typedef struct plii_soft_surface {
     /* How faces hang together; good for as long as the body has these faces, however it bends. */
-    int* order;                                   /* [face_count] neighbours in space one after the other */
+    int* order;          /* [face_count] neighbours in space one after the other */
     int (*neighbors)[3]; /* [face_count] the face beyond the edge from node k on, or PLI_NULL_INDEX */
     int face_count, order_capacity, neighbor_capacity; /* 0: not known */
-    bool has_loose_nodes;                         /* that no face has */
-    bool is_whole;                                /* one piece, in which neighbours go round the same way */
-    bool is_closed;                               /* and without a rim */
-    bool is_inward;                               /* closed, and its faces go round clockwise as seen from outside */
+    bool has_loose_nodes;                              /* that no face has */
+    bool is_whole;                                     /* one piece, in which neighbours go round the same way */
+    bool is_closed;                                    /* and without a rim */
+    bool is_inward; /* closed, and its faces go round clockwise as seen from outside */
     /* Where they are in this step. */
     bool is_placed;
-    pli_vec3 motion; /* m, mean of the nodes in this step */
+    float inverse_mass; /* 1/kg, of the body as a whole; 0 where a node is pinned or anchored */
+    pli_vec3 motion;    /* m, mean of the nodes in this step */
     pli_bounds* boxes;
     int box_capacity;
     plii_bvh4 tree; /* over the faces in `order` */
