@@ -696,13 +696,13 @@ static const trial_setup setups[] = {
     {"self faces, implicit", run_self_faces_implicit, false},
     {"self faces, XPBD", run_self_faces_xpbd, false},
     {"self-collision by grids", run_self_grids, false},
-    {"cuts", run_cuts, false},
-    {"cuts with self-collision", run_cuts_with_self_collision, false},
-    {"cuts of clusters", run_cuts_of_clusters, false},
-    {"cuts, XPBD", run_cuts_under_xpbd, false},
+    {"cuts", run_cuts, true},
+    {"cuts with self-collision", run_cuts_with_self_collision, true},
+    {"cuts of clusters", run_cuts_of_clusters, true},
+    {"cuts, XPBD", run_cuts_under_xpbd, true},
     {"cuts, implicit", run_cuts_under_implicit, true},
     {"tethers, anchors", run_tethers_and_anchors, false},
-    {"bodies come and go", run_many_bodies, false},
+    {"bodies come and go", run_many_bodies, true},
     {"large grid", run_large_grid, false},
 };
 
