@@ -178,8 +178,8 @@ bool plii_soft_surface_place(const pli_body* body, plii_soft_surface* surface) {
     const int face_count = body->topology->face_count;
     surface->inverse_mass = soft_surface_inverse_mass(body);
     surface->motion = soft_surface_mean_motion(body);
+    if (!plii_soft_surface_reserve(body, surface)) { return false; }
     if (face_count > 0) {
-        if (!plii_soft_surface_reserve(body, surface)) { return false; }
         for (int i = 0; i < face_count; ++i) {
             const int* face = body->topology->faces[surface->order[i]];
             const plii_float4 a = plii_float4_from(&body->positions[face[0]]);
