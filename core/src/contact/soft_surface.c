@@ -34,9 +34,8 @@ static bool soft_surface_add_edges(const plii_topology* topology, plii_edge_map*
         const int* face = topology->faces[i];
         for (int k = 0; k < 3; ++k) {
             const int a = face[k], b = face[(k + 1) % 3];
-            const int place = plii_edge_map_add(map, a, b);
-            if (place == PLI_NULL_INDEX) { return false; }
-            plii_edge* edge = &map->edges[place];
+            plii_edge* edge = plii_edge_map_add(map, a, b);
+            if (edge == NULL) { return false; }
             *(edge->first == PLI_NULL_INDEX ? &edge->first : &edge->node) = i;
             const unsigned way = a < b ? SOFT_EDGE_FORWARD : SOFT_EDGE_BACKWARD;
             unsigned* flags = &edge->flags;
@@ -82,7 +81,7 @@ static void soft_surface_take_edges(const pli_body* body, const plii_edge_map* m
     for (int i = 0; i < topology->face_count; ++i) {
         const int* face = topology->faces[i];
         for (int k = 0; k < 3; ++k) {
-            const plii_edge* edge = &map->edges[plii_edge_map_find(map, face[k], face[(k + 1) % 3])];
+            const plii_edge* edge = plii_edge_map_find(map, face[k], face[(k + 1) % 3]);
             const int neighbor = edge->first == i ? edge->node : edge->first;
             surface->neighbors[i][k] = neighbor;
             has_rim |= neighbor == PLI_NULL_INDEX;
@@ -97,7 +96,7 @@ static bool soft_surface_prepare(const pli_body* body, plii_soft_surface* surfac
     pli_context* context = body->context;
     const plii_topology* topology = body->topology;
     const int face_count = topology->face_count;
-    plii_edge_map map = {.context = context};
+    plii_edge_map map = {.table.context = context};
     const size_t parents_size = (size_t)body->node_count * sizeof(int);
     int* parents = plii_allocate(context, parents_size);
     const bool has_room = parents != NULL && soft_surface_add_edges(topology, &map) &&

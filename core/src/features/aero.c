@@ -106,8 +106,7 @@ PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity,
     const plii_mask4 turns_back = plii_lanes_less(along, zero);
     const plii_mask4 is_faster = plii_lanes_less(speed_squared, plii_vec3x4_dot(after, after));
     const plii_mask4 is_cut =
-        plii_lanes_both(plii_lanes_either(turns_back, is_faster),
-                        plii_lanes_both(plii_lanes_less(zero, response), plii_lanes_less(zero, speed_squared)));
+        (turns_back | is_faster) & plii_lanes_less(zero, response) & plii_lanes_less(zero, speed_squared);
     if (plii_lanes_bits(is_cut) == 0) { return force; }
     const plii_vec3x4 across =
         plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, plii_float4_div(along, speed_squared)));
@@ -179,8 +178,7 @@ static void aero_run_vertices(pli_body* body, void* state, const plii_step* step
     memcpy(normals, &body->normals[i], rest * sizeof *normals);
     memcpy(areas, &body->areas[i], rest * sizeof *areas);
     memcpy(forces, &body->forces[i], rest * sizeof *forces);
-    aero_run_four(&aero, density, step->dt, is_limited,
-                  (aero_nodes){positions, velocities, normals, areas, forces});
+    aero_run_four(&aero, density, step->dt, is_limited, (aero_nodes){positions, velocities, normals, areas, forces});
     memcpy(&body->forces[i], forces, rest * sizeof *forces);
 }
 
