@@ -332,7 +332,7 @@ static const bad_case bad_cases[] = {
     {settings_that_damp_twice, PLI_ERROR_INVALID_VALUE, "pli_body_set_solver_settings", "velocity_damping is 2"},
     {time_scale_of_zero, PLI_ERROR_INVALID_VALUE, "pli_body_set_solver_settings", "time_scale is 0"},
     {position_of_unknown_node, PLI_ERROR_INDEX_OUT_OF_RANGE, "pli_body_set_node_position", "node 20"},
-    {transform_out_of_range, PLI_ERROR_INVALID_VALUE, "pli_body_transform", "node 1 out of range"},
+    {transform_out_of_range, PLI_ERROR_INVALID_VALUE, "pli_body_transform", "node 1 would be at"},
     {position_of_nan, PLI_ERROR_NOT_FINITE, "pli_body_set_node_position", "nan"},
     {velocity_of_infinity, PLI_ERROR_NOT_FINITE, "pli_body_set_node_velocity", "inf"},
     {body_mass_negative, PLI_ERROR_INVALID_VALUE, "pli_body_set_node_mass", "-1"},

@@ -290,7 +290,11 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, on_faces ? &aero_face_class : &aero_vertex_class, &state));
     plii_feature_disable(body, on_faces ? &aero_vertex_class : &aero_face_class);
-    *(aero_state*)state = (aero_state){.model = used.model, .lift = used.lift, .drag = used.drag, .wind = used.wind};
+    aero_state* aero = state;
+    aero->model = used.model;
+    aero->lift = used.lift;
+    aero->drag = used.drag;
+    aero->wind = used.wind;
     return PLI_OK;
 }
 
