@@ -87,46 +87,54 @@ static double brute_distance(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return best;
 }
 
-/* Checks that the nodes of one body that are near another have a contact, and no more, with the nearest face; few, that
-   have slid far along a body out of shape, with the nearest of those around theirs. */
-static int check_nearest(const pli_body* nodes, const pli_body* faces, float margins) {
+/* Checks the contacts of the nodes of one body with the faces of another against all pairs. */
+static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float margins) {
     const pli_body_view a = pli_body_get_view(nodes), b = pli_body_get_view(faces);
     const int count = pli_body_get_soft_contacts(nodes, 0, NULL);
     pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
     assert_non_null(contacts);
     pli_body_get_soft_contacts(nodes, count, contacts);
-    int next = 0, others = 0;
+    pli_vec3 common = pli_vec3_make(0, 0, 0);
+    for (int i = 0; i < b.node_count; ++i) {
+        const pli_vec3 motion = pli_vec3_sub(xyz(b.positions[i]), xyz(b.previous[i]));
+        common = pli_vec3_add(common, pli_vec3_scale(motion, 1.0f / (float)b.node_count));
+    }
+    int next = 0, matched = 0;
     for (int i = 0; i < a.node_count; ++i) {
+        /* In ascending order of nodes; of the faces of a node in any. */
+        const int first = next;
+        for (; next < count && contacts[next].node == i; ++next) {}
         const pli_vec3 p = xyz(a.positions[i]);
-        double nearest = 1e30;
+        const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(p, xyz(a.previous[i])), common);
+        const double reach = (double)margins + 2 * (double)pli_vec3_length(motion);
         for (int k = 0; k < b.face_count; ++k) {
             const int* face = &b.face_nodes[3 * k];
-            nearest = fmin(nearest, brute_distance(p, xyz(b.positions[face[0]]), xyz(b.positions[face[1]]),
-                                                   xyz(b.positions[face[2]])));
+            const pli_vec3 x[3] = {xyz(b.positions[face[0]]), xyz(b.positions[face[1]]), xyz(b.positions[face[2]])};
+            const double distance = brute_distance(p, x[0], x[1], x[2]);
+            const pli_soft_contact* contact = &contacts[first];
+            for (; contact < &contacts[next] && contact->face != k; ++contact) {}
+            const bool is_contact = contact < &contacts[next];
+            if (distance < reach - 1e-5) { assert_true(is_contact); }
+            if (distance > reach + 1e-5) { assert_false(is_contact); }
+            if (!is_contact) { continue; }
+            const float* w = contact->weights;
+            const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(x[0], w[0]), pli_vec3_scale(x[1], w[1])),
+                                                pli_vec3_scale(x[2], w[2]));
+            const pli_vec3 offset = pli_vec3_sub(p, point);
+            check_near(pli_vec3_length(offset), distance, 2e-5);
+            check_near(pli_vec3_dot(offset, contact->normal), distance, 2e-5);
+            check_near(contact->margin, reach, 1e-6);
+            assert_ptr_equal(contact->face_body, faces);
+            ++matched;
         }
-        if (next == count || contacts[next].node != i) {
-            assert_true(nearest > (double)margins);
-            continue;
-        }
-        const pli_soft_contact* contact = &contacts[next++];
-        const int* face = &b.face_nodes[3 * contact->face];
-        pli_vec3 point = pli_vec3_make(0, 0, 0);
-        for (int k = 0; k < 3; ++k) {
-            point = pli_vec3_add(point, pli_vec3_scale(xyz(b.positions[face[k]]), contact->weights[k]));
-        }
-        const pli_vec3 offset = pli_vec3_sub(p, point);
-        others += (double)pli_vec3_length(offset) > nearest + 2e-5;
-        check_near(pli_vec3_length(contact->normal), 1, 1e-5);
-        check_near(contact->margin, margins, 1e-6);
-        assert_ptr_equal(contact->face_body, faces);
     }
     assert_int_equal(next, count);
-    assert_in_range(others, 0, 4);
+    assert_int_equal(matched, count);
     free(contacts);
     return count;
 }
 
-static void test_soft_contacts_finds_the_nearest_faces(void** state) {
+static void test_soft_contacts_finds_all_pairs(void** state) {
     fixture* f = *state;
     pli_body* a = make_ball(f, pli_vec3_make(1, 0.7f, 0.9f), pli_vec3_make(0, 0, 0), 0.05f);
     pli_body* b = make_ball(f, pli_vec3_make(0.5f, 1.2f, 0.6f), pli_vec3_make(1.2f, 0.3f, 0.1f), 0.08f);
@@ -136,14 +144,15 @@ static void test_soft_contacts_finds_the_nearest_faces(void** state) {
     for (int i = 0; i < 10; ++i) {
         assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
         assert_int_equal(pli_world_collide_bodies(f->world, a, b), PLI_OK);
-        contacts += check_nearest(a, b, 0.13f);
-        contacts += check_nearest(b, a, 0.13f);
+        contacts += check_all_pairs(a, b, 0.13f);
+        contacts += check_all_pairs(b, a, 0.13f);
         assert_int_equal(pli_world_solve(f->world), PLI_OK);
     }
-    assert_true(contacts > 200);
+    assert_true(contacts > 1000);
 }
 
-/* Whichever body is solved first. */
+/* Bodies are solved one after the other. As in Bullet, what a contact does to a body that was solved before moves its
+   nodes but does not enter their velocities; so momentum is kept when the body of the node is solved first. */
 static void test_soft_contacts_keep_momentum(void** state) {
     fixture* f = *state;
     pli_body* node = make_node(f, pli_vec3_make(0.2f, 0.15f, -0.1f), 1, 0.1f, false);
@@ -213,34 +222,31 @@ static void test_soft_contacts_small_faces_count(void** state) {
 static void test_soft_contacts_share_by_mass(void** state) {
     fixture* f = *state;
     pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
-    pli_body* node = make_node(f, pli_vec3_make(0, 0.2f, -1.0f / 3), 1, 0.1f, false);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
+    const float y = 0.1f - dt, margin = 0.2f + 2 * dt;
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    /* At the centroid each corner of 2 kg takes a third of the push: 1 + 3 * 0.5 / 9 = 7 / 6 per kg together. */
-    const float push = dt * (6.0f / 7.0f);
+    /* At the centroid the face counts with the mean inverse mass 0.5 of its nodes. */
     const pli_body_view n = pli_body_get_view(node), t = pli_body_get_view(triangle);
-    check_near(n.positions[0].y, 0.2f - dt + push, 1e-6);
+    check_near(n.positions[0].y, y + (margin - y) * (1.0f / 1.5f), 1e-6);
     for (int i = 0; i < 3; ++i) {
-        check_near(t.positions[i].y, -push * 0.5f / 3, 1e-6);
+        check_near(t.positions[i].y, -(margin - y) * (0.5f / 1.5f) / 3, 1e-6);
     }
 }
 
-/* What is pinned stays, the other corners give way. */
+/* One pinned node makes the whole face immovable. */
 static void test_soft_contacts_with_a_pinned_face(void** state) {
     fixture* f = *state;
     pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
     assert_int_equal(pli_body_set_node_mass(triangle, 2, 0), PLI_OK);
-    pli_body* node = make_node(f, pli_vec3_make(0, 0.2f, -1.0f / 3), 1, 0.1f, false);
+    pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    const float push = dt / (1 + 2 * 0.5f / 9);
-    check_near(pli_body_get_view(node).positions[0].y, 0.2f - dt + push, 1e-6);
-    check_near(pli_body_get_view(triangle).positions[0].y, -push * 0.5f / 3, 1e-6);
-    check_near(pli_body_get_view(triangle).positions[2].y, 0, 0);
-    /* Where all are pinned there is no contact. */
-    for (int i = 0; i < 2; ++i) {
-        assert_int_equal(pli_body_set_node_mass(triangle, i, 0), PLI_OK);
+    check_near(pli_body_get_view(node).positions[0].y, 0.2f + 2 * dt, 1e-6);
+    for (int i = 0; i < 3; ++i) {
+        check_near(pli_body_get_view(triangle).positions[i].y, 0, 0);
     }
+    /* Two that are both pinned have no contact. */
     assert_int_equal(pli_body_set_node_mass(node, 0, 0), PLI_OK);
     assert_int_equal(pli_body_set_node_position(node, 0, pli_vec3_make(0, 0.1f, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
@@ -444,15 +450,13 @@ static void check_same_place_with_springs(const fixture* f, pli_implicit_method 
         assert_int_equal(pli_body_enable_implicit(sheets[k], &def), PLI_OK);
     }
     set_iterations(sheets, 10);
-    for (int i = 0; i < 60; ++i) {
-        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    }
+    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     const pli_body_view a = pli_body_get_view(sheets[0]), b = pli_body_get_view(sheets[1]);
     assert_true(fabsf(a.positions[7].y) > 0.01f);
     assert_true(fabsf(b.positions[8].y) > 0.01f);
     assert_true(a.positions[7].y * b.positions[8].y < 0);
     for (int i = 0; i < a.node_count; ++i) {
-        check_at_most(hypotf(a.velocities[i].x, a.velocities[i].z), 0.02);
+        assert_true(hypotf(a.velocities[i].x, a.velocities[i].z) < 1e-3f);
     }
     check_same_place(f, sheets, 0.1);
 }
@@ -528,7 +532,7 @@ static void test_soft_contacts_at_the_limits(void** state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_soft_contacts_finds_the_nearest_faces, setup, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_soft_contacts_finds_all_pairs, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_keep_momentum, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_at_the_limits, setup, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_soft_contacts_node_on_a_face_gets_a_normal, setup, teardown_fixture),

@@ -299,21 +299,26 @@ static void test_memory_of_substeps_comes_and_goes_with_the_solver(void** unused
     (void)unused;
     make_ball(0.5f);
     pli_body* bodies[2] = {make_sheet(0.53f, 1.0f, 11), make_sheet(0.60f, 1.0f, 11)};
-    size_t rigid = 0;
+    size_t rigid = 0, soft = 0;
     for (int round = 0; round < 3; ++round) {
         for (int b = 0; b < 2; ++b) {
             enable_rigid_contacts(bodies[b]);
             CHECK_OK(pli_body_enable_soft_contacts(bodies[b], NULL));
         }
         steps(30);
-        if (round == 0) { rigid = feature_bytes(bodies[0], "rigid contacts"); }
+        if (round == 0) {
+            rigid = feature_bytes(bodies[0], "rigid contacts");
+            soft = feature_bytes(bodies[1], "soft contacts");
+        }
         enable_solver(bodies[0], XPBD);
         enable_solver(bodies[1], XPBD);
         steps(20);
         assert_true(feature_bytes(bodies[0], "rigid contacts") > rigid);
+        assert_true(feature_bytes(bodies[1], "soft contacts") > soft);
         disable_solver(bodies[0], XPBD);
         disable_solver(bodies[1], XPBD);
         assert_int_equal(feature_bytes(bodies[0], "rigid contacts"), rigid);
+        assert_int_equal(feature_bytes(bodies[1], "soft contacts"), soft);
     }
 }
 

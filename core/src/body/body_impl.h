@@ -21,12 +21,7 @@ typedef uint16_t plii_link_tag;
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: iterations, or substeps, between `begin` and `end`. */
-    void (*begin)(pli_body* body);
-    int (*iteration_count)(const pli_body* body);
-    void (*iterate)(pli_body* body, int index);
-    void (*finish_iteration)(pli_body* body, int index); /* of substeps; else NULL */
-    void (*end)(pli_body* body);
+    void (*solve)(pli_body* body);
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the collision margin: contacts with rigid bodies are looked for so much further out. */
     float contact_reach;
@@ -61,10 +56,8 @@ struct pli_body {
     float collision_margin;
     const plii_solver_class* solver_class;
     pli_solver_settings solver;
-    plii_step step;  /* of the step in progress */
-    bool is_coupled; /* by contacts of this step: it iterates in turn with the bodies that are, too */
-    const struct plii_substep* substep; /* from the begin to the end of a solve in substeps, else NULL */
-    int joint_iterations;               /* wanted in the joint solve; 0 without clusters */
+    plii_step step;       /* of the step in progress */
+    int joint_iterations; /* wanted in the joint solve; 0 without clusters */
     plii_pipeline pipeline;
     /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
        the step too, and rigid bodies are met along their motion. */
@@ -131,8 +124,6 @@ float plii_body_volume(const pli_body* body);
 
 /* Bullet's: what every body starts with. */
 extern const plii_solver_class plii_position_solver;
-
-int plii_solver_position_iterations(const pli_body* body);
 
 /* PLI_OK when an idle body may start or stop to be stepped by `solver_class`: not from a third solver. */
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function);

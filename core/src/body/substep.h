@@ -10,7 +10,7 @@
    substep is. */
 typedef struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
-    int index, count;                   /* of the substep in the step, and how many there are */
+    int index;                          /* of the substep in the step */
     bool has_new_positions;             /* since the substep before, or the first one */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */

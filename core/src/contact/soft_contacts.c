@@ -2,7 +2,6 @@
    access to contacts. */
 
 #include "body/pipeline.h"
-#include "body/world_state.h"
 #include "contact/contact_order.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/fat_aabb.h"
@@ -20,8 +19,8 @@ static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_s
         state->node_boxes[i].max = x;
     }
     for (int i = 0; i < body->topology->face_count; ++i) {
-        state->face_boxes[i] = plii_bounds_grow(plii_soft_surface_face_bounds(body->previous, body->topology->faces[i]),
-                                                100.0f * PLII_EPSILON);
+        state->face_boxes[i] = plii_bounds_grow(
+            plii_soft_contacts_face_bounds(body->previous, body->topology->faces[i]), 100.0f * PLII_EPSILON);
     }
     state->has_boxes = true;
 }
@@ -42,18 +41,14 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
             pli_vec3_add(pli_vec3_add(plii_xyz(body->velocities[face[0]]), plii_xyz(body->velocities[face[1]])),
                          plii_xyz(body->velocities[face[2]]));
         plii_fat_aabb_update(&state->face_boxes[i],
-                             plii_bounds_grow(plii_soft_surface_face_bounds(body->positions, face), margin),
+                             plii_bounds_grow(plii_soft_contacts_face_bounds(body->positions, face), margin),
                              pli_vec3_scale(plii_vec3_divide(sum, 3.0f), ahead), slack);
     }
 }
 
 static void soft_contacts_update(pli_body* body, void* data, const plii_step* step) {
     plii_soft_contacts_state* state = data;
-    plii_soft_contacts_part(body, state);
-    plii_soft_contacts_remember(body, state);
-    state->surface.is_placed = false;
-    state->has_new_contacts = false;
-    body->is_coupled = false;
+    state->count = 0;
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state, step);
@@ -64,17 +59,12 @@ static void soft_contacts_update(pli_body* body, void* data, const plii_step* st
 
 static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_body* other) {
     plii_soft_contacts_state* state = data;
+    (void)body;
     int kept = 0;
     for (int i = 0; i < state->count; ++i) {
         if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
     }
     state->count = kept;
-    kept = 0;
-    for (int i = 0; i < state->side_count; ++i) {
-        if (state->sides[i].body != other) { state->sides[kept++] = state->sides[i]; }
-    }
-    state->side_count = kept;
-    plii_soft_contacts_chain(body, state);
 }
 
 static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
@@ -89,15 +79,15 @@ static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state
 static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     body->soft_node_boxes = NULL;
-    body->is_coupled = false;
+    plii_soft_substeps_release(body, state);
     plii_bvh_free(body->context, &state->tree);
-    plii_bvh4_free(body->context, &state->surface.tree);
+    plii_bvh4_free(body->context, &state->near);
 }
 
 static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
     const plii_soft_contacts_state* state = data;
     (void)body;
-    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->surface.tree);
+    return plii_bvh_bytes(&state->tree) + plii_bvh4_bytes(&state->near) + plii_soft_substeps_bytes(&state->substeps);
 }
 
 static const plii_feature_array soft_contacts_arrays[] = {
@@ -108,14 +98,7 @@ static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity)},
-    {PLII_MEMBER(plii_soft_contacts_state, first_contacts), PLII_PER_NODE},
-    {PLII_MEMBER(plii_soft_contacts_state, first_sides), PLII_PER_NODE},
-    {PLII_LIST_OF(plii_soft_contacts_state, sides, side_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.order, surface.order_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.neighbors, surface.neighbor_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.boxes, surface.box_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.hits, surface.hit_capacity)},
-    {PLII_LIST_OF(plii_soft_contacts_state, surface.near_nodes, surface.near_capacity)},
+    {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity)},
     {0},
 };
 
@@ -125,53 +108,20 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
     (void)change;
     (void)blocks;
     plii_soft_contacts_state* state = data;
-    state->count = state->side_count = 0;
-    state->surface.face_count = 0;
-    state->surface.is_placed = false;
+    state->count = state->order_count = 0;
     state->has_boxes = false;
-    plii_soft_contacts_chain(body, state);
     body->soft_node_boxes = NULL;
 }
 
-static pli_status soft_contacts_enable(pli_body* body, void* data) {
-    plii_soft_contacts_chain(body, data);
-    return PLI_OK;
-}
-
-/* Of large bodies most nodes are far from others. */
-#define SOFT_CONTACTS_MAX_ROOM 1024
-/* With Bullet's boxes a node beside a corner of a triangle mesh is near six faces. */
-#define SOFT_REFERENCE_CONTACTS_PER_NODE 6
-
-static void soft_contacts_reserve(pli_body* body, void* data) {
-    plii_soft_contacts_state* state = data;
-    const pli_world* world = body->world;
-    pli_context* context = body->context;
-    if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
-    const bool has_boxes = state->node_boxes != NULL;
-    const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
-    const int per_node = has_boxes ? SOFT_REFERENCE_CONTACTS_PER_NODE : PLII_SOFT_CONTACTS_PER_NODE;
-    (void)PLII_RESERVE(context, &state->contacts, &state->capacity, per_node * nodes);
-    if (has_boxes) {
-        /* The first body of a pair searches for both. */
-        if (body->world_index + 1 < world->body_count) {
-            (void)plii_soft_reference_reserve(context, state, world->most_nodes, world->most_faces);
-        }
-        return;
-    }
-    (void)PLII_RESERVE(context, &state->sides, &state->side_capacity, per_node * nodes);
-    /* Made later, from other positions, the order is another one. */
-    if (!plii_soft_surface_reserve(body, &state->surface)) { plii_world_note_shortage(body->world); }
-}
-
-/* Boxes after clusters; contacts after links and tethers, so that what these pull through is brought back. */
-enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = PLII_ORDER_LINKS + 6 };
+/* Boxes after clusters; contacts after those with rigid bodies and before the links. */
+enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
     .arrays = soft_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
+               [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},
     .substepped = &plii_soft_contacts_substepped,
     .disable = soft_contacts_disable,
@@ -179,8 +129,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .on_body =
         {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
     .bytes = soft_contacts_bytes,
-    .enable = soft_contacts_enable,
-    .reserve = soft_contacts_reserve,
+    .reserve = plii_soft_contacts_reserve,
     .topology_commit = soft_contacts_topology_commit,
 };
 
@@ -222,23 +171,13 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
         if (!was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
     }
-    if (used.bullet_boxes) {
-        const pli_status status = plii_feature_enable(body, &plii_soft_reference_class, NULL);
-        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &plii_soft_contacts_class); }
-        PLII_TRY(status);
-    } else {
-        plii_feature_disable(body, &plii_soft_reference_class);
-        soft_contacts_release_boxes(body, state);
-    }
+    if (!used.bullet_boxes) { soft_contacts_release_boxes(body, state); }
     state->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_soft_contacts(pli_body* body) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &plii_soft_reference_class);
-    plii_feature_disable(body, &plii_soft_contacts_class);
-    return PLI_OK;
+    return plii_feature_disable_if(plii_check_body_change(body, __func__), body, &plii_soft_contacts_class);
 }
 
 int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_contact* contacts) {
@@ -253,7 +192,7 @@ int pli_body_get_soft_contacts(const pli_body* body, int capacity, pli_soft_cont
         contacts[i].weights[0] = contact->weights.x;
         contacts[i].weights[1] = contact->weights.y;
         contacts[i].weights[2] = contact->weights.z;
-        contacts[i].normal = plii_xyz(contact->normal);
+        contacts[i].normal = contact->normal;
         contacts[i].margin = contact->margin;
     }
     return state->count;
@@ -263,10 +202,7 @@ pli_status pli_body_reorder_soft_contacts(pli_body* body, const int* order, int 
     PLII_TRY(plii_check_body_change(body, __func__));
     plii_soft_contacts_state* state = plii_feature_state(body, &plii_soft_contacts_class);
     if (state == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "soft contacts are not enabled"); }
-    PLII_TRY(
-        plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__));
-    plii_soft_contacts_chain(body, state);
-    return PLI_OK;
+    return plii_reorder_contacts(body, state->contacts, sizeof *state->contacts, state->count, order, count, __func__);
 }
 
 static pli_status soft_contacts_check_boxes(pli_context* context, const pli_bounds* boxes, int count, const char* what,

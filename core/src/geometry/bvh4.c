@@ -116,8 +116,7 @@ PLII_SIMD_INLINE int bvh4_is_near(const bvh4_query* query, const plii_box4* grou
     return plii_lanes_bits(plii_lanes_less_equal(squared, query->squared_radius));
 }
 
-/* Depth first: of the groups on the path down, what is left to be looked at. Without room for items it ends at the
-   first one. */
+/* Depth first: of the groups on the path down, what is left to be looked at. */
 PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bvh4_query* query, int* items) {
     static const uint8_t lowest_bits[16] = {0, 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0};
     int bits[PLII_BVH4_MAX_LEVELS], group[PLII_BVH4_MAX_LEVELS];
@@ -134,7 +133,6 @@ PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bv
         const int box = 4 * group[level] + lowest_bits[bits[level]];
         bits[level] &= bits[level] - 1;
         if (level == 0) {
-            if (items == NULL) { return 1; }
             items[count++] = box;
         } else {
             --level;
@@ -148,10 +146,6 @@ PLII_SIMD_INLINE int bvh4_walk(const plii_bvh4* boxes, bvh4_test* test, const bv
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items) {
     const bvh4_query query = {plii_vec3x4_all(bounds->min), plii_vec3x4_all(bounds->max), plii_float4_all(0.0f)};
     return bvh4_walk(boxes, bvh4_overlaps, &query, items);
-}
-
-bool plii_bvh4_touches(const plii_bvh4* boxes, const pli_bounds* bounds) {
-    return plii_bvh4_overlaps(boxes, bounds, NULL) > 0;
 }
 
 int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items) {

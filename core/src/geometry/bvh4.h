@@ -31,8 +31,6 @@ size_t plii_bvh4_bytes(const plii_bvh4* boxes);
 /* Writes the boxes that touch `bounds`, ascending; returns their number, never more than there are boxes, also where
    numbers are infinite or NaN. `items` has room for all. */
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
-/* True when a box touches `bounds`. */
-bool plii_bvh4_touches(const plii_bvh4* boxes, const pli_bounds* bounds);
 /* Writes the boxes within `radius` of a point, ascending; returns their number, as above. */
 int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items);
 

@@ -423,77 +423,6 @@ static void world_end_trouble(pli_world* world, int events_before) {
     }
 }
 
-static void world_solve_body(const pli_world* world, pli_body* body) {
-    world_begin_body(world, body);
-    body->solver_class->begin(body);
-    const plii_solver_class* solver = body->solver_class;
-    const int count = solver->iteration_count(body);
-    for (int i = 0; i < count; ++i) {
-        solver->iterate(body, i);
-        if (solver->finish_iteration != NULL) { solver->finish_iteration(body, i); }
-    }
-    solver->end(body);
-}
-
-/* Of a round all bodies do the first part, then all the second; -1: none. Those of fewer iterations have theirs spread
-   over the rounds. */
-static int world_iteration_of_round(const pli_body* body, int round, int rounds) {
-    const int64_t count = body->solver_class->iteration_count(body);
-    const int index = (int)(round * count / rounds);
-    return index < (int)((round + 1) * count / rounds) ? index : -1;
-}
-
-/* Bodies that contacts couple iterate in turn, so that in each iteration all see where the others are by now. Substeps
-   come last in a round: what moves a body after the last one would be lost. */
-static void world_solve_coupled(const pli_world* world) {
-    int rounds = 0;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen || !body->is_coupled) { continue; }
-        world_begin_body(world, body);
-        body->solver_class->begin(body);
-        const int count = body->solver_class->iteration_count(body);
-        if (count > rounds) { rounds = count; }
-    }
-    enum { ITERATIONS, SUBSTEPS, SUBSTEP_ENDS, PARTS };
-    for (int i = 0; i < PARTS * rounds; ++i) {
-        const int round = i / PARTS, part = i % PARTS;
-        for (int k = 0; k < world->body_count; ++k) {
-            pli_body* body = world->bodies[k];
-            const plii_solver_class* solver = body->solver_class;
-            if (body->is_frozen || !body->is_coupled || solver->has_substeps != (part != ITERATIONS)) { continue; }
-            const int index = world_iteration_of_round(body, round, rounds);
-            if (index < 0) { continue; }
-            world_begin_body(world, body);
-            if (part != SUBSTEP_ENDS) {
-                solver->iterate(body, index);
-            } else {
-                solver->finish_iteration(body, index);
-            }
-        }
-    }
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen || !body->is_coupled) { continue; }
-        world_begin_body(world, body);
-        body->solver_class->end(body);
-    }
-}
-
-static void world_solve_bodies(const pli_world* world) {
-    bool has_coupled = false;
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen) { continue; }
-        if (!body->is_coupled) {
-            world_solve_body(world, body);
-        } else if (!has_coupled) {
-            has_coupled = true;
-            world_solve_coupled(world);
-        }
-    }
-}
-
 static pli_status world_solve(pli_world* world, const char* function) {
     const uint64_t before = world_begin_call(world);
     const int events_before = world->event_count;
@@ -501,7 +430,12 @@ static pli_status world_solve(pli_world* world, const char* function) {
     world_solve_joints(world);
     plii_world_profile(world, "joints", NULL, false);
     plii_world_profile(world, "solve", NULL, true);
-    world_solve_bodies(world);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_frozen) { continue; }
+        world_begin_body(world, body);
+        body->solver_class->solve(body);
+    }
     plii_world_profile(world, "solve", NULL, false);
     /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
     plii_world_profile(world, "refresh", NULL, true);

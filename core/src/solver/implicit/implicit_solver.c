@@ -279,21 +279,16 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
     }
 }
 
-static void implicit_begin(pli_body* body) {
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_PREPARE, &body->step);
-    implicit_solve_constraints(body, plii_feature_state(body, &implicit_class));
-}
-
-static void implicit_iterate_positions(pli_body* body, int index) {
-    (void)index;
-    implicit_state* state = plii_feature_state(body, &implicit_class);
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
-    implicit_project_moved_nodes(body, &state->constraints);
-}
-
-static void implicit_end(pli_body* body) {
-    const implicit_state* state = plii_feature_state(body, &implicit_class);
+static void implicit_solve(pli_body* body) {
+    const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
+    implicit_state* state = plii_feature_state(body, &implicit_class);
+    plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
+    implicit_solve_constraints(body, state);
+    for (int i = 0; i < body->solver.position_iterations; ++i) {
+        plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
+        implicit_project_moved_nodes(body, &state->constraints);
+    }
     implicit_follow_corrections(body, step);
     implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
@@ -302,16 +297,11 @@ static void implicit_end(pli_body* body) {
                          pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
         }
     }
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
+    plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-static const plii_solver_class implicit_solver = {.name = "implicit",
-                                                  .predict = implicit_predict,
-                                                  .begin = implicit_begin,
-                                                  .iteration_count = plii_solver_position_iterations,
-                                                  .iterate = implicit_iterate_positions,
-                                                  .end = implicit_end,
-                                                  .solves_constraints = true};
+static const plii_solver_class implicit_solver = {
+    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .solves_constraints = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

@@ -203,33 +203,23 @@ PLII_SIMD_INLINE void solver_add_velocities(int begin, int end, void* data) {
     }
 }
 
-static void solver_begin(pli_body* body) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_step* step = &body->step;
-    const int velocity_iterations = body->solver.velocity_iterations;
-    plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
-    if (velocity_iterations == 0) { return; }
-    for (int i = 0; i < velocity_iterations; ++i) {
-        plii_run_stage(body, pipeline, PLII_STAGE_VELOCITY, step);
-    }
-    solver_positions_from_velocities(body, step->dt);
-}
-
-int plii_solver_position_iterations(const pli_body* body) {
-    return body->solver.position_iterations;
-}
-
-static void solver_iterate(pli_body* body, int index) {
-    (void)index;
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
-}
-
-static void solver_end(pli_body* body) {
+static void solver_solve(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_step* step = &body->step;
     const pli_solver_settings* settings = &body->solver;
+
+    plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
+    if (settings->velocity_iterations > 0) {
+        for (int i = 0; i < settings->velocity_iterations; ++i) {
+            plii_run_stage(body, pipeline, PLII_STAGE_VELOCITY, step);
+        }
+        solver_positions_from_velocities(body, step->dt);
+    }
     solver_nodes nodes = solver_nodes_of(body);
     if (settings->position_iterations > 0) {
+        for (int i = 0; i < settings->position_iterations; ++i) {
+            plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
+        }
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
         SOLVER_PASS(body, solver_set_velocities, &nodes);
     }
@@ -248,12 +238,8 @@ static void solver_end(pli_body* body) {
     plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
 }
 
-const plii_solver_class plii_position_solver = {.name = "position-based",
-                                                .predict = solver_predict,
-                                                .begin = solver_begin,
-                                                .iteration_count = plii_solver_position_iterations,
-                                                .iterate = solver_iterate,
-                                                .end = solver_end};
+const plii_solver_class plii_position_solver = {
+    .name = "position-based", .predict = solver_predict, .solve = solver_solve};
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
     if (body->solver_class != &plii_position_solver && body->solver_class != solver_class) {

@@ -29,11 +29,6 @@ typedef struct xpbd_state {
     bool had_links;                                                /* on positions, before this solver came */
     xpbd_kinds kinds;                                              /* that only this solver has */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
-    /* Of the step in progress. */
-    xpbd_kinds busy; /* with something to do */
-    bool has_finish; /* one of them acts after a substep */
-    plii_substep substep;
-    plii_xpbd_nodes nodes;
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
@@ -145,6 +140,35 @@ static bool xpbd_has_finish(const xpbd_kinds* kinds) {
     return false;
 }
 
+static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
+    const plii_xpbd_nodes_kernel* pass = xpbd_nodes_kernel_of(body->context->simd);
+    plii_xpbd_nodes nodes = {.positions = body->positions,
+                             .velocities = body->velocities,
+                             .displacements = state->displacements,
+                             .start_displacements = state->start_displacements,
+                             .previous = body->previous,
+                             .accelerations = state->accelerations,
+                             .dt = substep->dt,
+                             .inverse_dt = substep->inverse_dt,
+                             .kept = 1.0f - body->solver.velocity_damping};
+    const bool has_finish = xpbd_has_finish(kinds);
+    const int count = state->def.substeps;
+    xpbd_run_pass(body, &nodes, pass->begin);
+    for (substep->index = 0; substep->index < count; ++substep->index) {
+        const int done = substep->index + 1;
+        if (substep->index > 0 && has_finish) { xpbd_run_pass(body, &nodes, pass->move); }
+        substep->has_new_positions = substep->index == 0 || nodes.follows;
+        xpbd_sweep(body, state, kinds, substep);
+        nodes.follows = done == count || done % XPBD_SUBSTEPS_PER_START == 0;
+        xpbd_run_pass(body, &nodes, done < count && !has_finish ? pass->finish_and_move : pass->finish);
+        for (int k = 0; k < kinds->count; ++k) {
+            if (kinds->at[k]->finish != NULL) { kinds->at[k]->finish(body, kinds->states[k], substep); }
+        }
+    }
+    if (nodes.kept < 1.0f) { xpbd_run_pass(body, &nodes, pass->damp); }
+    plii_substep_rigids_finish(body, substep);
+}
+
 /* Those that have something to do in this step. */
 static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
     xpbd_kinds kinds = xpbd_all_kinds(body, state);
@@ -161,64 +185,17 @@ static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
     return kinds;
 }
 
-static int xpbd_substep_count(const pli_body* body) {
-    return ((const xpbd_state*)plii_feature_state(body, &xpbd_class))->def.substeps;
-}
-
-static void xpbd_begin(pli_body* body) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+static void xpbd_solve(pli_body* body) {
+    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
-    state->substep = (plii_substep){.dt = step->dt / parts,
-                                    .inverse_dt = step->inverse_dt * parts,
-                                    .count = state->def.substeps,
-                                    .displacements = state->displacements,
-                                    .start_displacements = state->start_displacements};
-    state->busy = xpbd_begin_kinds(body, state);
-    state->has_finish = xpbd_has_finish(&state->busy);
-    state->nodes = (plii_xpbd_nodes){.positions = body->positions,
-                                     .velocities = body->velocities,
-                                     .displacements = state->displacements,
-                                     .start_displacements = state->start_displacements,
-                                     .previous = body->previous,
-                                     .accelerations = state->accelerations,
-                                     .dt = state->substep.dt,
-                                     .inverse_dt = state->substep.inverse_dt,
-                                     .kept = 1.0f - body->solver.velocity_damping};
-    xpbd_run_pass(body, &state->nodes, xpbd_nodes_kernel_of(body->context->simd)->begin);
-    body->substep = &state->substep;
-}
-
-static void xpbd_iterate(pli_body* body, int index) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
-    state->substep.has_new_positions = index == 0 || state->nodes.follows;
-    xpbd_sweep(body, state, &state->busy, &state->substep);
-}
-
-static void xpbd_finish_iteration(pli_body* body, int index) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
-    const plii_xpbd_nodes_kernel* pass = xpbd_nodes_kernel_of(body->context->simd);
-    plii_substep* substep = &state->substep;
-    plii_xpbd_nodes* nodes = &state->nodes;
-    const int done = index + 1;
-    const bool is_last = done == substep->count;
-    nodes->follows = is_last || done % XPBD_SUBSTEPS_PER_START == 0;
-    xpbd_run_pass(body, nodes, is_last || state->has_finish ? pass->finish : pass->finish_and_move);
-    for (int k = 0; state->has_finish && k < state->busy.count; ++k) {
-        if (state->busy.at[k]->finish != NULL) { state->busy.at[k]->finish(body, state->busy.states[k], substep); }
-    }
-    if (state->has_finish && !is_last) { xpbd_run_pass(body, nodes, pass->move); }
-    substep->index = done;
-}
-
-static void xpbd_end(pli_body* body) {
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
-    body->substep = NULL;
-    if (state->nodes.kept < 1.0f) {
-        xpbd_run_pass(body, &state->nodes, xpbd_nodes_kernel_of(body->context->simd)->damp);
-    }
-    plii_substep_rigids_finish(body, &state->substep);
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, &body->step);
+    plii_substep substep = {.dt = step->dt / parts,
+                            .inverse_dt = step->inverse_dt * parts,
+                            .displacements = state->displacements,
+                            .start_displacements = state->start_displacements};
+    const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
+    xpbd_substeps(body, state, &kinds, &substep);
+    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
 }
 
 /* A node that rests on a surface and was not found would fall into it for the rest of the step, and come back with
@@ -227,11 +204,7 @@ static void xpbd_end(pli_body* body) {
 
 static const plii_solver_class xpbd_solver = {.name = "XPBD",
                                               .predict = xpbd_predict,
-                                              .begin = xpbd_begin,
-                                              .iteration_count = xpbd_substep_count,
-                                              .iterate = xpbd_iterate,
-                                              .finish_iteration = xpbd_finish_iteration,
-                                              .end = xpbd_end,
+                                              .solve = xpbd_solve,
                                               .has_substeps = true,
                                               .contact_reach = XPBD_CONTACT_REACH};
 
