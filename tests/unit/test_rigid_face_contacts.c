@@ -590,6 +590,57 @@ static void test_hosts_may_move_bodies_before_substeps(void** state) {
     check_at_most(pli_vec3_length(pli_vec3_sub(ends[0].linear_velocity, ends[1].linear_velocity)), 1e-3);
 }
 
+/* A kinematic ball that flies up takes a sheet along, in whichever order its host moves it. */
+static void test_kinematic_bodies_carry_faces_in_substeps(void** state) {
+    fixture* f = *state;
+    const float dt = 1.0f / 60, radius = 0.1f, margin = 0.005f, speed = 3;
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    for (int moves_early = 0; moves_early < 2; ++moves_early) {
+        pli_body* cloth = make_cloth(f->world, 0, margin, 4);
+        assert_int_equal(pli_body_enable_xpbd(cloth, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_xpbd_links(cloth, NULL), PLI_OK);
+        enable_faces(cloth);
+        pli_shape* shape = NULL;
+        assert_int_equal(pli_shape_create_sphere(f->context, radius, &shape), PLI_OK);
+        pli_rigid_def def = pli_rigid_def_default();
+        def.kind = PLI_RIGID_KINEMATIC;
+        def.shapes = &shape;
+        def.shape_count = 1;
+        def.state.pose = at(0.03f, -0.2f, 0.02f);
+        def.state.linear_velocity = pli_vec3_make(0, speed, 0);
+        pli_rigid* ball = NULL;
+        assert_int_equal(pli_rigid_create(f->world, &def, &ball), PLI_OK);
+        pli_shape_release(shape);
+        for (int i = 0; i < 10; ++i) { /* before the rim swings round it */
+            assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
+            assert_int_equal(pli_world_collide_rigid(f->world, cloth, ball), PLI_OK);
+            if (moves_early != 0) { assert_int_equal(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), dt), PLI_OK); }
+            assert_int_equal(pli_world_solve(f->world), PLI_OK);
+            if (moves_early == 0) { assert_int_equal(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), dt), PLI_OK); }
+        }
+        assert_true(pli_body_get_rigid_face_contacts(cloth, 0, NULL) > 0);
+        const pli_vec3 center = pli_rigid_get_state(ball).pose.origin;
+        check_near(center.y, -0.2 + 10.0 * (double)(speed * dt), 1e-4);
+        const pli_body_view view = pli_body_get_view(cloth);
+        float lowest = INFINITY;
+        for (int i = 0; i < view.face_count; ++i) {
+            const int* nodes = view.face_nodes + (ptrdiff_t)3 * i;
+            pli_vec3 middle = pli_vec3_make(0, 0, 0);
+            for (int k = 0; k < 3; ++k) {
+                const pli_vec4 x = view.positions[nodes[k]];
+                middle = pli_vec3_add(middle, pli_vec3_scale(pli_vec3_make(x.x, x.y, x.z), 1.0f / 3));
+            }
+            const pli_vec3 apart = pli_vec3_sub(middle, center);
+            if (apart.x * apart.x + apart.z * apart.z < 0.25f * radius * radius && apart.y < lowest) {
+                lowest = apart.y;
+            }
+        }
+        assert_true(lowest > radius - margin && lowest < radius + 20 * margin);
+        pli_rigid_destroy(ball);
+        pli_body_destroy(cloth);
+    }
+}
+
 /* Contacts stay as they were made when the host changes the shapes before the solve. */
 static void test_shapes_may_change_before_the_solve(void** state) {
     fixture* f = *state;
@@ -889,6 +940,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_pinned_face_stops_a_ball_at_the_margin, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_hosts_that_move_bodies_before_the_solve, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_hosts_may_move_bodies_before_substeps, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_kinematic_bodies_carry_faces_in_substeps, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_shapes_may_change_before_the_solve, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_resting_cloth_is_as_with_nodes_alone, setup_fixture, teardown_fixture),
         cmocka_unit_test_setup_teardown(test_face_contacts_repeat_bit_for_bit, setup_fixture, teardown_fixture),

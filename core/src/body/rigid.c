@@ -396,7 +396,9 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     }
     const plii_rigid_path* path = &rigid->path;
     pli_vec3 linear = state.linear_velocity, angular = state.angular_velocity;
-    if (path->has_begun) {
+    /* Within a step it moves as a host's body does, before soft bodies have their say. */
+    const bool ends_step = !rigid->world->is_stepping;
+    if (path->has_begun && ends_step) {
         linear = pli_vec3_add(pli_vec3_sub(linear, path->carried_linear), pli_vec3_scale(path->shift, 1.0f / dt));
         angular =
             pli_vec3_add(pli_vec3_sub(angular, path->carried_angular), pli_vec3_scale(path->shift_rotation, 1.0f / dt));
@@ -407,7 +409,9 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
         pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
-    rigid->path.has_begun = false;
+    rigid->given_linear_velocity = state.linear_velocity;
+    rigid->given_angular_velocity = state.angular_velocity;
+    if (ends_step) { rigid->path.has_begun = false; }
     ++rigid->pose_version;
     return PLI_OK;
 }

@@ -18,7 +18,7 @@ static pli_vec3 substep_rigid_add(pli_vec3 a, pli_vec3 b, float scale) {
 
 void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid) {
     plii_rigid_path* path = &rigid->path;
-    if (!(rigid->state.inverse_mass > 0.0f) || path->is_followed) { return; }
+    if (rigid->kind == PLI_RIGID_STATIC || path->is_followed) { return; }
     plii_rigid_begin_path(rigid);
     path->is_followed = true;
     path->is_pushed = false;
@@ -35,13 +35,17 @@ static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt
     path->moved = path->rotated = pli_vec3_make(0, 0, 0);
     path->drift_linear = pli_vec3_sub(pli_vec3_scale(path->shift, rate), path->carried_linear);
     path->drift_angular = pli_vec3_sub(pli_vec3_scale(path->shift_rotation, rate), path->carried_angular);
+    path->gain_linear = path->gain_angular = pli_vec3_make(0, 0, 0);
+    if (!plii_rigid_is_moved_by_host(rigid)) { return; }
+    if (rigid->kind == PLI_RIGID_KINEMATIC) { /* ends up where the host has put it */
+        const pli_vec3 motion = pli_vec3_sub(state->pose.origin, path->begin.origin);
+        path->drift_linear = pli_vec3_sub(pli_vec3_scale(motion, rate), state->linear_velocity);
+        return;
+    }
     const pli_vec3 linear = pli_vec3_sub(rigid->given_linear_velocity, path->begin_linear);
     const pli_vec3 angular = pli_vec3_sub(rigid->given_angular_velocity, path->begin_angular);
-    const bool has_gained = plii_rigid_is_moved_by_host(rigid);
-    const float share = has_gained ? dt * rate : 0.0f;
-    path->gain_linear = pli_vec3_scale(linear, share);
-    path->gain_angular = pli_vec3_scale(angular, share);
-    if (!has_gained) { return; }
+    path->gain_linear = pli_vec3_scale(linear, dt * rate);
+    path->gain_angular = pli_vec3_scale(angular, dt * rate);
     state->linear_velocity = pli_vec3_sub(state->linear_velocity, linear);
     state->angular_velocity = pli_vec3_sub(state->angular_velocity, angular);
 }
@@ -66,7 +70,7 @@ void plii_substep_rigids_restart(const pli_body* body, const plii_substep* subst
     }
 }
 
-/* One that was not pushed goes as its host moves it. */
+/* One that was not pushed, or takes no impulses, goes as its host moves it. */
 void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep) {
     const float dt = body->step.dt;
     while (body->followed_rigids != NULL) {
@@ -75,7 +79,7 @@ void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep) {
         plii_rigid_path* path = &rigid->path;
         body->followed_rigids = path->next;
         path->is_followed = false;
-        if (!path->is_pushed) {
+        if (!path->is_pushed || !(state->inverse_mass > 0.0f)) {
             state->linear_velocity = path->start_linear;
             state->angular_velocity = path->start_angular;
             continue;

@@ -101,10 +101,11 @@ static pli_vec3 rigid_faces_impulse(const pli_body* body, const plii_rigid_face_
                              pli_vec3_add(pli_vec3_scale(sliding, 1.0f - contact->slip), pli_vec3_scale(n, error)));
 }
 
-/* False when no contact had anything to do. */
-static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, float dt, bool with_velocities) {
+/* From the first one on. False when no contact had anything to do. */
+static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int first, float dt,
+                              bool with_velocities) {
     bool has_acted = false;
-    for (int i = 0; i < state->count; ++i) {
+    for (int i = first; i < state->count; ++i) {
         plii_rigid_face_contact* contact = &state->contacts[i];
         const pli_vec3 impulse = rigid_faces_impulse(body, contact, dt);
         if (!(pli_vec3_length_squared(impulse) > 0.0f)) { continue; }
@@ -123,7 +124,7 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, flo
 }
 
 void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step) {
-    (void)rigid_faces_sweep(body, data, step->dt, false);
+    (void)rigid_faces_sweep(body, data, 0, step->dt, false);
 }
 
 // ------------------------------------------------------------------------------------------------------------- memory
@@ -168,11 +169,11 @@ void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) 
     if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
     /* Substeps have solved those from before. */
-    if (body->solver_class->has_substeps) { state->count = 0; }
+    const int first = body->solver_class->has_substeps ? state->count : 0;
     for (int i = 0;; ++i) {
         plii_rigid_faces_prepare(body, state, step);
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            if (!rigid_faces_sweep(body, state, step->dt, true)) { break; }
+            if (!rigid_faces_sweep(body, state, first, step->dt, true)) { break; }
         }
         if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
     }
