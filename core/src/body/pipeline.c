@@ -221,7 +221,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
+                                 const plii_step* step) {
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -241,5 +242,19 @@ void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage 
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state, step);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
+    }
+}
+
+/* Bodies of a few nodes would notice more per entry. */
+void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+    if (body->world->profile != NULL) {
+        feature_run_profiled(body, pipeline, stage, step);
+        return;
+    }
+    plii_pass* pass = &body->context->pass;
+    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
+    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
+        pass->feature = entry->klass;
+        entry->run(body, entry->state, step);
     }
 }

@@ -154,11 +154,12 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
    plane of a contact stands for the shape. */
 static float rigid_contacts_reach(const pli_body* body, const pli_rigid* rigid, pli_bounds shape_bounds) {
     const float own = body->collision_margin * body->solver_class->contact_reach;
-    if (!body->solver_class->has_substeps) { return own; }
+    if (!body->solver_class->has_substeps || rigid->kind == PLI_RIGID_STATIC) { return own; }
     const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(shape_bounds.max, shape_bounds.min), 0.5f);
     const float size = plii_min(half.x, plii_min(half.y, half.z));
-    const float speed = pli_vec3_length(rigid->state.linear_velocity) +
-                        pli_vec3_length(rigid->state.angular_velocity) * pli_vec3_length(half);
+    const float radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
+    const float speed =
+        pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * radius;
     return own + plii_min(speed * body->step.dt, 0.5f * size);
 }
 
