@@ -104,8 +104,9 @@ void calls_move_body(calls* c) {
     if (kind == 3) { BODY_CALL(c, chosen, pli_body_add_node_force(body, node, vector)); }
     if (kind == 4) { BODY_CALL(c, chosen, pli_body_add_force(body, vector)); }
     if (kind == 5) { BODY_CALL(c, chosen, pli_body_add_velocity(body, vector)); }
-    const bool is_pinned = !(pli_body_get_view(body).positions[node].w > 0.0f);
-    if (kind == 6 && is_pinned) { BODY_CALL(c, chosen, pli_body_move_node(body, node, vector)); }
+    const pli_body_view view = pli_body_get_view(body);
+    const bool is_free = node >= 0 && node < view.node_count && view.positions[node].w > 0.0f;
+    if (kind == 6 && !is_free) { BODY_CALL(c, chosen, pli_body_move_node(body, node, vector)); }
 }
 
 // ------------------------------------------------------------------------------------------------------ states

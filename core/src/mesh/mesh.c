@@ -176,20 +176,21 @@ void pli_mesh_destroy(pli_mesh* mesh) {
 }
 
 pli_mesh_view pli_mesh_get_view(const pli_mesh* mesh) {
-    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return (pli_mesh_view){0}; }
-    return (pli_mesh_view){
-        .node_count = mesh->node_count,
-        .link_count = mesh->link_count,
-        .face_count = mesh->face_count,
-        .tetra_count = mesh->tetra_count,
-        .material_count = mesh->material_count,
-        .positions = mesh->positions,
-        .inverse_masses = mesh->inverse_masses,
-        .links = mesh->links,
-        .faces = mesh->faces,
-        .tetras = mesh->tetras,
-        .materials = mesh->materials,
-    };
+    pli_mesh_view view;
+    memset(&view, 0, sizeof view); /* callers may compare views by their bytes */
+    if (plii_check_mesh(mesh, __func__) != PLI_OK) { return view; }
+    view.node_count = mesh->node_count;
+    view.link_count = mesh->link_count;
+    view.face_count = mesh->face_count;
+    view.tetra_count = mesh->tetra_count;
+    view.material_count = mesh->material_count;
+    view.positions = mesh->positions;
+    view.inverse_masses = mesh->inverse_masses;
+    view.links = mesh->links;
+    view.faces = mesh->faces;
+    view.tetras = mesh->tetras;
+    view.materials = mesh->materials;
+    return view;
 }
 
 // ------------------------------------------------------------------------------------------- service to generators
