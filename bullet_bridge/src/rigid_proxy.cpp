@@ -157,8 +157,7 @@ pli_status RigidProxy::update_rigid() {
                          same_bits(present.angular_factor, response_.angular_factor) &&
                          same_bits(present.friction, response_.friction);
     if (is_same) { return PLI_OK; }
-    pli_status status =
-        pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
+    pli_status status = pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
     if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, to_float(present.friction)); }
     if (status == PLI_OK) { response_ = present; }
     return status;

@@ -297,7 +297,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_rigid_get_kind, RIGID, READS, CALL_VALUE(pli_rigid_get_kind(h->rigid) == PLI_RIGID_STATIC))                  \
     X(pli_rigid_get_user_data, RIGID, READS, CALL_VALUE(pli_rigid_get_user_data(h->rigid) == NULL))                    \
     X(pli_rigid_was_touched, RIGID, READS, CALL_VALUE(!pli_rigid_was_touched(h->rigid)))                               \
-    X(pli_rigid_get_shift, RIGID, READS, CALL_VALUE(!pli_rigid_get_shift(h->rigid, NULL, NULL)))                         \
+    X(pli_rigid_get_shift, RIGID, READS, CALL_VALUE(!pli_rigid_get_shift(h->rigid, NULL, NULL)))                       \
     X(pli_rigid_integrate, RIGID, CHANGES, CALL_STATUS(pli_rigid_integrate(h->rigid, call_point, 0.5f)))               \
     X(pli_body_enable_self_collision, BODY, CHANGES_IDLE,                                                              \
       CALL_STATUS(pli_body_enable_self_collision(h->body, CALL_DEF(pli_self_collision))))                              \

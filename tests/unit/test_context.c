@@ -148,7 +148,10 @@ static void test_context_stays_while_something_of_it_lives(void** unused) {
     for (int i = 0; i < 3; ++i) {
         pli_shape_release(shapes[i]);
     }
-    check_stays(context, "pli_context_destroy: still alive are worlds: 2, meshes: 1, shapes: 1, sets of triangles: 0"); /* the rigid body's */
+    check_stays(
+        context,
+        "pli_context_destroy: still alive are worlds: 2, meshes: 1, shapes: 1, sets of triangles: 0"); /* the rigid
+                                                                                                          body's */
     pli_mesh_destroy(mesh);
     pli_world_destroy(worlds[1]);
     check_stays(context, "pli_context_destroy: still alive are worlds: 1, meshes: 0, shapes: 0, sets of triangles: 0");

@@ -33,8 +33,8 @@ PLI_API pli_anchor_def pli_anchor_def_default(void);
 
 /// Holds a node to a rigid body until it is removed, with any solver. The node takes no part in contacts with rigid
 /// bodies; it may have several anchors. Between pli_world_predict and pli_world_solve too. Bullet name: appendAnchor
-/// A node on a static or kinematic body is where the body's point is at the end of the step with XPBD (compliance 0) and
-/// the implicit solver; with the position-based solver it lags behind by about a step's motion, as in Bullet.
+/// A node on a static or kinematic body is where the body's point is at the end of the step with XPBD (compliance 0)
+/// and the implicit solver; with the position-based solver it lags behind by about a step's motion, as in Bullet.
 /// @param anchor receives the id; may be NULL
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (also for a rigid body of another world),
 ///         PLI_ERROR_OUT_OF_MEMORY

@@ -128,11 +128,11 @@ PLI_API pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity);
 
-/// Leads a pinned node: call it before each step with the place where the node is to be at the end of that step. It goes
-/// there in a straight line at one speed, through the substeps of XPBD too, and is exactly there, with that speed as its
-/// velocity, after the step; links, tethers, contacts and air see it move. Without a call the node stays where it is in
-/// the step after. Called twice before a step, the last call counts. What moves it otherwise is not needed with it:
-/// neither pli_body_set_node_position, which would let it jump, nor pli_body_set_node_velocity.
+/// Leads a pinned node: call it before each step with the place where the node is to be at the end of that step. It
+/// goes there in a straight line at one speed, through the substeps of XPBD too, and is exactly there, with that speed
+/// as its velocity, after the step; links, tethers, contacts and air see it move. Without a call the node stays where
+/// it is in the step after. Called twice before a step, the last call counts. What moves it otherwise is not needed
+/// with it: neither pli_body_set_node_position, which would let it jump, nor pli_body_set_node_velocity.
 /// @param position m, up to PLI_MAX_COORDINATE
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE, PLI_ERROR_INVALID_VALUE also for a node that is not pinned,
 ///         PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while stepping

@@ -16,9 +16,9 @@ extern "C" {
 /// The one- and two-sided models push with -rho A (v.n) |v|^2 (lift n + drag v/|v|) on what moves into the air, faces
 /// with twice that; these are not the coefficients of the drag equation, but to be tried out. The lift-drag models have
 /// a drag of rho A |v| (v.n) drag / 2 against v, and lift across it, none where v is within 10 degrees of the normal.
-/// Drag never does more than stop a node within the step, and air never makes a node faster than it was against the wind:
-/// where a step is too long for the force, the rest turns its velocity. Not in reference mode (pli_world_def), in which
-/// large coefficients, light nodes and long steps blow bodies up.
+/// Drag never does more than stop a node within the step, and air never makes a node faster than it was against the
+/// wind: where a step is too long for the force, the rest turns its velocity. Not in reference mode (pli_world_def), in
+/// which large coefficients, light nodes and long steps blow bodies up.
 typedef enum pli_aero_model {
     /// As VERTEX_ONE_SIDED, here and in btSoftBody. Choose that one; this is for scenes that come from Bullet.
     PLI_AERO_VERTEX_POINT = 0,
@@ -63,9 +63,9 @@ PLI_API pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind);
 PLI_API pli_status pli_body_disable_aero(pli_body* body);
 
 /// Gas inside a closed surface, or another amount of it: each node gets normal * area * coefficient / |volume|. No
-/// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a quarter
-/// within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in reference
-/// mode (pli_world_def).
+/// force while the volume is zero (Bullet divides by it). Cut to what would change the volume of a free body by a
+/// quarter within the step, as light nodes, high pressures and long steps ask for more than can be integrated; not in
+/// reference mode (pli_world_def).
 /// @param coefficient N m, of either sign, up to PLI_MAX_COEFFICIENT. Bullet name: kPR
 /// @return PLI_ERROR_INVALID_MESH for a body without faces
 PLI_API pli_status pli_body_enable_pressure(pli_body* body, float coefficient);

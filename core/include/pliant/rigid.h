@@ -100,8 +100,8 @@ PLI_API void* pli_rigid_get_user_data(const pli_rigid* rigid);
 /// True when a contact or an anchor acted on the body in the last step: the host should wake it.
 PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 
-/// Where soft bodies have left a dynamic body in the last step, against where it was in pli_world_solve. A host that had
-/// moved its bodies before, as Bullet does, should move this one once more by that: the implicit solver, XPBD and
+/// Where soft bodies have left a dynamic body in the last step, against where it was in pli_world_solve. A host that
+/// had moved its bodies before, as Bullet does, should move this one once more by that: the implicit solver, XPBD and
 /// contacts of faces move rigid bodies along while they solve, and count on it. pli_rigid_integrate does so.
 /// @param shift    m, world axes; zero where it returns false; may be NULL
 /// @param rotation rad, axis times angle, world axes, about the centre of mass; likewise

@@ -22,8 +22,8 @@ typedef struct pli_world_def {
     /// False: lists grow when they are full.
     bool preallocates;
     /// Reference mode only: as btSoftBody does it, default false. Bounds of predicted bodies are those from before pose
-    /// matching, the forces of air, pressure and volume conservation have no limit, and nodes lag behind kinematic bodies
-    /// that they are anchored to.
+    /// matching, the forces of air, pressure and volume conservation have no limit, and nodes lag behind kinematic
+    /// bodies that they are anchored to.
     bool reference_mode;
     void* user_data; ///< of the caller, default NULL; see pli_world_get_user_data
     uint32_t cookie; ///< set by the default function

@@ -7,10 +7,8 @@
 #include "math/vec.h"
 #include "pliant/rigid.h"
 
-#include <string.h>
-
-/* A rigid body on its way through the substeps of a step. Its host moves it by one velocity per step; what its way ends
-   with beside that is the shift, m and rad, of which the host is told. */
+/* Motion of a rigid body through the substeps of a step. Its host moves it by one velocity per step; where it ends up
+   against that is the shift, m and rad, of which the host is told. */
 typedef struct plii_rigid_path {
     pli_transform begin; /* of the step: before the host moved it */
     pli_vec3 begin_linear, begin_angular;
@@ -18,9 +16,9 @@ typedef struct plii_rigid_path {
     bool has_begun;
     pli_vec3 shift, shift_rotation;           /* by the soft bodies that have been solved */
     pli_vec3 carried_linear, carried_angular; /* changes of velocity that the shift has in it */
-    /* Of the soft body that is solved now. */
+    /* Of the soft body that is solved now, which follows it. */
     bool is_followed, is_pushed;
-    pli_rigid* next;                      /* that it has to do with */
+    pli_rigid* next;                      /* of those that it follows */
     pli_vec3 start_linear, start_angular; /* velocities before its substeps */
     pli_vec3 gain_linear, gain_angular;   /* of velocity in a substep: what the host did to it in the step */
     pli_vec3 drift_linear, drift_angular; /* velocity with which it comes to the shift from before */
@@ -76,11 +74,15 @@ static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
     rigid->start_linear_velocity = rigid->state.linear_velocity;
     rigid->start_angular_velocity = rigid->state.angular_velocity;
 }
-/* To be called where a feature first has to do with it in a step, if possible before its host moves it. */
+/* To be called where a feature first meets it in a step, if possible before its host moves it. */
 static inline void plii_rigid_begin_path(pli_rigid* rigid) {
     plii_rigid_path* path = &rigid->path;
     if (path->has_begun) { return; }
-    memset(path, 0, sizeof *path);
+    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
+    path->shift = path->shift_rotation = path->carried_linear = path->carried_angular = zero;
+    /* A static one is followed by nobody, and stays. */
+    path->moved = path->rotated = path->drift_linear = path->drift_angular = zero;
+    path->is_followed = false;
     path->begin = rigid->state.pose;
     path->begin_linear = rigid->state.linear_velocity;
     path->begin_angular = rigid->state.angular_velocity;

@@ -88,6 +88,7 @@ void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step)
 void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step);
 void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step);
 
+extern const plii_feature_class plii_rigid_faces_class;
 /* Of XPBD. */
 extern const plii_substep_class plii_rigid_faces_substepped;
 void plii_rigid_faces_release_substeps(pli_body* body, void* data);

@@ -3,8 +3,6 @@
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 
-extern const plii_feature_class plii_rigid_faces_class;
-
 /* Height of the witness point above the surface at the start of the step, less the margin. */
 static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact* contact) {
     const plii_dvec3 apart =
@@ -48,7 +46,7 @@ static bool faces_are_idle(const pli_body* body, const void* data) {
 
 void plii_rigid_faces_release_substeps(pli_body* body, void* data) {
     plii_point_contacts* contacts = &((plii_rigid_faces*)data)->substeps;
-    plii_release(body->context, contacts->items, (size_t)contacts->capacity * sizeof *contacts->items);
+    PLII_RELEASE(body->context, contacts->items, contacts->capacity);
     *contacts = (plii_point_contacts){0};
 }
 
