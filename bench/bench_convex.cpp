@@ -48,9 +48,9 @@ Opinion plain_ccd(const Pair& pair, bool is_epa) {
 }
 
 // ---- methods
-enum Method { plain_mpr, plain_epa, descent, mpr, epa, bullet_epa, method_count };
-const char* const method_names[method_count] = {"libccd MPR, plain",      "libccd EPA, plain", "descent (default)",
-                                                "re-aimed MPR + descent", "EPA + descent",     "Bullet GJK/EPA"};
+enum Method { plain_mpr, plain_epa, descent, epa, bullet_epa, method_count };
+const char* const method_names[method_count] = {"libccd MPR, plain", "libccd EPA, plain", "descent (default)",
+                                                "EPA + descent", "Bullet GJK/EPA"};
 
 plii_convex_result run(const Pair& pair, plii_penetration_fn* penetration, plii_convex_cache* cache) {
     const plii_convex a = pair.a.convex(), b = pair.b.convex();
@@ -79,8 +79,6 @@ Opinion ask(const Sample& sample, int method) {
         return plain_ccd(sample.pair, true);
     case descent:
         return pliant_opinion(run(sample.pair, nullptr, nullptr));
-    case mpr:
-        return pliant_opinion(run(sample.pair, plii_penetration_mpr, nullptr));
     case epa:
         return pliant_opinion(run(sample.pair, plii_penetration_epa, nullptr));
     default:

@@ -130,7 +130,7 @@ struct Sample {
         body_def.solver.position_iterations = sweeps;
         check(pli_body_create(made_world, mesh.get(), &body_def, &body));
         if (is_colored) { check(pli_body_enable_colored_links(body)); }
-        plii_run_stage(body, &body->pipeline, PLII_STAGE_PREPARE, &body->step);
+        plii_run_stage(body, PLII_STAGE_PREPARE);
     }
     void stretch() {
         for (int i = 0; i < body->node_count; ++i) {
@@ -234,7 +234,7 @@ void touching_links(benchmark::State& state, Kind kind, pli_simd simd) {
             const auto start = std::chrono::steady_clock::now();
             body->sweep_links(body, body->sweep_links_state);
             times.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-            plii_run_stage(body, &body->pipeline, PLII_STAGE_POSITION, &body->step);
+            plii_run_stage(body, PLII_STAGE_POSITION);
         }
     }
     const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);

@@ -1,12 +1,8 @@
-# Installs the libraries with their headers, the package for find_package(pliant [COMPONENTS bullet]), and pliant.pc and
+# Installs the libraries with their headers, the package for find_package(pliant), and pliant.pc and
 # pliant-bullet.pc for pkg-config.
 include(CMakePackageConfigHelpers)
 
 set(PLIANT_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/pliant)
-set(PLIANT_BULLET_PACKAGE bullet)
-if(PLIANT_BULLET_DOUBLE)
-    set(PLIANT_BULLET_PACKAGE bullet-float64)
-endif()
 
 # Who links the static library needs what it calls.
 if(PLIANT_WITH_CCD AND NOT BUILD_SHARED_LIBS)

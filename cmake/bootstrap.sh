@@ -1,26 +1,7 @@
 # Shared part of demos/run.sh and tests/run.sh, to be sourced by them from the root of the project: installs what is
 # missing, then configures and builds a preset. POSIX sh.
 
-# Debian package, and how to see that it is there: a command, a pkg-config module, or a file.
-packages='
-build-essential command c++
-build-essential command make
-cmake           command cmake
-ninja-build     command ninja
-pkg-config      command pkg-config
-libbullet-dev   module  bullet
-libbullet-dev   module  bullet-float64
-libccd-dev      module  ccd
-libcmocka-dev   module  cmocka
-libepoxy-dev    module  epoxy
-libegl-dev      module  egl
-libgl1-mesa-dri file    /usr/lib/*/dri/swrast_dri.so
-libstb-dev      module  stb
-nlohmann-json3-dev module nlohmann_json
-libcli11-dev    module  CLI11
-libglfw3-dev    module  glfw3
-libimgui-dev    module  imgui
-'
+packages=$(sed '/^#/d' cmake/packages.txt)
 
 say() { printf '== %s\n' "$*"; }
 

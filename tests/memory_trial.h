@@ -220,7 +220,7 @@ static inline void trial_steps(trial* t, int count) {
 typedef struct trial_setup {
     const char* name;
     void (*run)(trial* t);
-    bool moves_previous; /* so do drift iterations, and soft contacts that recover */
+    bool moves_previous; /* so do drift iterations, and contacts that recover */
 } trial_setup;
 
 /* Fails the allocation `place`, 0: none. */

@@ -28,26 +28,14 @@ static inline int sample_farthest(const void* user, pli_vec3 direction) {
     }
     return best;
 }
-static inline pli_vec3 sample_point(const void* user, int vertex) {
-    const sample_hull* hull = (const sample_hull*)user;
-    return hull->points[vertex];
-}
 static inline pli_vec3 sample_support(const void* user, pli_vec3 direction) {
-    return sample_point(user, sample_farthest(user, direction));
+    return ((const sample_hull*)user)->points[sample_farthest(user, direction)];
 }
-
-static const plii_convex_vertices sample_vertices = {sample_farthest, sample_point};
 
 static inline plii_convex sample_convex(const sample_hull* hull) {
     const plii_convex convex = {.support = sample_support, .user = hull, .centre = hull->centre};
     return convex;
 }
-static inline plii_convex sample_numbered_convex(const sample_hull* hull) {
-    plii_convex convex = sample_convex(hull);
-    convex.vertices = &sample_vertices;
-    return convex;
-}
-
 static inline uint32_t sample_random(uint64_t* seed) {
     *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (uint32_t)(*seed >> 33);

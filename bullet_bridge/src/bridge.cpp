@@ -53,6 +53,9 @@ pli_rigid* Bridge::rigid(btRigidBody& body) {
 pli_rigid* Bridge::rigid(btCollisionObject& object) {
     return impl_->pin_proxy(object);
 }
+float Bridge::interpolation() const {
+    return impl_->interpolation();
+}
 void Bridge::forget(const btCollisionObject& object) {
     impl_->forget(object);
 }

@@ -2,6 +2,7 @@
 
 #include "bridge_action.h"
 #include "bridge_impl.h"
+#include "convert.h"
 #include "pair_algorithm.h"
 #include "rigid_proxy.h"
 #include "soft_object.h"
@@ -23,6 +24,8 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
     }
     if (status == PLI_OK && !(surface_thickness > 0.0f)) { status = PLI_ERROR_INVALID_VALUE; }
     pli_world_def world_def = def.world;
+    world_def.gravity = def.gravity.value_or(to_pli(bullet_world.getGravity()));
+    if (!def.gravity) { followed_gravity_ = world_def.gravity; }
     if (def.mode == CollisionMode::reference) { world_def.reference_mode = true; }
     if (status == PLI_OK) { status = pli_world_create(context, &world_def, &world); }
     if (status != PLI_OK) {
@@ -108,6 +111,24 @@ pli_status Bridge::Impl::remove_body(pli_body* body) {
     objects_.erase(place);
     pli_body_destroy(body);
     return PLI_OK;
+}
+
+namespace {
+
+/// Bullet shows its accumulator to classes of its own.
+struct Accumulator : btDiscreteDynamicsWorld {
+    static btScalar time(const btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_localTime); }
+    static btScalar step(const btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_fixedTimeStep); }
+};
+
+} // namespace
+
+float Bridge::Impl::interpolation() const {
+    if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }
+    const btScalar step = Accumulator::step(*bullet_world_);
+    if (!(step > 0)) { return 1; }
+    const auto share = static_cast<float>(Accumulator::time(*bullet_world_) / step);
+    return bullet_world_->getLatencyMotionStateInterpolation() ? share : 1 + share;
 }
 
 SoftObject* Bridge::Impl::find(const pli_body* body) const {

@@ -9,6 +9,7 @@
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
@@ -61,6 +62,7 @@ public:
     pli_status remove_body(pli_body* body);
     SoftObject* find(const pli_body* body) const;
     /// Null: the core's body is not of this bridge.
+    float interpolation() const;
     const RigidProxy* find_proxy(const pli_rigid& rigid) const;
     pli_rigid* pin_proxy(const btCollisionObject& object);
     void forget(const btCollisionObject& object);
@@ -84,6 +86,7 @@ private:
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
+    void follow_gravity();
     void collide_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
@@ -101,8 +104,9 @@ private:
         if (step_status == PLI_OK) { step_status = result; }
     }
 
-    btDiscreteDynamicsWorld* bullet_world_; ///< null: detached
-    std::unique_ptr<BridgeAction> action_;  ///< in the Bullet world
+    btDiscreteDynamicsWorld* bullet_world_;    ///< null: detached
+    std::unique_ptr<BridgeAction> action_;     ///< in the Bullet world
+    std::optional<pli_vec3> followed_gravity_; ///< Bullet's, as last handed over; none: the game gave one
     bool owns_context_ = false;
     bool dispatches_in_parallel_ = false;
     bool collects_pairs_ = false;     ///< from the prediction to the contacts

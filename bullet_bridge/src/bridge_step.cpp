@@ -13,6 +13,14 @@
 
 namespace pliant {
 
+namespace {
+
+bool is_equal(pli_vec3 a, pli_vec3 b) {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+} // namespace
+
 bool Bridge::Impl::is_inside_step() const {
     // Bullet sets the length of the step right before its collision detection; updateAction takes it back.
     return bullet_world_ != nullptr && bullet_world_->getDispatchInfo().m_timeStep > 0;
@@ -22,8 +30,22 @@ void Bridge::Impl::predict_inside_step() {
     if (is_inside_step() && !is_stepping()) { begin_step(bullet_world_->getDispatchInfo().m_timeStep); }
 }
 
+void Bridge::Impl::follow_gravity() {
+    if (!followed_gravity_) { return; }
+    if (!is_equal(pli_world_get_gravity(world), *followed_gravity_)) {
+        followed_gravity_.reset();
+        return;
+    }
+    const pli_vec3 present = to_pli(bullet_world_->getGravity());
+    if (is_equal(present, *followed_gravity_)) { return; }
+    const pli_status result = pli_world_set_gravity(world, present);
+    note(result);
+    if (result == PLI_OK) { followed_gravity_ = present; }
+}
+
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
+    follow_gravity();
     look_for_pinned();
     follow_world();
     for (const auto& object : objects_) {

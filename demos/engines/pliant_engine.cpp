@@ -39,7 +39,6 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     rigids_.world().addAction(&start_);
     pliant::BridgeDef def;
     def.context = context_.get();
-    def.world.gravity = description.gravity;
     def.mode = options_.reference ? pliant::CollisionMode::reference : pliant::CollisionMode::exact;
     bridge_ = std::make_unique<pliant::Bridge>(rigids_.world(), def);
     check(bridge_->status());

@@ -32,6 +32,38 @@ static void set_solver(calls* c, calls_body* chosen) {
     BODY_CALL(c, chosen, pli_body_set_solver_settings(chosen->body, &settings));
 }
 
+/* Vertices into a buffer that may be too small for some layouts, which are refused. */
+static void draw(calls* c, calls_body* chosen) {
+    pli_body* body = chosen->body;
+    float vertices[32 * 8];
+    pli_vertex_buffer_def buffer = pli_vertex_buffer_def_default();
+    const int node_count = pli_body_get_view(body).node_count;
+    buffer.vertices = vertices;
+    buffer.vertex_count = node_count < 32 ? node_count : 32;
+    buffer.stride = 4 * bytes_small(&c->bytes, 2, 8);
+    switch (bytes_below(&c->bytes, 6)) {
+    case 0:
+        BODY_CALL(c, chosen, pli_body_enable_normals(body));
+        break;
+    case 1:
+        BODY_CALL(c, chosen, pli_body_disable_normals(body));
+        break;
+    case 2:
+        BODY_CALL(c, chosen, pli_body_enable_topology_changes(body));
+        break;
+    case 3:
+        BODY_CALL(c, chosen, pli_body_disable_topology_changes(body));
+        break;
+    case 4:
+        buffer.normal_offset = -1;
+        BODY_CALL(c, chosen, pli_body_write_vertices(body, &buffer, bytes_float(&c->bytes, 0.0f, 2.0f)));
+        break;
+    default:
+        BODY_CALL(c, chosen, pli_body_write_vertices(body, &buffer, bytes_float(&c->bytes, 0.0f, 2.0f)));
+        break;
+    }
+}
+
 void calls_set_up_body(calls* c) {
     calls_body* chosen = calls_any_body(c);
     if (chosen == NULL) { return; }
@@ -41,8 +73,10 @@ void calls_set_up_body(calls* c) {
     const int node = bytes_index(&c->bytes, view.node_count), link = bytes_index(&c->bytes, view.link_count);
     switch (bytes_below(&c->bytes, 11)) {
     case 0:
-    case 1:
         set_solver(c, chosen);
+        break;
+    case 1:
+        draw(c, chosen);
         break;
     case 2:
         BODY_CALL(c, chosen, pli_body_set_collision_margin(body, bytes_float(&c->bytes, 0.0f, 0.4f)));

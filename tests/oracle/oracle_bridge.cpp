@@ -62,7 +62,7 @@ struct Pair {
     explicit Pair(btVector3 gravity = btVector3(0, -10, 0)) : stock(gravity), soft(gravity) {
         pliant::BridgeDef def;
         def.mode = pliant::CollisionMode::reference;
-        def.world.gravity = twin::to_pliant(gravity);
+        def.gravity = twin::to_pliant(gravity);
         bridge = std::make_unique<pliant::Bridge>(*stock.world, def);
     }
     ~Pair() { pli_mesh_destroy(mesh); }

@@ -41,7 +41,9 @@ class scene {
 public:
     scene(const settings& s, btConvexShape& shape) : m_settings(s), m_info(twin::world_info()) {
         assert_int_equal(pli_context_create(nullptr, &m_context), PLI_OK);
-        assert_int_equal(pli_world_create(m_context, nullptr, &m_world), PLI_OK);
+        pli_world_def world_def = pli_world_def_default();
+        world_def.reference_mode = true;
+        assert_int_equal(pli_world_create(m_context, &world_def, &m_world), PLI_OK);
         pli_mesh* mesh = nullptr;
         assert_int_equal(sample_create_sheet(m_context, 9, 0.6f, s.has_pins ? 15 : 0, &mesh), PLI_OK);
         m_soft = twin::make_soft_body(m_info, mesh);

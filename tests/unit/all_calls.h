@@ -59,6 +59,15 @@ static inline pli_status call_move_node(const call_handles* h) {
     return status == PLI_ERROR_INVALID_VALUE ? PLI_OK : status;
 }
 
+/* No vertices, so that every body has them. */
+static inline pli_status call_write_vertices(const call_handles* h) {
+    pli_vertex_buffer_def buffer = pli_vertex_buffer_def_default();
+    char none[24];
+    buffer.vertices = none;
+    buffer.normal_offset = -1;
+    return pli_body_write_vertices(h->body, &buffer, 1);
+}
+
 static inline pli_status call_add_anchor(const call_handles* h) {
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = h->rigid;
@@ -138,6 +147,13 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_add_velocity, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_add_velocity(h->body, call_point)))              \
     X(pli_body_enable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_step_smoothing(h->body)))        \
     X(pli_body_disable_step_smoothing, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_step_smoothing(h->body)))      \
+    X(pli_body_enable_normals, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_normals(h->body)))                      \
+    X(pli_body_disable_normals, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_normals(h->body)))                    \
+    X(pli_body_get_face_normals, BODY, READS, CALL_VALUE(pli_body_get_face_normals(h->body) == NULL))                  \
+    X(pli_body_write_vertices, BODY, READS, CALL_STATUS(call_write_vertices(h)))                                       \
+    X(pli_body_enable_topology_changes, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_topology_changes(h->body)))    \
+    X(pli_body_disable_topology_changes, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_topology_changes(h->body)))  \
+    X(pli_body_get_topology_changes, BODY, READS, CALL_VALUE(pli_body_get_topology_changes(h->body).face_count == 0))  \
     X(pli_body_enable_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_velocity_links(h->body)))        \
     X(pli_body_disable_velocity_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_velocity_links(h->body)))      \
     X(pli_body_enable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_colored_links(h->body)))          \
@@ -349,6 +365,7 @@ static inline pli_status call_refine(const call_handles* h) {
       CALL_STATUS(pli_world_create(h->context, CALL_DEF(pli_world), (pli_world*[]){NULL})))                            \
     X(pli_world_destroy, WORLD, CHANGES, CALL_VOID(pli_world_destroy(h->world)))                                       \
     X(pli_world_get_context, WORLD, READS, CALL_VALUE(pli_world_get_context(h->world) == NULL))                        \
+    X(pli_world_get_gravity, WORLD, READS, CALL_VALUE(pli_world_get_gravity(h->world).y == 0.0f))                      \
     X(pli_world_set_gravity, WORLD, CHANGES, CALL_STATUS(pli_world_set_gravity(h->world, call_point)))                 \
     X(pli_world_get_user_data, WORLD, READS, CALL_VALUE(pli_world_get_user_data(h->world) == NULL))                    \
     X(pli_world_step, WORLD, CHANGES, CALL_STATUS(pli_world_step(h->world, 0.5f)))                                     \

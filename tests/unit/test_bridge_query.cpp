@@ -39,7 +39,7 @@ struct CountingContacts final : public btCollisionWorld::ContactResultCallback {
 static void test_a_ray_hits_a_sheet_where_it_is(void**) {
     StockWorld stock(btVector3(0, 0, 0));
     pliant::BridgeDef def;
-    def.world.gravity = pli_vec3_make(0, -10, 0);
+    def.gravity = pli_vec3_make(0, -10, 0);
     pliant::Bridge bridge(*stock.world, def);
     pli_body* sheet = add_sheet(bridge, 2, 0, 9);
     for (int i = 0; i < 3; ++i) {

@@ -246,7 +246,7 @@ static void test_errors_are_reported_and_leave_nothing_behind(void**) {
 static void test_a_bridge_with_a_bad_definition_answers_every_call(void**) {
     StockWorld stock;
     pliant::BridgeDef def;
-    def.world.gravity.x = NAN;
+    def.gravity = pli_vec3_make(NAN, 0, 0);
     pliant::Bridge bridge(*stock.world, def);
     assert_int_equal(bridge.status(), PLI_ERROR_NOT_FINITE);
     assert_null(bridge.world());
@@ -454,6 +454,65 @@ static void test_a_parallel_dispatcher_works_and_is_deterministic(void**) {
     check_near(centers[0].y, center(serial_sheet).y, 0.1);
 }
 
+static void test_soft_bodies_fall_by_the_gravity_of_the_bullet_world(void**) {
+    StockWorld stock;
+    stock.world->setGravity(btVector3(0, btScalar(-1.6), 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 1, 0, 3);
+    stock.step(1);
+    check_near(center(sheet).y, -1.6f * static_cast<float>(dt * dt), 1e-8);
+    stock.world->setGravity(btVector3(0, btScalar(3.2), 0));
+    stock.step(1);
+    check_near(center(sheet).y, 0, 1e-8);
+    // Bullet takes anything, and soft bodies keep what they had.
+    stock.world->setGravity(btVector3(0, btScalar(1e30), 0));
+    stock.step(1);
+    assert_int_equal(bridge.step_status(), PLI_ERROR_INVALID_VALUE);
+    check_near(pli_world_get_gravity(bridge.world()).y, 3.2f, 0);
+    // The game's own.
+    assert_int_equal(pli_world_set_gravity(bridge.world(), pli_vec3_make(0, -2, 0)), PLI_OK);
+    stock.world->setGravity(btVector3(0, -10, 0));
+    stock.step(1);
+    check_near(pli_world_get_gravity(bridge.world()).y, -2, 0);
+    pliant::BridgeDef def;
+    def.gravity = pli_vec3_make(0, -3, 0);
+    pliant::Bridge other(*stock.world, def);
+    add_sheet(other, 1, 0, 3);
+    stock.step(1);
+    check_near(pli_world_get_gravity(other.world()).y, -3, 0);
+}
+
+// A soft and a rigid body fall side by side, and are drawn between fixed steps.
+static void test_interpolated_bodies_fall_beside_motion_states(void**) {
+    for (const bool is_late : {true, false}) {
+        StockWorld stock;
+        pliant::Bridge bridge(*stock.world);
+        check_near(bridge.interpolation(), 1, 0);
+        stock.world->setLatencyMotionStateInterpolation(is_late);
+        btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.1)), 1, btVector3(5, 0, 0));
+        pli_body* sheet = add_sheet(bridge, 1, 0, 3);
+        float drawn[3];
+        pli_vertex_buffer_def buffer = pli_vertex_buffer_def_default();
+        buffer.vertices = drawn;
+        buffer.vertex_count = 1;
+        buffer.stride = sizeof drawn;
+        buffer.normal_offset = -1;
+        float shares = 0;
+        for (int i = 0; i < 24; ++i) {
+            stock.world->stepSimulation(btScalar(1) / btScalar(144), 4, dt);
+            const float share = bridge.interpolation() - (is_late ? 0.0f : 1.0f);
+            assert_true(share >= 0 && share <= 1);
+            shares += share;
+            if (i < 4) { continue; }
+            btTransform place;
+            ball.getMotionState()->getWorldTransform(place);
+            assert_int_equal(pli_body_write_vertices(sheet, &buffer, bridge.interpolation()), PLI_OK);
+            check_near(drawn[1], place.getOrigin().y(), 1e-5);
+        }
+        check_near(shares / 24, 0.45, 0.1);
+    }
+}
+
 int main() {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_free_fall_takes_one_step_per_internal_step),
@@ -474,6 +533,8 @@ int main() {
         cmocka_unit_test(test_a_steady_step_allocates_nothing_in_the_core),
         cmocka_unit_test(test_bridge_and_world_may_go_in_any_order),
         cmocka_unit_test(test_a_parallel_dispatcher_works_and_is_deterministic),
+        cmocka_unit_test(test_soft_bodies_fall_by_the_gravity_of_the_bullet_world),
+        cmocka_unit_test(test_interpolated_bodies_fall_beside_motion_states),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

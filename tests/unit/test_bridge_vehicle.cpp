@@ -24,9 +24,7 @@ struct Drive {
 Drive drive(const std::function<std::unique_ptr<btVehicleRaycaster>(btDynamicsWorld&)>& make_raycaster) {
     StockWorld stock;
     stock.add_box(btVector3(50, 1, 50), 0, btVector3(0, -1, 0));
-    pliant::BridgeDef bridge_def;
-    bridge_def.world.gravity = pli_vec3_make(0, -10, 0);
-    pliant::Bridge bridge(*stock.world, bridge_def);
+    pliant::Bridge bridge(*stock.world);
     pli_body* cloth = add_sheet(bridge, 3, cloth_height, 25, 0, 0, 4.5f, cloth_margin);
     assert_non_null(cloth);
 

@@ -97,19 +97,19 @@ static void test_patch_refusals(void** state) {
     check_refused(pli_mesh_create_patch_uv(context, &def, NULL, &mesh), PLI_ERROR_INVALID_DEF, "pli_patch_def_default");
     def = good;
     def.rows = 1;
-    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "16 x 1 nodes");
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "rows is 1");
     def.rows = -5;
-    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "16 x -5 nodes");
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "rows is -5");
     def.rows = def.columns = 65536;
-    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE,
-                  "65536 x 65536 nodes is too large");
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "a mesh of 4294967296 nodes");
     def.rows = def.columns = INT_MAX;
-    check_refused(pli_mesh_create_patch_uv(context, &def, NULL, &mesh), PLI_ERROR_INVALID_VALUE, "too large");
+    check_refused(pli_mesh_create_patch_uv(context, &def, NULL, &mesh), PLI_ERROR_INVALID_VALUE,
+                  "columns is 2147483647");
     def.rows = def.columns = 46340; /* as many nodes as an int can count, but more links */
     check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "6442001441 links");
     def = good;
     def.corner_11.z = INFINITY;
-    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_NOT_FINITE, "point 3");
+    check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_NOT_FINITE, "corner_11");
     def = good;
     def.pins = PLI_PATCH_PIN_CENTER;
     check_refused(pli_mesh_create_patch(context, &def, &mesh), PLI_ERROR_INVALID_VALUE, "pins 0x100");

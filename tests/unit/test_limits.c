@@ -92,8 +92,8 @@ static void test_generators_refuse_points_out_of_the_world(void** unused) {
         patch.corner_00 = from;
         patch.corner_11 = to;
         pli_mesh* mesh = NULL;
-        check_refused(pli_mesh_create_patch(context, &patch, &mesh), "point 0 is (-");
-        check_refused(pli_mesh_create_patch_uv(context, &patch, NULL, &mesh), "coordinates go to 1e+06");
+        check_refused(pli_mesh_create_patch(context, &patch, &mesh), "corner_00 is (-");
+        check_refused(pli_mesh_create_patch_uv(context, &patch, NULL, &mesh), "the limit is 1e+06");
         check_refused(pli_mesh_create_rope(context, from, to, 3, 0, &mesh), "point 0");
         check_refused(pli_mesh_create_ellipsoid(context, to, pli_vec3_make(1, 1, 1), 20, &mesh), "the center is (");
         check_refused(pli_mesh_create_ellipsoid(context, points[0], to, 20, &mesh), "radii is (");

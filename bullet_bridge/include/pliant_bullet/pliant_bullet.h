@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 class btCollisionObject;
 class btDiscreteDynamicsWorld;
@@ -23,7 +24,10 @@ enum class CollisionMode {
 
 /// How a bridge is made.
 struct BridgeDef {
-    pli_world_def world = pli_world_def_default(); ///< gravity here is that of soft bodies; Bullet's is not read
+    /// m/s^2, of soft bodies. None: Bullet's getGravity(), followed in each step until pli_world_set_gravity() is
+    /// called.
+    std::optional<pli_vec3> gravity;
+    pli_world_def world = pli_world_def_default(); ///< all but its gravity
     CollisionMode mode = CollisionMode::exact;     ///< how all bodies of the bridge see rigid shapes
     /// Depth in m, > 0, behind an open triangle surface that counts as inside, exact mode.
     float surface_thickness = 0.25f;
@@ -107,6 +111,11 @@ public:
     ///         detach(); the errors of pli_shape_create_sampled_mesh. After an error the object is as it was.
     pli_status use_sampled_mesh(const btCollisionObject& object,
                                 const pli_sampled_mesh_def& def = pli_sampled_mesh_def_default());
+
+    /// Where between the start (0) and the end (1) of the last step frames are drawn now, as Bullet does it with motion
+    /// states: the time in its accumulator over its fixed step, and one more after
+    /// setLatencyMotionStateInterpolation(false). For pli_body_write_vertices. 1 without bodies in the Bullet world.
+    float interpolation() const;
 
     /// Called in each step when all contacts are made and nothing is solved yet, for regression tests.
     void set_before_solve(std::function<void()> hook);

@@ -193,11 +193,9 @@ PLI_API pli_status pli_body_disable_velocity_links(pli_body* body);
 /// Solves links in an order of the library's own, colour by colour, several at once: many times faster than in the
 /// order of the mesh. Link indices stay those of the mesh. Results differ from those of the other order as much as
 /// those of a mesh with shuffled links would; they do not depend on the instruction set nor on threads. A body of a few
-/// links that all meet keeps the order of the mesh. A rope (link k joins nodes k and k + 1, for all of 16 to 127 links)
-/// has its even, then its odd links, all iterations at once while at most its last node touches or holds something,
-/// otherwise colours as any body.
+/// links, or of some that all meet, keeps the order of the mesh.
 /// @return as pli_body_enable_velocity_links
-/// Cost: 4 B per link of regular grids, 16 B per other link, of ropes 12 B more.
+/// Cost: about 20 B per link.
 PLI_API pli_status pli_body_enable_colored_links(pli_body* body);
 
 /// Returns to the order of the mesh, the default. Nothing when not enabled.

@@ -145,7 +145,7 @@ typedef struct pli_cluster_contacts_def {
     float dynamic_split;
     float static_split;        ///< [0, 1], default 0.5: the same with static and kinematic bodies. Bullet: kSK_SPLT_CL
     float soft_split;          ///< [0, 1], default 0.5; the mean of the two sides counts. Bullet name: kSS_SPLT_CL
-    bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of portal refinement, default false
+    bool accurate_penetration; ///< EPA (uses the heap inside libccd) instead of descent, default false
     /// Reference mode only: contacts with rigid bodies and other bodies are measured anew in each step. Default false:
     /// those whose sides hardly move against each other are followed for a few steps, in which they are right to some
     /// percent of the margin. Always so with clusters in reference mode and with `distance`.

@@ -9,6 +9,7 @@
 #include "cluster.h"
 #include "contact.h"
 #include "cut.h"
+#include "drawing.h"
 #include "forces.h"
 #include "generate.h"
 #include "implicit.h"

@@ -109,8 +109,9 @@ PLI_API bool pli_rigid_was_touched(const pli_rigid* rigid);
 PLI_API bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation);
 
 /// A free rigid body on the core alone: v += gravity * dt, pose by v and the angular velocity, the inertia turned
-/// with it. For C programs without a rigid-body engine; call after pli_world_step. Kinematic bodies move without
-/// gravity, static ones not at all.
+/// with it. For C programs without a rigid-body engine; call after pli_world_step. Of a body that was touched in the
+/// step gravity changes v at the start of the next one, so that what holds it takes it back: v is zero where it rests.
+/// Kinematic bodies move without gravity, static ones not at all.
 /// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
 /// @param dt      s, PLI_MIN_TIME_STEP to PLI_MAX_TIME_STEP
 /// @return PLI_ERROR_INVALID_VALUE also when the body would leave the limits; it stays as it was then

@@ -99,7 +99,7 @@ typedef struct pli_sampled_mesh_def {
     uint32_t cookie; ///< set by the default function
 } pli_sampled_mesh_def;
 
-/// Samples of one grid; each takes 4 bytes, and 5 more while the shape is made.
+/// Samples of one grid; each takes 4 bytes, and 1 more while the shape is made.
 #define PLI_SAMPLED_MESH_MAX_SAMPLES 16777216
 
 /// Defaults of the fields.

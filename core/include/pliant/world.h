@@ -42,6 +42,9 @@ PLI_API void pli_world_destroy(pli_world* world);
 /// The context that it was made in.
 PLI_API pli_context* pli_world_get_context(const pli_world* world);
 
+/// As in pli_world_def, m/s^2; zero for a handle that is none.
+PLI_API pli_vec3 pli_world_get_gravity(const pli_world* world);
+
 /// Changes gravity, for steps that are predicted from now on.
 /// @param gravity m/s^2, up to PLI_MAX_ACCELERATION
 PLI_API pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity);

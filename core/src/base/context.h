@@ -1,5 +1,4 @@
-#ifndef PLII_CONTEXT_H
-#define PLII_CONTEXT_H
+#pragma once
 
 /* Hooks, memory and error messages. Everything that can fail ends in plii_fail. */
 
@@ -129,6 +128,11 @@ static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, 
     }
 }
 
-#define PLII_DEF_COOKIE 0x706c6931u
-
+/* The one of name_base and name_avx2 that the context runs. */
+#if defined(PLIANT_SIMD_X86) && PLIANT_SIMD_X86
+#define PLII_KERNEL(context, name) ((context)->simd == PLI_SIMD_AVX2 ? name##_avx2 : name##_base)
+#else
+#define PLII_KERNEL(context, name) ((void)(context), name##_base)
 #endif
+
+#define PLII_DEF_COOKIE 0x706c6931u

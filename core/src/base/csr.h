@@ -1,5 +1,4 @@
-#ifndef PLII_CSR_H
-#define PLII_CSR_H
+#pragma once
 
 /* Lists of items by key, compressed: those of key k are items[begin[k]] to items[begin[k + 1] - 1]. To make them, count
    the items of each key in `begin` [key_count + 1], which starts as zeros, sum up, and put the items in place from the
@@ -57,5 +56,3 @@ static inline void plii_csr_sort(int key_count, int item_count, const int* keys,
         items[--begin[keys[i]]] = i;
     }
 }
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_EDGE_MAP_H
-#define PLII_EDGE_MAP_H
+#pragma once
 
 /* What is known of undirected edges, by hashing, so that a change of topology takes linear time. */
 
@@ -38,5 +37,3 @@ static inline int plii_edge_map_node(const plii_edge_map* map, int a, int b) {
    when there are no edges. */
 const int* plii_edge_map_order(const plii_edge_map* map, int node_count, plii_scratch* scratch);
 void plii_edge_map_free(plii_edge_map* map);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_HANDLE_H
-#define PLII_HANDLE_H
+#pragma once
 
 /* Handles that the user holds: the blocks behind them, and whether what a call was given is one.
 
@@ -50,5 +49,3 @@ static inline pli_status plii_check_handle(const void* handle, plii_handle_kind 
                                            const char* what, const char* function) {
     return plii_handle_is_alive(handle, kind) ? PLI_OK : plii_handle_refuse(handle, kind, context, what, function);
 }
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_ID_POOL_H
-#define PLII_ID_POOL_H
+#pragma once
 
 /* Ids of things in growing arrays: a slot with a generation that is raised when the thing goes, so that an old id is
    told from a new one. Public ids are { slot + 1, generation }; all zero is none. */
@@ -26,5 +25,3 @@ int plii_id_pool_alloc(plii_id_pool* pool, int item);
 void plii_id_pool_free(plii_id_pool* pool, int slot);
 /* The item of a public id, or PLI_NULL_INDEX when it is stale. */
 int plii_id_pool_find(const plii_id_pool* pool, int32_t index1, uint32_t generation);
-
-#endif

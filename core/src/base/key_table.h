@@ -1,5 +1,4 @@
-#ifndef PLII_KEY_TABLE_H
-#define PLII_KEY_TABLE_H
+#pragma once
 
 /* Indices by 64-bit keys, or a set of keys: open addressing with linear probing, half of the slots stay free. */
 
@@ -53,5 +52,3 @@ void plii_key_table_free(plii_key_table* table);
 static inline size_t plii_key_table_bytes(const plii_key_table* table) {
     return table->capacity * sizeof *table->slots;
 }
-
-#endif

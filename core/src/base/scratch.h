@@ -1,5 +1,4 @@
-#ifndef PLII_SCRATCH_H
-#define PLII_SCRATCH_H
+#pragma once
 
 /* Memory that a function needs for a while: several blocks that go together, and one answer to whether all are there.
 
@@ -11,7 +10,7 @@
 
 #include "base/context.h"
 
-enum { PLII_SCRATCH_BLOCKS = 12 };
+enum { PLII_SCRATCH_BLOCKS = 16 };
 
 typedef struct plii_scratch {
     pli_context* context;
@@ -27,5 +26,3 @@ typedef struct plii_scratch {
 void* plii_scratch_take(plii_scratch* scratch, size_t size);
 #define PLII_TAKE(scratch, type, count) plii_scratch_take(scratch, (size_t)(count) * sizeof(type))
 void plii_scratch_free(plii_scratch* scratch);
-
-#endif

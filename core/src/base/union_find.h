@@ -1,5 +1,4 @@
-#ifndef PLII_UNION_FIND_H
-#define PLII_UNION_FIND_H
+#pragma once
 
 /* Disjoint sets of indices, as a forest in an array of parents. The root of a set is its smallest index, so the order
    of joining does not matter. */
@@ -29,5 +28,3 @@ static inline void plii_union_flatten(int count, int* parents) {
         parents[i] = plii_union_root(parents, i);
     }
 }
-
-#endif

@@ -201,7 +201,7 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 void plii_body_refresh(pli_body* body) {
     plii_walk_begin(body->context);
     if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
-        plii_run_stage(body, &body->pipeline, PLII_STAGE_REFRESH, &body->step);
+        plii_run_stage(body, PLII_STAGE_REFRESH);
     }
     plii_walk_end(body->context);
 }
@@ -244,24 +244,26 @@ float pli_body_get_rest_length(const pli_body* body, int link) {
     return body_check_link(body, link, __func__) == PLI_OK ? sqrtf(body->links[link].rest_length_squared) : 0.0f;
 }
 
-/* "position of node 3" */
-typedef struct body_name {
-    char text[40];
-} body_name;
-
-static body_name body_name_of(const char* what, int index) {
-    body_name name;
-    snprintf(name.text, sizeof name.text, "%s %d", what, index);
-    return name;
+/* As plii_check_between, of a value that is named by its index too: "position of node 3". */
+static pli_status body_check_between(const pli_body* body, const char* what, int index, float value, float low,
+                                     float high, const char* function) {
+    if (value >= low && value <= high) { return PLI_OK; }
+    char name[40];
+    snprintf(name, sizeof name, "%s %d", what, index);
+    return plii_check_between(body->context, value, low, high, name, function);
+}
+static pli_status body_check_vec3(const pli_body* body, const char* what, int index, pli_vec3 value, float limit,
+                                  const char* function) {
+    if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
+    char name[40];
+    snprintf(name, sizeof name, "%s %d", what, index);
+    return plii_check_vec3_within(body->context, value, limit, name, function);
 }
 
 pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(body_check_link(body, link, __func__));
-    if (!(rest_length >= 0.0f && rest_length <= PLI_MAX_COORDINATE)) {
-        const body_name name = body_name_of("rest length of link", link);
-        return plii_check_between(body->context, rest_length, 0.0f, PLI_MAX_COORDINATE, name.text, __func__);
-    }
+    PLII_TRY(body_check_between(body, "rest length of link", link, rest_length, 0.0f, PLI_MAX_COORDINATE, __func__));
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
     return PLI_OK;
@@ -294,17 +296,12 @@ pli_status pli_body_set_state(pli_body* body, const pli_vec3* positions, const p
     return PLI_OK;
 }
 
-static pli_status body_check_vec3_of_node(const pli_body* body, int node, pli_vec3 value, float limit, const char* what,
-                                          const char* function) {
-    if (plii_vec3_is_within(value, limit)) { return PLI_OK; }
-    return plii_check_vec3_within(body->context, value, limit, body_name_of(what, node).text, function);
-}
-
 pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 position) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3_of_node(body, node, position, PLI_MAX_COORDINATE, "position of node", __func__));
+    PLII_TRY(body_check_vec3(body, "position of node", node, position, PLI_MAX_COORDINATE, __func__));
     plii_set_xyz(&body->positions[node], position);
+    plii_set_xyz(&body->previous[node], position);
     plii_body_update_bounds(body);
     return PLI_OK;
 }
@@ -312,7 +309,7 @@ pli_status pli_body_set_node_position(pli_body* body, int node, pli_vec3 positio
 pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocity) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3_of_node(body, node, velocity, PLI_MAX_SPEED, "velocity of node", __func__));
+    PLII_TRY(body_check_vec3(body, "velocity of node", node, velocity, PLI_MAX_SPEED, __func__));
     plii_set_xyz(&body->velocities[node], velocity);
     return PLI_OK;
 }
@@ -320,8 +317,8 @@ pli_status pli_body_set_node_velocity(pli_body* body, int node, pli_vec3 velocit
 pli_status pli_body_set_node_mass(pli_body* body, int node, float mass) {
     PLII_TRY(plii_check_body_idle(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    if (mass != 0.0f && !(mass >= PLI_MIN_MASS && mass <= PLI_MAX_MASS)) {
-        return plii_check_mass(body->context, mass, body_name_of("mass of node", node).text, __func__);
+    if (mass != 0.0f) {
+        PLII_TRY(body_check_between(body, "mass of node", node, mass, PLI_MIN_MASS, PLI_MAX_MASS, __func__));
     }
     body->positions[node].w = mass > 0.0f ? 1.0f / mass : 0.0f;
     body->link_revision += 1;
@@ -366,7 +363,7 @@ static void body_add_force_to(pli_body* body, int node, pli_vec3 force) {
 pli_status pli_body_add_node_force(pli_body* body, int node, pli_vec3 force) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_node(body, node, __func__));
-    PLII_TRY(body_check_vec3_of_node(body, node, force, PLI_MAX_FORCE, "force of node", __func__));
+    PLII_TRY(body_check_vec3(body, "force of node", node, force, PLI_MAX_FORCE, __func__));
     PLII_TRY(body_check_force(body, node, force, __func__));
     PLII_TRY(plii_feature_enable(body, &plii_forces_class, NULL));
     body_add_force_to(body, node, force);
@@ -469,23 +466,34 @@ uint64_t pli_body_state_hash(const pli_body* body) {
     return body_hash_words(hash, body->velocities, body->node_count);
 }
 
-float pli_body_total_mass(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
-    double mass = 0.0;
-    for (int i = 0; i < body->node_count; ++i) {
-        if (body->positions[i].w > 0.0f) { mass += 1.0 / (double)body->positions[i].w; }
+typedef struct body_sums {
+    double mass, energy;
+    plii_dvec3 momentum;
+} body_sums;
+
+/* Of the nodes that are not pinned; zeros for a wrong handle. */
+static body_sums body_sum_up(const pli_body* body, const char* function) {
+    body_sums sums = {0};
+    const int count = plii_check_body(body, function) == PLI_OK ? body->node_count : 0;
+    for (int i = 0; i < count; ++i) {
+        if (!(body->positions[i].w > 0.0f)) { continue; }
+        const double mass = 1.0 / (double)body->positions[i].w;
+        const pli_vec3 velocity = plii_xyz(body->velocities[i]);
+        sums.mass += mass;
+        sums.energy += 0.5 * (double)pli_vec3_length_squared(velocity) / (double)body->positions[i].w;
+        sums.momentum = plii_dvec3_add_scaled(sums.momentum, plii_dvec3_from(velocity), mass);
     }
-    return (float)mass;
+    return sums;
 }
 
+float pli_body_total_mass(const pli_body* body) {
+    return (float)body_sum_up(body, __func__).mass;
+}
 float pli_body_kinetic_energy(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return 0.0f; }
-    double energy = 0.0;
-    for (int i = 0; i < body->node_count; ++i) {
-        const float speed_squared = pli_vec3_length_squared(plii_xyz(body->velocities[i]));
-        if (body->positions[i].w > 0.0f) { energy += 0.5 * (double)speed_squared / (double)body->positions[i].w; }
-    }
-    return (float)energy;
+    return (float)body_sum_up(body, __func__).energy;
+}
+pli_vec3 pli_body_momentum(const pli_body* body) {
+    return plii_dvec3_to_float(body_sum_up(body, __func__).momentum);
 }
 
 float pli_body_max_stretch(const pli_body* body) {
@@ -500,17 +508,6 @@ float pli_body_max_stretch(const pli_body* body) {
         max_stretch = plii_max(max_stretch, fabsf(ratio - 1.0f));
     }
     return max_stretch;
-}
-
-pli_vec3 pli_body_momentum(const pli_body* body) {
-    if (plii_check_body(body, __func__) != PLI_OK) { return pli_vec3_make(0, 0, 0); }
-    plii_dvec3 momentum = {0};
-    for (int i = 0; i < body->node_count; ++i) {
-        if (!(body->positions[i].w > 0.0f)) { continue; }
-        const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[i]));
-        momentum = plii_dvec3_add_scaled(momentum, velocity, 1.0 / (double)body->positions[i].w);
-    }
-    return plii_dvec3_to_float(momentum);
 }
 
 float pli_body_volume(const pli_body* body) {

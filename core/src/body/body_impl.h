@@ -1,5 +1,4 @@
-#ifndef PLII_BODY_IMPL_H
-#define PLII_BODY_IMPL_H
+#pragma once
 
 #include "base/context.h"
 #include "base/handle.h"
@@ -23,7 +22,8 @@ typedef struct plii_solver_class {
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
     void (*solve)(pli_body* body);
     bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
-    /* Of the collision margin: contacts with rigid bodies are looked for so much further out. */
+    /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
+       out. */
     float contact_reach;
     /* Takes the constraints of features (node_constraint.h) into its system; their position solves rest. */
     bool solves_constraints;
@@ -46,7 +46,7 @@ struct pli_body {
     pli_vec4* velocities;     /* [node_count] xyz */
     plii_link* links;         /* [link_count] */
     plii_link_tag* link_tags; /* [link_count] or NULL */
-    uint32_t link_revision;   /* counts changes of rest lengths and masses */
+    uint32_t link_revision;   /* counts changes of links, rest lengths and masses */
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
     void* sweep_links_state;
@@ -166,5 +166,3 @@ static inline int plii_body_contact_bound(const pli_body* body) {
 bool plii_body_allocate_arrays(pli_body* body, bool has_tags);
 /* With the topology. */
 void plii_body_release_arrays(pli_body* body);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_FEATURE_H
-#define PLII_FEATURE_H
+#pragma once
 
 /* What a feature of a body is.
 
@@ -53,7 +52,7 @@ enum { PLII_ORDER_LINKS = 40 };
 
 struct plii_node_constraint;
 
-typedef void plii_run_fn(pli_body* body, void* state, const plii_step* step);
+typedef void plii_run_fn(pli_body* body, void* state);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
    `b` may be new nodes themselves, of smaller index. */
@@ -78,7 +77,7 @@ typedef struct plii_topology_change {
     bool takes_rest_shape;                /* the present shape becomes the rest shape, as in btSoftBody::refine */
 } plii_topology_change;
 
-#define PLII_MAX_TOPOLOGY_BLOCKS 24
+#define PLII_MAX_FEATURE_ARRAYS 24
 
 /* What the length of an array follows. */
 typedef enum plii_array_length {
@@ -160,14 +159,12 @@ typedef struct plii_feature_class {
     void (*reserve)(pli_body* body, void* state);
 
     /* A change of topology has two phases, so that it happens wholly or not at all. Features go in the order of
-       enabling, needs first. First each asks for the blocks of memory that it will want: it writes their sizes (0: NULL
-       comes later) and returns how many there are; the body is as before. When memory suffices for all, each gets its
-       blocks, zeroed, and the body with its new nodes, links and faces, and must not fail. The blocks are its own then;
-       what it held before it releases by the old counts. Before them in `blocks` come the old arrays of its table,
-       which are freed afterwards; the new ones are in place. Needed by everything else that keeps data per node, link
-       or face, and by what keeps lists, as of contacts, which end. */
-    int (*topology_blocks)(const pli_body* body, const void* state, const plii_topology_change* change, size_t* sizes);
-    void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** blocks);
+       enabling, needs first. First each makes room in its lists, where it will need more; the body is as before, and
+       may stay so. False when out of memory. When memory suffices for all, each gets the body with its new nodes, links
+       and faces, and must not fail: the new arrays of its table are in place, the old ones in `old_arrays`. Needed by
+       what keeps lists, as of contacts, which end, and by everything else that keeps data per node, link or face. */
+    bool (*topology_reserve)(const pli_body* body, void* state, const plii_topology_change* change);
+    void (*topology_commit)(pli_body* body, void* state, const plii_topology_change* change, void** old_arrays);
 } plii_feature_class;
 
 typedef struct plii_feature {
@@ -190,5 +187,3 @@ typedef struct plii_pipeline {
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
 } plii_pipeline;
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_FEATURE_ARRAYS_H
-#define PLII_FEATURE_ARRAYS_H
+#pragma once
 
 /* The arrays that a feature declares: allocating, counting and releasing them, and letting them follow a cut. */
 
@@ -13,7 +12,7 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
 /* Whether it has lists with contents that have to follow a cut. */
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass);
 
-/* For a change of topology, as topology_blocks: sizes of the new arrays; 0 for what does not follow the body. */
+/* For a change of topology: sizes of the new arrays; 0 for what does not follow the body. */
 int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* klass, const void* state,
                               const plii_topology_change* change, size_t* sizes);
 /* Exchanges the arrays with new ones; `blocks` holds the old ones then. Contents go along where they are kept. */
@@ -22,5 +21,3 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
 /* Releases the old ones, and scratch. */
 void plii_feature_arrays_drop(pli_body* body, const plii_feature_class* klass, void* state,
                               const plii_topology_change* change, void** blocks);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_LINK_GRAPH_H
-#define PLII_LINK_GRAPH_H
+#pragma once
 
 /* Service: the links around each node, and which nodes hang together. Made once per topology. */
 
@@ -14,5 +13,3 @@ typedef struct plii_link_graph {
 
 /* Its state is a plii_link_graph. */
 extern const plii_feature_class plii_link_graph_class;
-
-#endif

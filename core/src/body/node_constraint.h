@@ -1,17 +1,19 @@
-#ifndef PLII_NODE_CONSTRAINT_H
-#define PLII_NODE_CONSTRAINT_H
+#pragma once
 
-/* What a rigid body demands of one node, in a form that a solver can take into its system instead of running the
-   feature's own position solve; see plii_solver_class.solves_constraints. */
+/* What a rigid body demands of a node, or of a point of a face, in a form that a solver can take into its system
+   instead of running the feature's own position solve; see plii_solver_class.solves_constraints. */
 
 #include "pliant/rigid.h"
 
 typedef struct plii_node_constraint {
-    int node;
+    int node; /* PLI_NULL_INDEX for a point of a face, which has these: */
+    int face_nodes[3];
+    pli_vec3 weights;
     pli_rigid* rigid;
     bool is_anchor;
-    pli_vec3 pivot; /* anchors: the point that the node is held at, in the frame of the rigid body */
-    bool leads;     /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */
+    /* In the frame of the rigid body: what an anchor holds the node at, where the surface is that a face touches. */
+    pli_vec3 pivot;
+    bool leads; /* anchors: the node goes from `start` to `end` in this step, whatever else pulls at it */
     pli_vec3 start, end;
     pli_vec3 normal; /* contacts, and what follows: out of the rigid body, unit */
     float offset;    /* gap = dot(normal, x) + offset, with the rigid body where it was when the contact was found */
@@ -20,5 +22,3 @@ typedef struct plii_node_constraint {
     float recovery_speed; /* m/s: a penetration goes at this speed at most, so that it does not throw nodes off */
     float influence;      /* [0, 1] fraction of what would hold the node wholly */
 } plii_node_constraint;
-
-#endif

@@ -26,8 +26,7 @@ PLII_SIMD_INLINE void normals_normalize(const pli_vec4* sums, pli_vec3* normals)
     plii_vec3x4_to(normals, plii_vec3x4_scale(sum, scale));
 }
 
-static void normals_refresh(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
+static void normals_refresh(pli_body* body, void* data) {
     pli_vec4* restrict sums = ((normals_state*)data)->sums;
     const pli_vec4* restrict positions = body->positions;
     const int(*restrict faces)[3] = (const int(*)[3])body->topology->faces;
@@ -68,9 +67,8 @@ const plii_feature_class plii_normals_class = {
 
 // ---------------------------------------------------------------------------------------------- normals of faces
 
-static void face_normals_refresh(pli_body* body, void* state, const plii_step* step) {
+static void face_normals_refresh(pli_body* body, void* state) {
     (void)state;
-    (void)step;
     for (int i = 0; i < body->topology->face_count; ++i) {
         pli_vec3 cross;
         plii_lanes_to_vec3(&cross, normals_face_cross(body->positions, body->topology->faces[i]));

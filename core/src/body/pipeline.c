@@ -101,7 +101,7 @@ static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     if (status == PLI_OK && klass->enable != NULL) { status = klass->enable(body, state); }
     if (status == PLI_OK && klass->build != NULL) { klass->build(body, state); }
     plii_run_fn* refresh = klass->stages[PLII_STAGE_REFRESH].run;
-    if (status == PLI_OK && refresh != NULL) { refresh(body, state, &body->step); }
+    if (status == PLI_OK && refresh != NULL) { refresh(body, state); }
     plii_feature_arrays_release_scratch(body, klass, state);
     if (status != PLI_OK) {
         plii_feature_arrays_release(body, klass, state);
@@ -221,8 +221,8 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                 const plii_step* step) {
+static void feature_run_profiled(pli_body* body, plii_stage stage) {
+    const plii_pipeline* pipeline = &body->pipeline;
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
         [PLII_STAGE_UPDATE] = "update",
@@ -240,21 +240,22 @@ static void feature_run_profiled(pli_body* body, const plii_pipeline* pipeline, 
         const plii_pipeline_entry* entry = &pipeline->entries[i];
         body->context->pass.feature = entry->klass;
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
-        entry->run(body, entry->state, step);
+        entry->run(body, entry->state);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
     }
 }
 
 /* Bodies of a few nodes would notice more per entry. */
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step) {
+void plii_run_entries(pli_body* body, plii_stage stage) {
     if (body->world->profile != NULL) {
-        feature_run_profiled(body, pipeline, stage, step);
+        feature_run_profiled(body, stage);
         return;
     }
     plii_pass* pass = &body->context->pass;
+    const plii_pipeline* pipeline = &body->pipeline;
     const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
     for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
         pass->feature = entry->klass;
-        entry->run(body, entry->state, step);
+        entry->run(body, entry->state);
     }
 }

@@ -1,9 +1,8 @@
-#ifndef PLII_PIPELINE_H
-#define PLII_PIPELINE_H
+#pragma once
 
 /* Features of a body: enabling them, and running those that act in a stage. */
 
-#include "body/feature.h"
+#include "body/body_impl.h"
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
@@ -23,13 +22,10 @@ size_t plii_feature_bytes(const pli_body* body);
 /* At most `capacity` of those that are enabled; returns how many there are. */
 int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* features);
 
-static inline bool plii_stage_is_empty(const plii_pipeline* pipeline, plii_stage stage) {
-    return pipeline->begin[stage] == pipeline->begin[stage + 1];
+static inline bool plii_stage_is_empty(const pli_body* body, plii_stage stage) {
+    return body->pipeline.begin[stage] == body->pipeline.begin[stage + 1];
 }
-void plii_run_entries(pli_body* body, const plii_pipeline* pipeline, plii_stage stage, const plii_step* step);
-static inline void plii_run_stage(pli_body* body, const plii_pipeline* pipeline, plii_stage stage,
-                                  const plii_step* step) {
-    if (!plii_stage_is_empty(pipeline, stage)) { plii_run_entries(body, pipeline, stage, step); }
+void plii_run_entries(pli_body* body, plii_stage stage);
+static inline void plii_run_stage(pli_body* body, plii_stage stage) {
+    if (!plii_stage_is_empty(body, stage)) { plii_run_entries(body, stage); }
 }
-
-#endif

@@ -48,11 +48,11 @@ static bool rigid_state_is_within(const pli_rigid_state* state) {
     _Static_assert(sizeof *state == sizeof limits && COUNT % PLII_LANES == 0, "a state consists of floats");
     const float* values = (const float*)state;
     const plii_mask4 not_sign = {INT32_MAX, INT32_MAX, INT32_MAX, INT32_MAX};
-    plii_mask4 is_within = plii_lanes_less_equal(plii_float4_all(0.0f), plii_float4_all(0.0f));
+    plii_mask4 is_within = plii_float4_all(0.0f) <= plii_float4_all(0.0f);
 #pragma GCC unroll 7 /* each body that takes part comes here twice in a step */
     for (int i = 0; i < COUNT; i += PLII_LANES) {
         const plii_float4 size = plii_lanes_where(not_sign, plii_float4_load(&values[i]));
-        is_within = plii_lanes_both(is_within, plii_lanes_less_equal(size, plii_float4_load(&limits[i])));
+        is_within = is_within & (size <= plii_float4_load(&limits[i]));
     }
     return plii_lanes_bits(is_within) == 15;
 }
@@ -223,13 +223,19 @@ void pli_rigid_destroy(pli_rigid* rigid) {
     rigid_release(rigid);
 }
 
+static pli_status rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state,
+                               const char* function) {
+    PLII_TRY(rigid_check_state(rigid->context, kind, state, function));
+    rigid->kind = kind;
+    rigid_store_state(rigid, state);
+    return PLI_OK;
+}
+
 pli_status pli_rigid_set_state(pli_rigid* rigid, const pli_rigid_state* state) {
     PLII_TRY(rigid_check_change(rigid, __func__));
     if (state == NULL) { return PLII_FAIL(rigid->context, PLI_ERROR_NULL_ARGUMENT, "state is null"); }
-    if (rigid->kind == PLI_RIGID_STATIC && rigid_is_same_pose(&rigid->state.pose, &state->pose)) { return PLI_OK; }
-    PLII_TRY(rigid_check_state(rigid->context, rigid->kind, state, __func__));
-    rigid_store_state(rigid, state);
-    return PLI_OK;
+    const bool stays = rigid->kind == PLI_RIGID_STATIC && rigid_is_same_pose(&rigid->state.pose, &state->pose);
+    return stays ? PLI_OK : rigid_change(rigid, rigid->kind, state, __func__);
 }
 
 pli_rigid_state pli_rigid_get_state(const pli_rigid* rigid) {
@@ -259,10 +265,7 @@ pli_status pli_rigid_set_kind(pli_rigid* rigid, pli_rigid_kind kind, const pli_r
     if (kind < PLI_RIGID_STATIC || kind > PLI_RIGID_DYNAMIC) {
         return PLII_FAIL(rigid->context, PLI_ERROR_INVALID_VALUE, "unknown kind %d", (int)kind);
     }
-    PLII_TRY(rigid_check_state(rigid->context, kind, state, __func__));
-    rigid->kind = kind;
-    rigid_store_state(rigid, state);
-    return PLI_OK;
+    return rigid_change(rigid, kind, state, __func__);
 }
 
 pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* const* shapes,
@@ -298,23 +301,18 @@ bool pli_rigid_was_touched(const pli_rigid* rigid) {
 void plii_rigid_end_path(pli_rigid* rigid, float dt) {
     plii_rigid_path* path = &rigid->path;
     if (!rigid->needs_reintegration || !path->has_begun) { return; }
-    const pli_vec3 linear = pli_vec3_sub(rigid->state.linear_velocity, rigid->start_linear_velocity);
-    const pli_vec3 angular = pli_vec3_sub(rigid->state.angular_velocity, rigid->start_angular_velocity);
-    path->shift = pli_vec3_add(path->shift, pli_vec3_scale(pli_vec3_sub(linear, path->carried_linear), dt));
-    path->shift_rotation =
-        pli_vec3_add(path->shift_rotation, pli_vec3_scale(pli_vec3_sub(angular, path->carried_angular), dt));
-    path->carried_linear = linear;
-    path->carried_angular = angular;
+    const plii_twist start = {rigid->start_linear_velocity, rigid->start_angular_velocity};
+    const plii_twist change = plii_twist_sub(plii_rigid_velocity(rigid), start);
+    path->shift = plii_twist_add(path->shift, plii_twist_scale(plii_twist_sub(change, path->carried), dt));
+    path->carried = change;
 }
 
 bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation) {
-    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-    const bool is_rigid = plii_check_rigid(rigid, __func__) == PLI_OK;
-    const plii_rigid_path* path = is_rigid && rigid->path.has_begun ? &rigid->path : NULL;
-    const pli_vec3 linear = path != NULL ? path->shift : zero, angular = path != NULL ? path->shift_rotation : zero;
-    if (shift != NULL) { *shift = linear; }
-    if (rotation != NULL) { *rotation = angular; }
-    return !plii_vec3_is_zero(linear) || !plii_vec3_is_zero(angular);
+    const bool has_shift = plii_check_rigid(rigid, __func__) == PLI_OK && rigid->path.has_begun;
+    const plii_twist twist = has_shift ? rigid->path.shift : plii_twist_zero();
+    if (shift != NULL) { *shift = twist.linear; }
+    if (rotation != NULL) { *rotation = twist.angular; }
+    return !plii_vec3_is_zero(twist.linear) || !plii_vec3_is_zero(twist.angular);
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
@@ -337,18 +335,22 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
     return rigid_bounds_at(rigid, rigid->state.pose);
 }
 
-pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
-    const pli_rigid_state* state = &rigid->state;
-    const plii_rigid_path* path = &rigid->path;
-    pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
+/* A velocity that leads to the shift, instead of what the shift has in it. */
+static plii_twist rigid_with_shift(const plii_rigid_path* path, plii_twist velocity, float dt) {
+    return plii_twist_add(plii_twist_sub(velocity, path->carried), plii_twist_scale(path->shift, 1.0f / dt));
+}
+
+plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt) {
+    plii_twist velocity = plii_rigid_velocity(rigid);
     if (plii_rigid_is_moved_by_host(rigid)) {
-        linear = pli_vec3_sub(linear, rigid->given_linear_velocity);
-        angular = pli_vec3_sub(angular, rigid->given_angular_velocity);
+        velocity = plii_twist_sub(velocity, (plii_twist){rigid->given_linear_velocity, rigid->given_angular_velocity});
     }
-    linear = pli_vec3_add(pli_vec3_sub(linear, path->carried_linear), pli_vec3_scale(path->shift, 1.0f / dt));
-    angular =
-        pli_vec3_add(pli_vec3_sub(angular, path->carried_angular), pli_vec3_scale(path->shift_rotation, 1.0f / dt));
-    return plii_rigid_advance(state->pose, linear, angular, dt);
+    return rigid_with_shift(&rigid->path, velocity, dt);
+}
+
+pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt) {
+    const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
+    return plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
 }
 
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt) {
@@ -391,26 +393,23 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
     if (rigid->kind == PLI_RIGID_STATIC) { return PLI_OK; }
     pli_rigid_state state = rigid->state;
-    if (rigid->kind == PLI_RIGID_DYNAMIC) {
-        state.linear_velocity = pli_vec3_add(state.linear_velocity, pli_vec3_scale(gravity, dt));
-    }
-    const plii_rigid_path* path = &rigid->path;
-    pli_vec3 linear = state.linear_velocity, angular = state.angular_velocity;
     /* Within a step it moves as a host's body does, before soft bodies have their say. */
     const bool ends_step = !rigid->world->is_stepping;
-    if (path->has_begun && ends_step) {
-        linear = pli_vec3_add(pli_vec3_sub(linear, path->carried_linear), pli_vec3_scale(path->shift, 1.0f / dt));
-        angular =
-            pli_vec3_add(pli_vec3_sub(angular, path->carried_angular), pli_vec3_scale(path->shift_rotation, 1.0f / dt));
-    }
-    state.pose = plii_rigid_advance(state.pose, linear, angular, dt);
-    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(angular, dt));
+    /* What holds it has to know of its weight first. */
+    const bool waits = ends_step && rigid->was_touched;
+    const pli_vec3 pull = pli_vec3_scale(gravity, rigid->kind == PLI_RIGID_DYNAMIC ? dt : 0.0f);
+    if (!waits) { state.linear_velocity = pli_vec3_add(state.linear_velocity, pull); }
+    plii_twist velocity = {state.linear_velocity, state.angular_velocity};
+    if (rigid->path.has_begun && ends_step) { velocity = rigid_with_shift(&rigid->path, velocity, dt); }
+    state.pose = plii_rigid_advance(state.pose, velocity.linear, velocity.angular, dt);
+    const pli_mat3 rotation = rigid_rotation(pli_vec3_scale(velocity.angular, dt));
     state.inverse_inertia_world =
         pli_mat3_mul(pli_mat3_mul(rotation, state.inverse_inertia_world), pli_mat3_transpose(rotation));
     PLII_TRY(rigid_check_state(rigid->context, rigid->kind, &state, __func__));
     rigid->state = state;
     rigid->given_linear_velocity = state.linear_velocity;
     rigid->given_angular_velocity = state.angular_velocity;
+    rigid->pull = waits ? pull : pli_vec3_make(0, 0, 0);
     if (ends_step) { rigid->path.has_begun = false; }
     ++rigid->pose_version;
     return PLI_OK;

@@ -1,5 +1,4 @@
-#ifndef PLII_RIGID_IMPL_H
-#define PLII_RIGID_IMPL_H
+#pragma once
 
 #include "base/context.h"
 #include "base/handle.h"
@@ -7,22 +6,45 @@
 #include "math/vec.h"
 #include "pliant/rigid.h"
 
+/* A velocity, or a motion. */
+typedef struct plii_twist {
+    pli_vec3 linear, angular;
+} plii_twist;
+
+static inline plii_twist plii_twist_make(pli_vec3 linear, pli_vec3 angular) {
+    const plii_twist twist = {linear, angular};
+    return twist;
+}
+static inline plii_twist plii_twist_zero(void) {
+    return plii_twist_make(pli_vec3_make(0, 0, 0), pli_vec3_make(0, 0, 0));
+}
+static inline plii_twist plii_twist_add(plii_twist a, plii_twist b) {
+    return plii_twist_make(pli_vec3_add(a.linear, b.linear), pli_vec3_add(a.angular, b.angular));
+}
+static inline plii_twist plii_twist_sub(plii_twist a, plii_twist b) {
+    return plii_twist_make(pli_vec3_sub(a.linear, b.linear), pli_vec3_sub(a.angular, b.angular));
+}
+static inline plii_twist plii_twist_scale(plii_twist a, float scale) {
+    return plii_twist_make(pli_vec3_scale(a.linear, scale), pli_vec3_scale(a.angular, scale));
+}
+
 /* Motion of a rigid body through the substeps of a step. Its host moves it by one velocity per step; where it ends up
-   against that is the shift, m and rad, of which the host is told. */
+   against that is the shift, of which the host is told. */
 typedef struct plii_rigid_path {
     pli_transform begin; /* of the step: before the host moved it */
-    pli_vec3 begin_linear, begin_angular;
+    plii_twist begin_velocity;
     unsigned begin_version; /* of the pose */
     bool has_begun;
-    pli_vec3 shift, shift_rotation;           /* by the soft bodies that have been solved */
-    pli_vec3 carried_linear, carried_angular; /* changes of velocity that the shift has in it */
+    pli_vec3 pull;      /* change of velocity by gravity, at the start of the step */
+    plii_twist shift;   /* m, rad; by the soft bodies that have been solved */
+    plii_twist carried; /* changes of velocity that the shift has in it */
     /* Of the soft body that is solved now, which follows it. */
     bool is_followed, is_pushed;
-    pli_rigid* next;                      /* of those that it follows */
-    pli_vec3 start_linear, start_angular; /* velocities before its substeps */
-    pli_vec3 gain_linear, gain_angular;   /* of velocity in a substep: what the host did to it in the step */
-    pli_vec3 drift_linear, drift_angular; /* velocity with which it comes to the shift from before */
-    pli_vec3 moved, rotated;              /* in the substeps before this one; m, rad */
+    pli_rigid* next;  /* of those that it follows */
+    plii_twist start; /* velocity before its substeps */
+    plii_twist gain;  /* of velocity in a substep: what the host did to it in the step */
+    plii_twist drift; /* velocity with which it comes to the shift from before */
+    plii_twist moved; /* in the substeps before this one; m, rad */
 } plii_rigid_path;
 
 struct pli_rigid {
@@ -42,6 +64,7 @@ struct pli_rigid {
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     plii_rigid_path path;
+    pli_vec3 pull; /* change of velocity by gravity in the next step */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -59,7 +82,8 @@ pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 pli_transform plii_rigid_advance(pli_transform pose, pli_vec3 linear_velocity, pli_vec3 angular_velocity, float dt);
 /* After the solve of a step: puts into the shift what else has changed its velocities. */
 void plii_rigid_end_path(pli_rigid* rigid, float dt);
-/* Where it ends up in the step, as far as that is known. */
+/* What moves it from its pose to where it ends up in the step, as far as that is known. */
+plii_twist plii_rigid_end_velocity(const pli_rigid* rigid, float dt);
 pli_transform plii_rigid_end_pose(const pli_rigid* rigid, float dt);
 /* Of the body here and there. */
 pli_bounds plii_rigid_swept_bounds(const pli_rigid* rigid, float dt);
@@ -70,6 +94,21 @@ static inline bool plii_rigid_is_slow(const pli_rigid* rigid) {
            plii_vec3_is_within(rigid->state.angular_velocity, PLI_MAX_ANGULAR_SPEED);
 }
 
+static inline plii_twist plii_rigid_velocity(const pli_rigid* rigid) {
+    return plii_twist_make(rigid->state.linear_velocity, rigid->state.angular_velocity);
+}
+static inline void plii_rigid_set_velocity(pli_rigid* rigid, plii_twist velocity) {
+    rigid->state.linear_velocity = velocity.linear;
+    rigid->state.angular_velocity = velocity.angular;
+}
+
+static inline void plii_rigid_begin_step(pli_rigid* rigid) {
+    rigid->was_touched = rigid->needs_reintegration = rigid->path.has_begun = false;
+    rigid->state.linear_velocity = pli_vec3_add(rigid->state.linear_velocity, rigid->pull);
+    rigid->given_linear_velocity = pli_vec3_add(rigid->given_linear_velocity, rigid->pull);
+    rigid->path.pull = rigid->pull;
+    rigid->pull = pli_vec3_make(0, 0, 0);
+}
 static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
     rigid->start_linear_velocity = rigid->state.linear_velocity;
     rigid->start_angular_velocity = rigid->state.angular_velocity;
@@ -78,14 +117,13 @@ static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
 static inline void plii_rigid_begin_path(pli_rigid* rigid) {
     plii_rigid_path* path = &rigid->path;
     if (path->has_begun) { return; }
-    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-    path->shift = path->shift_rotation = path->carried_linear = path->carried_angular = zero;
+    path->shift = path->carried = plii_twist_zero();
     /* A static one is followed by nobody, and stays. */
-    path->moved = path->rotated = path->drift_linear = path->drift_angular = zero;
+    path->moved = path->drift = plii_twist_zero();
     path->is_followed = false;
     path->begin = rigid->state.pose;
-    path->begin_linear = rigid->state.linear_velocity;
-    path->begin_angular = rigid->state.angular_velocity;
+    path->begin_velocity = plii_rigid_velocity(rigid);
+    path->begin_velocity.linear = pli_vec3_sub(path->begin_velocity.linear, path->pull);
     path->begin_version = rigid->pose_version;
     path->has_begun = true;
 }
@@ -128,5 +166,3 @@ static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 im
    (1/dt) * inverse(inverse_mass * I + inverse_mass_b * I - [offset]x W [offset]x). Bullet: ImpulseMatrix(dt, ...) */
 pli_mat3 plii_effective_mass(float dt, float point_inverse_mass, float rigid_inverse_mass,
                              pli_mat3 rigid_inverse_inertia, pli_vec3 offset);
-
-#endif

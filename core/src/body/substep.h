@@ -1,5 +1,4 @@
-#ifndef PLII_SUBSTEP_H
-#define PLII_SUBSTEP_H
+#pragma once
 
 /* The hook of solvers that part a step into substeps: where nodes are meanwhile, and how features take part. */
 
@@ -11,6 +10,7 @@
 typedef struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
     int index;                          /* of the substep in the step */
+    bool is_absolute;                   /* displacements are positions, as positions are where nodes are */
     bool has_new_positions;             /* since the substep before, or the first one */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
@@ -26,6 +26,7 @@ typedef struct plii_substep_class {
        and contacts, so that what is drawn does not penetrate. */
     int order;
     const plii_feature_class* klass;
+    bool is_in_iterations; /* of the position-based solver too, but in reference mode: see plii_follows_rigids */
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
     plii_substep_fn* sweep;
@@ -40,8 +41,13 @@ typedef struct plii_substep_class {
     void (*leave)(pli_body* body, void* state);
 } plii_substep_class;
 
+static inline pli_vec3 plii_substep_place(const pli_body* body, const plii_substep* substep,
+                                          const pli_vec4* displacements, int node) {
+    const pli_vec3 displacement = plii_xyz(displacements[node]);
+    return substep->is_absolute ? displacement : pli_vec3_add(plii_xyz(body->positions[node]), displacement);
+}
 static inline pli_vec3 plii_substep_position(const pli_body* body, const plii_substep* substep, int node) {
-    return pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(substep->displacements[node]));
+    return plii_substep_place(body, substep, substep->displacements, node);
 }
 /* Since the start of the substep. */
 static inline pli_vec3 plii_substep_motion(const plii_substep* substep, int node) {
@@ -62,5 +68,3 @@ static inline void plii_substep_shift(const plii_substep* substep, int node, pli
 
 /* The least that features leave. */
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_SUBSTEP_RIGID_H
-#define PLII_SUBSTEP_RIGID_H
+#pragma once
 
 /* Rigid bodies during the substeps of a step. Their owner moves them, before or after the solve; meanwhile they are on
    a path of their own, from where the step began, with the velocities that constraints change at once. What the owner
@@ -21,17 +20,14 @@ typedef struct plii_substep_rigid_point {
 
 /* m, in the substeps before this one */
 static inline pli_vec3 plii_substep_rigid_point_moved(const plii_substep_rigid_point* point) {
-    const plii_rigid_path* path = &point->rigid->path;
-    return pli_vec3_add(path->moved, pli_vec3_cross(path->rotated, point->offset));
+    const plii_twist moved = point->rigid->path.moved;
+    return pli_vec3_add(moved.linear, pli_vec3_cross(moved.angular, point->offset));
 }
 /* m, within the substep */
 static inline pli_vec3 plii_substep_rigid_point_motion(const plii_substep_rigid_point* point,
                                                        const plii_substep* substep) {
-    const pli_rigid_state* state = &point->rigid->state;
-    const plii_rigid_path* path = &point->rigid->path;
-    const pli_vec3 linear = pli_vec3_add(state->linear_velocity, path->drift_linear);
-    const pli_vec3 angular = pli_vec3_add(state->angular_velocity, path->drift_angular);
-    return pli_vec3_scale(pli_vec3_add(linear, pli_vec3_cross(angular, point->offset)), substep->dt);
+    const plii_twist velocity = plii_twist_add(plii_rigid_velocity(point->rigid), point->rigid->path.drift);
+    return pli_vec3_scale(pli_vec3_add(velocity.linear, pli_vec3_cross(velocity.angular, point->offset)), substep->dt);
 }
 /* A correction in kg m, as the multiplier times a gradient; the opposite of what the node gets. */
 static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point* point, pli_vec3 push,
@@ -39,16 +35,16 @@ static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point*
     plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_dt), point->offset);
     point->rigid->path.is_pushed = true;
 }
-/* m, of what is left before a rigid body is held hard: a share per time, so that it does not jerk to and fro while
-   light nodes between make that a little more and a little less. */
+/* m, of what is left before a rigid body is held hard: a share per time, less the nearer it is, so that it does not
+   jerk to and fro while light nodes between make that a little more and a little less. */
 static inline float plii_substep_braked(float room, const plii_substep* substep) {
-    const float braking = 0.1f; /* s */
-    return room * plii_min(substep->dt / braking, 1.0f);
+    const float braking = 0.1f, soft_end = 0.02f; /* s, m */
+    return room * plii_min(room / soft_end, 1.0f) * plii_min(substep->dt / braking, 1.0f);
 }
 /* Moves the rigid body, m, and leaves its velocity. */
 static inline void plii_substep_rigid_point_shift(const plii_substep_rigid_point* point, pli_vec3 shift) {
     plii_rigid_path* path = &point->rigid->path;
-    path->moved = pli_vec3_add(path->moved, shift);
+    path->moved.linear = pli_vec3_add(path->moved.linear, shift);
     path->is_pushed = true;
 }
 /* Inverse of the mass that the point shows along a unit vector, 1/kg. */
@@ -57,5 +53,3 @@ static inline float plii_substep_rigid_point_weight(const plii_substep_rigid_poi
     const pli_vec3 arm = pli_vec3_cross(point->offset, direction);
     return rigid->state.inverse_mass + pli_vec3_dot(arm, pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, arm));
 }
-
-#endif

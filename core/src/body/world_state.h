@@ -1,5 +1,4 @@
-#ifndef PLII_WORLD_STATE_H
-#define PLII_WORLD_STATE_H
+#pragma once
 
 #include "base/context.h"
 #include "base/handle.h"
@@ -42,6 +41,12 @@ void plii_world_add_event(pli_world* world, pli_event event);
 /* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
 void plii_world_add_anchors_lost(pli_body* body);
 
+/* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
+static inline bool plii_follows_rigids(const pli_body* body) {
+    const plii_solver_class* solver = body->solver_class;
+    return solver->has_substeps || !(solver->solves_constraints || body->world->def.reference_mode);
+}
+
 static inline void plii_world_profile(const pli_world* world, const char* stage, const char* feature, bool begins) {
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }
@@ -57,5 +62,3 @@ static inline pli_status plii_check_world_change(const pli_world* world, const c
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);
-
-#endif

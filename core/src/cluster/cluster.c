@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "base/scratch.h"
 #include "cluster/cluster_impl.h"
 #include "math/bounds.h"
 
@@ -20,7 +21,7 @@ pli_vec3 plii_cluster_centre(const pli_body* body, const plii_clusters* clusters
     plii_float4 sum = plii_float4_all(0.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 x = plii_float4_from(&body->positions[members[i].node]);
-        sum = plii_float4_add(sum, plii_float4_mul(x, plii_float4_all(members[i].rest.w)));
+        sum += x * members[i].rest.w;
     }
     pli_vec3 centre;
     plii_lanes_to_vec3(&centre, sum);
@@ -39,9 +40,9 @@ static pli_mat3 cluster_covariance(const pli_body* body, const plii_clusters* cl
     for (int i = 0; i < cluster->member_count; ++i) {
         const pli_vec3 now = pli_vec3_sub(plii_xyz(body->positions[members[i].node]), centre);
         const plii_float4 rest = plii_float4_from(&members[i].rest);
-        rows[0] = plii_float4_add(rows[0], plii_float4_mul(rest, plii_float4_all(now.x)));
-        rows[1] = plii_float4_add(rows[1], plii_float4_mul(rest, plii_float4_all(now.y)));
-        rows[2] = plii_float4_add(rows[2], plii_float4_mul(rest, plii_float4_all(now.z)));
+        rows[0] += rest * now.x;
+        rows[1] += rest * now.y;
+        rows[2] += rest * now.z;
     }
     pli_mat3 covariance;
     for (int k = 0; k < 3; ++k) {
@@ -56,10 +57,10 @@ static void cluster_update_velocities(const pli_body* body, const plii_clusters*
     plii_float4 momentum_sum = plii_float4_all(0.0f), spin_sum = momentum_sum;
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 mass = plii_float4_all(members[i].rest.w);
-        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
-        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
-        momentum_sum = plii_float4_add(momentum_sum, share);
-        spin_sum = plii_float4_add(spin_sum, plii_lanes_cross(arm, share));
+        const plii_float4 share = plii_float4_from(&body->velocities[members[i].node]) * mass;
+        const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
+        momentum_sum += share;
+        spin_sum += plii_lanes_cross(arm, share);
     }
     pli_vec3 momentum, spin;
     plii_lanes_to_vec3(&momentum, momentum_sum);
@@ -147,15 +148,15 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
         plii_float4_from(&body->positions[members[0].node]), zero, zero, zero, zero, {zero, zero, zero}};
     for (int i = 0; i < cluster->member_count; ++i) {
         const plii_float4 rest = plii_float4_from(&members[i].rest), mass = plii_lanes_all_w(rest);
-        const plii_float4 now = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), sums.first);
-        const plii_float4 share = plii_float4_mul(plii_float4_from(&body->velocities[members[i].node]), mass);
-        sums.moment = plii_float4_add(sums.moment, plii_float4_mul(now, mass));
-        sums.momentum = plii_float4_add(sums.momentum, share);
-        sums.spin = plii_float4_add(sums.spin, plii_lanes_cross(now, share));
-        sums.rest = plii_float4_add(sums.rest, rest);
-        sums.products[0] = plii_float4_add(sums.products[0], plii_float4_mul(rest, plii_lanes_all_x(now)));
-        sums.products[1] = plii_float4_add(sums.products[1], plii_float4_mul(rest, plii_lanes_all_y(now)));
-        sums.products[2] = plii_float4_add(sums.products[2], plii_float4_mul(rest, plii_lanes_all_z(now)));
+        const plii_float4 now = plii_float4_from(&body->positions[members[i].node]) - sums.first;
+        const plii_float4 share = plii_float4_from(&body->velocities[members[i].node]) * mass;
+        sums.moment += now * mass;
+        sums.momentum += share;
+        sums.spin += plii_lanes_cross(now, share);
+        sums.rest += rest;
+        sums.products[0] += rest * plii_lanes_all_x(now);
+        sums.products[1] += rest * plii_lanes_all_y(now);
+        sums.products[2] += rest * plii_lanes_all_z(now);
     }
     return sums;
 }
@@ -164,19 +165,17 @@ static cluster_sums cluster_sum_up(const pli_body* body, const plii_clusters* cl
    covariance. */
 static pli_mat3 cluster_read_sums(plii_cluster* cluster, const cluster_sums* sums) {
     const plii_float4 inverse_mass = plii_float4_all(cluster->inverse_mass);
-    const plii_float4 centre = plii_float4_mul(sums->moment, inverse_mass);
-    plii_lanes_to_vec3(&cluster->frame.origin, plii_float4_add(sums->first, centre));
-    const plii_float4 spin = plii_float4_sub(sums->spin, plii_lanes_cross(centre, sums->momentum));
+    const plii_float4 centre = sums->moment * inverse_mass;
+    plii_lanes_to_vec3(&cluster->frame.origin, sums->first + centre);
+    const plii_float4 spin = sums->spin - plii_lanes_cross(centre, sums->momentum);
     const plii_float4 left = plii_float4_all(1.0f - cluster->settings.linear_damping);
-    plii_float4_to(&cluster->linear_velocity,
-                   plii_lanes_xyz(plii_float4_mul(plii_float4_mul(sums->momentum, inverse_mass), left)));
+    plii_float4_to(&cluster->linear_velocity, plii_lanes_xyz(sums->momentum * inverse_mass * left));
     plii_float4_to(&cluster->angular_velocity, plii_lanes_xyz(spin));
     if (cluster->is_point) { return plii_mat3_diagonal(0, 0, 0); }
     const plii_float4 shifts[3] = {plii_lanes_all_x(centre), plii_lanes_all_y(centre), plii_lanes_all_z(centre)};
     pli_mat3 covariance;
     for (int k = 0; k < 3; ++k) {
-        plii_lanes_to_vec3(&covariance.rows[k],
-                           plii_float4_sub(sums->products[k], plii_float4_mul(sums->rest, shifts[k])));
+        plii_lanes_to_vec3(&covariance.rows[k], sums->products[k] - sums->rest * shifts[k]);
     }
     return covariance;
 }
@@ -272,8 +271,7 @@ void plii_clusters_settle(pli_body* body, plii_clusters* clusters, int first) {
     clusters_update_from(body, clusters, first, false);
 }
 
-static void clusters_update(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
+static void clusters_update(pli_body* body, void* state) {
     clusters_update_from(body, state, 0, true);
 }
 
@@ -285,11 +283,10 @@ static void cluster_spread(const pli_body* body, const plii_clusters* clusters, 
                       axis = plii_lanes_from_vec3(&rotation_vector);
     const plii_float4 all = plii_lanes_xyzw(displacement.x, displacement.y, displacement.z, 1.0f);
     for (int i = 0; i < cluster->member_count; ++i) {
-        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->positions[members[i].node]), centre);
-        const plii_float4 moved = plii_float4_add(all, plii_lanes_cross(axis, plii_lanes_xyz(arm)));
+        const plii_float4 arm = plii_float4_from(&body->positions[members[i].node]) - centre;
+        const plii_float4 moved = all + plii_lanes_cross(axis, plii_lanes_xyz(arm));
         pli_vec4* sum = &clusters->node_sums[members[i].node];
-        plii_float4_to(
-            sum, plii_float4_add(plii_float4_from(sum), plii_float4_mul(moved, plii_float4_all(members[i].rest.w))));
+        plii_float4_to(sum, plii_float4_from(sum) + moved * members[i].rest.w);
     }
 }
 
@@ -298,9 +295,8 @@ static void clusters_move_nodes(pli_body* body, plii_clusters* clusters) {
     for (int i = 0; i < body->node_count; ++i) {
         pli_vec4* sum = &clusters->node_sums[i];
         if (sum->w > 0.0f && (body->positions[i].w > 0.0f || clusters->def.reference_mode)) {
-            const plii_float4 moved = plii_float4_mul(plii_float4_from(sum), plii_float4_all(1.0f / sum->w));
-            plii_float4_to(&body->positions[i],
-                           plii_float4_add(plii_float4_from(&body->positions[i]), plii_lanes_xyz(moved)));
+            const plii_float4 moved = plii_float4_from(sum) * (1.0f / sum->w);
+            plii_float4_to(&body->positions[i], plii_float4_from(&body->positions[i]) + plii_lanes_xyz(moved));
         }
         plii_float4_to(sum, zero);
     }
@@ -323,8 +319,8 @@ static void clusters_apply(pli_body* body, plii_clusters* clusters, float dt, bo
     if (any) { clusters_move_nodes(body, clusters); }
 }
 
-static void clusters_prepare(pli_body* body, void* state, const plii_step* step) {
-    clusters_apply(body, state, step->dt, false);
+static void clusters_prepare(pli_body* body, void* state) {
+    clusters_apply(body, state, body->step.dt, false);
 }
 
 static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, const plii_cluster* cluster) {
@@ -336,18 +332,17 @@ static void cluster_damp_nodes(pli_body* body, const plii_clusters* clusters, co
     for (int i = 0; i < cluster->member_count; ++i) {
         const int node = members[i].node;
         if (!(body->positions[node].w > 0.0f)) { continue; }
-        const plii_float4 arm = plii_float4_sub(plii_float4_from(&body->previous[node]), centre);
-        const plii_float4 rigid = plii_float4_add(linear, plii_lanes_cross(angular, arm));
+        const plii_float4 arm = plii_float4_from(&body->previous[node]) - centre;
+        const plii_float4 rigid = linear + plii_lanes_cross(angular, arm);
         const plii_float4 velocity = plii_float4_from(&body->velocities[node]);
-        const plii_float4 damped =
-            plii_float4_add(velocity, plii_float4_mul(plii_float4_sub(rigid, velocity), damping));
-        const plii_mask4 is_slower = plii_lanes_less_equal(plii_float4_all(plii_lanes_dot(rigid, rigid)),
-                                                           plii_float4_all(plii_lanes_dot(velocity, velocity)));
+        const plii_float4 damped = velocity + (rigid - velocity) * damping;
+        const plii_mask4 is_slower =
+            plii_float4_all(plii_lanes_dot(rigid, rigid)) <= plii_float4_all(plii_lanes_dot(velocity, velocity));
         plii_float4_to(&body->velocities[node], plii_lanes_select(is_slower, damped, velocity));
     }
 }
 
-static void clusters_finish(pli_body* body, void* state, const plii_step* step) {
+static void clusters_finish(pli_body* body, void* state) {
     plii_clusters* clusters = state;
     for (int i = 0; i < clusters->count; ++i) {
         const plii_cluster* cluster = &clusters->items[i];
@@ -355,7 +350,7 @@ static void clusters_finish(pli_body* body, void* state, const plii_step* step) 
             cluster_damp_nodes(body, clusters, cluster);
         }
     }
-    clusters_apply(body, clusters, step->dt, true);
+    clusters_apply(body, clusters, body->step.dt, true);
 }
 
 void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
@@ -369,43 +364,6 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 static void clusters_disable(pli_body* body, void* state) {
     (void)state;
     body->joint_iterations = 0;
-}
-
-/* The old node that a node of a change of topology goes back to first. */
-static int clusters_root(const plii_topology_change* change, int node) {
-    while (node >= change->old_node_count) {
-        node = change->node_origins[node - change->old_node_count].a;
-    }
-    return node;
-}
-
-/* A new node joins a cluster only where its root is a member: how many members that is at most. */
-static size_t clusters_count_joining(const plii_clusters* clusters, const plii_topology_change* change) {
-    pli_vec4* counts = clusters->node_sums;
-    for (int i = 0; i < clusters->member_count; ++i) {
-        counts[clusters->members[i].node].w += 1.0f;
-    }
-    size_t joining = 0;
-    for (int i = change->old_node_count; i < change->node_count; ++i) {
-        joining += (size_t)counts[clusters_root(change, i)].w;
-    }
-    for (int i = 0; i < clusters->member_count; ++i) {
-        counts[clusters->members[i].node].w = 0.0f;
-    }
-    return joining;
-}
-
-static int clusters_topology_blocks(const pli_body* body, const void* state, const plii_topology_change* change,
-                                    size_t* sizes) {
-    (void)body;
-    const plii_clusters* clusters = state;
-    if (clusters->node_sums == NULL) { return 0; }
-    const size_t new_nodes = (size_t)(change->node_count - change->old_node_count);
-    sizes[0] = new_nodes > 0 ? ((size_t)clusters->member_count + clusters_count_joining(clusters, change)) *
-                                   sizeof *clusters->members
-                             : 0;
-    sizes[1] = (size_t)change->node_count * sizeof(int);
-    return 2;
 }
 
 /* A copy of a member, and a node between two members, joins the cluster where they are in the rest shape. `indices1`
@@ -429,8 +387,30 @@ static int cluster_join(const plii_topology_change* change, plii_cluster_member*
     return count;
 }
 
-enum { CLUSTERS_ARRAYS = 3 };
-static const plii_feature_array clusters_arrays[CLUSTERS_ARRAYS + 1] = {
+/* Lists the members of all clusters with those that join, after the present ones. */
+static bool clusters_topology_reserve(const pli_body* body, void* state, const plii_topology_change* change) {
+    plii_clusters* clusters = state;
+    plii_scratch scratch = {.context = body->context};
+    int* indices1 = PLII_TAKE(&scratch, int, change->node_count);
+    const int new_nodes = change->node_count - change->old_node_count;
+    clusters->next_member_count = 0;
+    for (int i = 0; i < clusters->count && !scratch.is_short; ++i) {
+        plii_cluster* cluster = &clusters->items[i];
+        const int end = clusters->member_count + clusters->next_member_count;
+        scratch.is_short = !PLII_RESERVE(body->context, &clusters->members, &clusters->member_capacity,
+                                         end + cluster->member_count + new_nodes);
+        if (scratch.is_short) { break; }
+        memcpy(&clusters->members[end], &clusters->members[cluster->first_member],
+               (size_t)cluster->member_count * sizeof *clusters->members);
+        cluster->next_member_count = cluster_join(change, &clusters->members[end], cluster->member_count, indices1);
+        clusters->next_member_count += cluster->next_member_count;
+    }
+    const bool is_complete = !scratch.is_short;
+    plii_scratch_free(&scratch);
+    return is_complete;
+}
+
+static const plii_feature_array clusters_arrays[] = {
     {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true},
     {PLII_LIST_OF(plii_clusters, items, capacity)},
     {PLII_LIST_OF(plii_clusters, members, member_capacity)},
@@ -438,31 +418,21 @@ static const plii_feature_array clusters_arrays[CLUSTERS_ARRAYS + 1] = {
 };
 
 /* The rest shape stays, also where links take the present one: a frame must not turn in its joints. */
-static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change, void** blocks) {
+static void clusters_topology_commit(pli_body* body, void* state, const plii_topology_change* change,
+                                     void** old_arrays) {
+    (void)change;
+    (void)old_arrays;
     plii_clusters* clusters = state;
-    pli_context* context = body->context;
-    if (clusters->node_sums == NULL) { return; }
-    void *more_members = blocks[CLUSTERS_ARRAYS], *indices1 = blocks[CLUSTERS_ARRAYS + 1];
-    if (more_members != NULL) {
-        const size_t capacity = (size_t)clusters->member_count + clusters_count_joining(clusters, change);
-        plii_cluster_member* members = more_members;
-        int member_count = 0;
-        for (int i = 0; i < clusters->count; ++i) {
-            plii_cluster* cluster = &clusters->items[i];
-            memcpy(&members[member_count], &clusters->members[cluster->first_member],
-                   (size_t)cluster->member_count * sizeof *members);
-            cluster->first_member = member_count;
-            cluster->member_count = cluster_join(change, &members[member_count], cluster->member_count, indices1);
-            member_count += cluster->member_count;
-        }
-        PLII_RELEASE(context, clusters->members, clusters->member_capacity);
-        clusters->members = members;
-        clusters->member_count = member_count;
-        clusters->member_capacity = (int)capacity;
-    }
-    plii_release(context, indices1, (size_t)change->node_count * sizeof(int));
+    if (clusters->count == 0) { return; }
+    memmove(clusters->members, &clusters->members[clusters->member_count],
+            (size_t)clusters->next_member_count * sizeof *clusters->members);
+    clusters->member_count = 0;
     for (int i = 0; i < clusters->count; ++i) {
-        plii_cluster_update_masses(body, clusters, &clusters->items[i]);
+        plii_cluster* cluster = &clusters->items[i];
+        cluster->first_member = clusters->member_count;
+        cluster->member_count = cluster->next_member_count;
+        clusters->member_count += cluster->member_count;
+        plii_cluster_update_masses(body, clusters, cluster);
     }
     clusters_update_from(body, clusters, 0, false);
 }
@@ -478,6 +448,6 @@ const plii_feature_class plii_clusters_class = {
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},
     .arrays = clusters_arrays,
     .disable = clusters_disable,
-    .topology_blocks = clusters_topology_blocks,
+    .topology_reserve = clusters_topology_reserve,
     .topology_commit = clusters_topology_commit,
 };

@@ -69,9 +69,9 @@ bool plii_cluster_contact_make(const pli_cluster_contact* info, const plii_joint
 
 // ---------------------------------------------------------------------------------------------------- reference mode
 
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations) {
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations) {
     plii_cluster_contact_as_reference* state = &contact->as.reference;
-    state->drift = plii_vec3_divide(pli_vec3_scale(state->drift, state->erp), step->dt);
+    state->drift = plii_vec3_divide(pli_vec3_scale(state->drift, state->erp), dt);
     if (state->split > 0.0f) {
         state->split_drift = pli_mat3_mul_vec3(state->impulse_matrix, pli_vec3_scale(state->drift, state->split));
         state->drift = pli_vec3_scale(state->drift, 1.0f - state->split);

@@ -1,5 +1,4 @@
-#ifndef PLII_CLUSTER_CONTACT_BATCH_H
-#define PLII_CLUSTER_CONTACT_BATCH_H
+#pragma once
 
 /* Contacts prepared for the iterations of one step: those of four pairs that share nothing movable are solved side by
    side, and those of a pair one after the other. */
@@ -105,5 +104,3 @@ void plii_contact_batches_solve(plii_contact_batches* groups);
 /* Hands impulses and displacements on to the clusters. */
 void plii_contact_batches_finish(plii_contact_batches* groups);
 bool plii_contact_batches_reserve(pli_context* context, plii_contact_batches* groups, int contacts);
-
-#endif

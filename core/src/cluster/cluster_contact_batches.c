@@ -39,16 +39,6 @@ static uint64_t* groups_marks(const plii_contact_batches* groups, const plii_joi
     return &groups_rigid(groups, target)->open_groups;
 }
 
-/* By what a De Bruijn sequence has at its top once the bit has moved it (Leiserson, Prokop, Randall, "Using de Bruijn
-   sequences to index a 1 in a computer word", 1998). */
-static int groups_lowest_bit(uint64_t bits) {
-    static const uint8_t indices[64] = {0,  1,  48, 2,  57, 49, 28, 3,  61, 58, 50, 42, 38, 29, 17, 4,
-                                        62, 55, 59, 36, 53, 51, 43, 22, 45, 39, 33, 30, 24, 18, 12, 5,
-                                        63, 47, 56, 27, 60, 41, 37, 16, 54, 35, 52, 21, 44, 32, 23, 11,
-                                        46, 26, 40, 15, 34, 20, 31, 10, 25, 14, 19, 9,  13, 8,  7,  6};
-    return indices[((bits & (~bits + 1)) * UINT64_C(0x03f79d71b4cb0a89)) >> 58];
-}
-
 static void groups_close(plii_contact_batches* groups, int bit) {
     const plii_contact_batch* group = &groups->groups[groups->open[bit]];
     const uint64_t others = ~(UINT64_C(1) << bit);
@@ -66,7 +56,7 @@ static void groups_close(plii_contact_batches* groups, int bit) {
 static int groups_find_open(const plii_contact_batches* groups, uint64_t taken, int count) {
     for (int blocks = count; blocks <= GROUPS_MAX_COUNT; ++blocks) {
         const uint64_t fit = groups->open_counts[blocks] & ~taken;
-        if (fit != 0) { return groups_lowest_bit(fit); }
+        if (fit != 0) { return __builtin_ctzll(fit); }
     }
     return PLI_NULL_INDEX;
 }
@@ -81,7 +71,7 @@ static int groups_open(pli_context* context, plii_contact_batches* groups, int c
         }
         groups_close(groups, bit);
     } else {
-        bit = groups_lowest_bit(~groups->open_groups);
+        bit = __builtin_ctzll(~groups->open_groups);
     }
     plii_contact_batch* group = &groups->groups[groups->count];
     memset(group->counts, 0, sizeof group->counts);
@@ -145,15 +135,6 @@ bool plii_contact_batches_add(pli_context* context, plii_contact_batches* groups
 
 // -------------------------------------------------------------------------------------------------------------- steps
 
-static const plii_contact_kernel* groups_kernel(const pli_context* context) {
-#if PLIANT_SIMD_X86
-    if (context->simd == PLI_SIMD_AVX2) { return &plii_contact_kernel_avx2; }
-#else
-    (void)context;
-#endif
-    return &plii_contact_kernel_base;
-}
-
 static pli_vec4 groups_with_zero(pli_vec3 v) {
     return (pli_vec4){v.x, v.y, v.z, 0.0f};
 }
@@ -169,7 +150,7 @@ static void groups_read_rigids(plii_contact_batches* groups) {
 
 bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* groups, const plii_step* step) {
     while (groups->open_groups != 0) {
-        groups_close(groups, groups_lowest_bit(groups->open_groups));
+        groups_close(groups, __builtin_ctzll(groups->open_groups));
     }
     int block_count = 0;
     for (int i = 0; i < groups->count; ++i) {
@@ -182,7 +163,7 @@ bool plii_contact_batches_prepare(pli_context* context, plii_contact_batches* gr
     }
     groups->block_count = block_count;
     groups_read_rigids(groups);
-    groups->kernel = groups_kernel(context);
+    groups->kernel = PLII_KERNEL(context, &plii_contact_kernel);
     groups->kernel->prepare(groups, step);
     return true;
 }

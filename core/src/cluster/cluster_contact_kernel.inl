@@ -57,7 +57,7 @@ static inline void groups_scatter_shares(pli_vec4* const a[PLII_GROUP_LANES], pl
     plii_float4_transpose(moves);
     for (int lane = 0; lane < PLII_GROUP_LANES; ++lane) {
         plii_float4_to(a[lane], rows[lane]);
-        plii_float4_to(b[lane], plii_float4_add(plii_float4_from(b[lane]), moves[lane]));
+        plii_float4_to(b[lane], plii_float4_from(b[lane]) + moves[lane]);
     }
 }
 static inline plii_vec3x4 groups_from_vectors(const pli_vec3* const vectors[PLII_GROUP_LANES]) {
@@ -204,13 +204,11 @@ static group_terms groups_load_terms(plii_contact_batches* groups, plii_contact_
    revisited", 2017). */
 static inline void groups_find_tangents(plii_vec3x4 n, plii_vec3x4 tangents[2]) {
     const plii_float4 one = plii_float4_all(1.0f), zero = plii_float4_all(0.0f);
-    const plii_float4 sign = plii_lanes_select(plii_lanes_less(n.z, zero), plii_float4_negate(one), one);
-    const plii_float4 a = plii_float4_div(plii_float4_negate(one), plii_float4_add(sign, n.z));
-    const plii_float4 xa = plii_float4_mul(n.x, a), b = plii_float4_mul(xa, n.y);
-    tangents[0] = (plii_vec3x4){plii_float4_add(one, plii_float4_mul(sign, plii_float4_mul(xa, n.x))),
-                                plii_float4_mul(sign, b), plii_float4_negate(plii_float4_mul(sign, n.x))};
-    tangents[1] =
-        (plii_vec3x4){b, plii_float4_add(sign, plii_float4_mul(plii_float4_mul(n.y, n.y), a)), plii_float4_negate(n.y)};
+    const plii_float4 sign = plii_lanes_select(n.z < zero, -one, one);
+    const plii_float4 a = -one / (sign + n.z);
+    const plii_float4 xa = n.x * a, b = xa * n.y;
+    tangents[0] = (plii_vec3x4){one + sign * (xa * n.x), sign * b, -(sign * n.x)};
+    tangents[1] = (plii_vec3x4){b, sign + n.y * n.y * a, -n.y};
 }
 
 /* That impulses meet along a direction; how they turn the sides goes to the block. */
@@ -222,10 +220,9 @@ static inline plii_float4 groups_load_direction(const group_terms* common, plii_
                                   plii_vec3x8_dot(common->inertia[2], moment)};
     groups_store_sides(rotations, plii_vec3x8_mul(rotation, common->angular_factors));
     const plii_float8 responses = plii_float8_add(common->inverse_masses, plii_vec3x8_dot(moment, rotation));
-    const plii_float4 response = plii_float4_add(plii_float8_low(responses), plii_float8_high(responses));
-    const plii_mask4 can_move =
-        plii_lanes_both(plii_lanes_less(plii_float4_all(FLT_MIN), response), plii_lanes_finite(response));
-    return plii_lanes_select(can_move, plii_float4_div(plii_float4_all(1.0f), response), plii_float4_all(0.0f));
+    const plii_float4 response = plii_float8_low(responses) + plii_float8_high(responses);
+    const plii_mask4 can_move = (plii_float4_all(FLT_MIN) < response) & plii_lanes_finite(response);
+    return plii_lanes_select(can_move, plii_float4_all(1.0f) / response, plii_float4_all(0.0f));
 }
 
 static inline void groups_prepare_block(const plii_contact_batch* group, const group_terms* common,
@@ -243,7 +240,7 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     for (int k = 0; k < 3; ++k) {
         masses[k] = groups_load_direction(common, arms, directions[k], &block->rotations[k]);
         groups_store(&block->directions[k], directions[k]);
-        plii_float4_store(block->masses[k], plii_float4_mul(masses[k], common->factors));
+        plii_float4_store(block->masses[k], masses[k] * common->factors);
         plii_float4_store(block->impulses[k], zero);
     }
     groups_store_sides(&block->arms, arms);
@@ -254,16 +251,14 @@ static inline void groups_prepare_block(const plii_contact_batch* group, const g
     const plii_float4 depth = terms[0], hardness = terms[1], split = terms[2];
     const plii_vec3x4 velocity = groups_velocity_at(&common->motion, arms);
     const plii_float4 included = plii_lanes_min(plii_vec3x4_dot(velocity, directions[0]), zero);
-    const plii_float4 speed_out =
-        plii_float4_add(plii_float4_mul(depth, plii_float4_all(common->inverse_dt)), included);
+    const plii_float4 speed_out = depth * plii_float4_all(common->inverse_dt) + included;
     /* Not there yet: slow enough not to get deeper. */
-    const plii_mask4 is_deep = plii_lanes_less(zero, speed_out);
-    const plii_float4 corrected = plii_float4_mul(speed_out, hardness);
-    const plii_float4 wanted = plii_float4_mul(corrected, plii_float4_sub(one, split));
+    const plii_mask4 is_deep = zero < speed_out;
+    const plii_float4 corrected = speed_out * hardness;
+    const plii_float4 wanted = corrected * (one - split);
     plii_float4_store(block->wanted_speeds, plii_lanes_select(is_deep, wanted, speed_out));
-    const plii_float4 drift = plii_float4_mul(plii_float4_mul(corrected, split), masses[0]);
-    const plii_float4 limited =
-        plii_float4_mul(plii_lanes_min(drift, plii_float4_load(group->limits)), common->factors);
+    const plii_float4 drift = corrected * split * masses[0];
+    const plii_float4 limited = plii_lanes_min(drift, plii_float4_load(group->limits)) * common->factors;
     plii_float4_store(block->drifts, plii_lanes_select(is_deep, limited, zero));
 }
 
@@ -291,14 +286,12 @@ static void groups_prepare(plii_contact_batches* groups, const plii_step* step) 
 /* Friction as far as the impulse along the normal allows. What slides cannot be foreseen: a branch would cost more than
    the root and the quotient. */
 static inline void groups_bound_friction(plii_float4 friction, plii_float4 impulses[3]) {
-    const plii_float4 bound = plii_float4_mul(friction, impulses[0]);
-    const plii_float4 squared =
-        plii_float4_add(plii_float4_mul(impulses[1], impulses[1]), plii_float4_mul(impulses[2], impulses[2]));
-    const plii_mask4 slides = plii_lanes_less(plii_float4_mul(bound, bound), squared);
-    const plii_float4 scale =
-        plii_lanes_select(slides, plii_float4_div(bound, plii_float4_sqrt(squared)), plii_float4_all(1.0f));
-    impulses[1] = plii_float4_mul(impulses[1], scale);
-    impulses[2] = plii_float4_mul(impulses[2], scale);
+    const plii_float4 bound = friction * impulses[0];
+    const plii_float4 squared = impulses[1] * impulses[1] + impulses[2] * impulses[2];
+    const plii_mask4 slides = bound * bound < squared;
+    const plii_float4 scale = plii_lanes_select(slides, bound / plii_float4_sqrt(squared), plii_float4_all(1.0f));
+    impulses[1] = impulses[1] * scale;
+    impulses[2] = impulses[2] * scale;
 }
 
 static inline void groups_solve_block(const plii_contact_batch* group, plii_contact_block* block,
@@ -307,23 +300,22 @@ static inline void groups_solve_block(const plii_contact_batch* group, plii_cont
                                        plii_group_vec3_load(&block->directions[1]),
                                        plii_group_vec3_load(&block->directions[2])};
     const plii_vec3x4 velocity = groups_velocity_at(motion, groups_load_sides(&block->arms));
-    const plii_float4 missing[3] = {
-        plii_float4_sub(plii_float4_load(block->wanted_speeds), plii_vec3x4_dot(directions[0], velocity)),
-        plii_float4_negate(plii_vec3x4_dot(directions[1], velocity)),
-        plii_float4_negate(plii_vec3x4_dot(directions[2], velocity))};
+    const plii_float4 missing[3] = {plii_float4_load(block->wanted_speeds) - plii_vec3x4_dot(directions[0], velocity),
+                                    -plii_vec3x4_dot(directions[1], velocity),
+                                    -plii_vec3x4_dot(directions[2], velocity)};
     const plii_float4 zero = plii_float4_all(0.0f);
     plii_float4 before[3], after[3], changes[3];
     for (int k = 0; k < 3; ++k) {
         before[k] = plii_float4_load(block->impulses[k]);
-        after[k] = plii_float4_add(before[k], plii_float4_mul(missing[k], plii_float4_load(block->masses[k])));
+        after[k] = before[k] + missing[k] * plii_float4_load(block->masses[k]);
     }
     after[0] = plii_lanes_min(plii_lanes_max(after[0], zero), plii_float4_load(group->limits));
     /* Nothing pushed and nothing does: a quarter of all, of which the next one need not wait for the result. */
-    if (plii_lanes_bits(plii_lanes_less(zero, plii_lanes_max(before[0], after[0]))) == 0) { return; }
+    if (plii_lanes_bits(zero < plii_lanes_max(before[0], after[0])) == 0) { return; }
     groups_bound_friction(plii_float4_load(group->frictions), after);
     for (int k = 0; k < 3; ++k) {
         plii_float4_store(block->impulses[k], after[k]);
-        changes[k] = plii_float4_sub(after[k], before[k]);
+        changes[k] = after[k] - before[k];
     }
     const plii_vec3x8 push = groups_both3(groups_push(directions, changes));
     motion->linear = plii_vec3x8_add(motion->linear, plii_vec3x8_mul(push, groups_load_sides(&group->inverse_masses)));
@@ -383,7 +375,7 @@ static inline void groups_sum_up(const plii_contact_batches* groups, const plii_
             drift_rotations, plii_vec3x8_scale(groups_load_sides(&block->rotations[0]), groups_both(drift)));
         /* Friction has no impulse without the normal. */
         pushed = plii_lanes_max(pushed, impulses[0]);
-        drift_counts = plii_float4_add(drift_counts, plii_lanes_select(plii_lanes_less(zero, drift), one, zero));
+        drift_counts = drift_counts + plii_lanes_select(zero < drift, one, zero);
     }
     const plii_vec3x8 inverse_masses = groups_load_sides(&group->inverse_masses);
     sums->linear = plii_vec3x8_mul(groups_both3(pushes), inverse_masses);

@@ -41,7 +41,7 @@ static bool cluster_contacts_group(pli_context* context, plii_contact_batches* g
 }
 
 /* Pairs of different bodies are solved side by side, so the last body has the contacts of all. */
-static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, const plii_step* step) {
+static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state) {
     const pli_world* world = body->world;
     if (!plii_contact_batches_start(body->context, &state->groups, world->rigid_count)) { return; }
     bool has_memory = true;
@@ -54,23 +54,24 @@ static void cluster_contacts_lead(pli_body* body, plii_cluster_contacts* state, 
     }
     /* In the first step, so that the others need nothing. Without memory they ask again. */
     (void)plii_contact_batches_reserve(body->context, &state->groups, capacity);
-    (void)plii_contact_batches_prepare(body->context, &state->groups, step);
+    (void)plii_contact_batches_prepare(body->context, &state->groups, &body->step);
 }
 
-static void cluster_contacts_prepare(pli_body* body, void* data, const plii_step* step) {
+static void cluster_contacts_prepare(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     if (state->def.with_self) { plii_cluster_contacts_collide_self(body, state); }
     const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
         plii_cluster_contact* contact = &state->contacts[i];
-        if (contact->reference_mode) { plii_cluster_contact_prepare(contact, step, body->world->joint_iterations); }
+        if (contact->reference_mode) {
+            plii_cluster_contact_prepare(contact, body->step.dt, body->world->joint_iterations);
+        }
     }
     state->leads = cluster_contacts_is_last(body);
-    if (state->leads) { cluster_contacts_lead(body, state, step); }
+    if (state->leads) { cluster_contacts_lead(body, state); }
 }
 
-static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
+static void cluster_contacts_solve(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
@@ -81,8 +82,7 @@ static void cluster_contacts_solve(pli_body* body, void* data, const plii_step* 
 
 /* The first contact, then the others from the last one back: cleanupClusters removes contacts while it walks their list
    and fills each gap with the last one. */
-static void cluster_contacts_finish(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
+static void cluster_contacts_finish(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     const bool has_own = plii_body_clusters(body)->def.reference_mode;
     for (int i = 0; has_own && i < state->count; ++i) {
@@ -92,8 +92,7 @@ static void cluster_contacts_finish(pli_body* body, void* data, const plii_step*
     if (state->leads) { plii_contact_batches_finish(&state->groups); }
 }
 
-static void cluster_contacts_clear(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
+static void cluster_contacts_clear(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
     state->count = 0;
     state->has_tree = false;

@@ -38,24 +38,13 @@ static void cluster_contacts_find(plii_cluster_contacts* state, pli_bounds box) 
 
 /* Nodes of cluster `info->cluster` of `body` that lie over the other cluster, near the plane of the nearest points; the
    normal of `info` points to `body`. */
-static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_contacts* state,
-                                             const pli_cluster_contact* info, plii_cluster_hull other, float margin,
-                                             plii_near_nodes* found) {
+static void cluster_contacts_find_nodes_over(pli_body* body, const pli_cluster_contact* info, plii_cluster_hull other,
+                                             float margin, plii_near_nodes* found) {
     const plii_clusters* clusters = plii_body_clusters(body);
     const plii_cluster* item = &clusters->items[info->cluster];
     plii_near_nodes candidates;
     plii_near_nodes_start(&candidates, info);
-    const plii_support_points* set = &state->hulls[info->cluster];
-    for (int first = 0; first < set->node_count; first += PLII_SUPPORT_BATCH) {
-        pli_vec3 points[PLII_SUPPORT_BATCH];
-        float heights[PLII_SUPPORT_BATCH];
-        const int count =
-            plii_support_points_find_below(set, first, info->other_witness, info->normal, margin, points, heights);
-        for (int i = 0; i < count; ++i) {
-            plii_near_nodes_add_beside(&candidates, (plii_near_node){points[i], info->normal, heights[i]}, margin);
-        }
-    }
-    for (int i = 0; set->node_count == 0 && i < item->member_count; ++i) {
+    for (int i = 0; i < item->member_count; ++i) {
         const pli_vec3 x = plii_cluster_node(body, clusters, item, i);
         const float above = pli_vec3_dot(pli_vec3_sub(x, info->other_witness), info->normal);
         if (!(above < margin)) { continue; }
@@ -63,7 +52,7 @@ static void cluster_contacts_find_nodes_over(pli_body* body, const plii_cluster_
     }
     for (int i = 1; i < candidates.count; ++i) {
         const plii_near_node* node = &candidates.kept[i];
-        if (plii_cluster_hull_is_near(node->point, &other, info->other_witness, margin)) {
+        if (plii_cluster_hull_is_near(node->point, &other, margin)) {
             plii_near_nodes_add_beside(found, *node, margin);
         }
     }
@@ -89,9 +78,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     const pli_vec3 origin = cluster->frame.origin;
     plii_near_nodes found;
     plii_near_nodes_start(&found, &info);
-    cluster_contacts_find_nodes_over(body, state, &info,
-                                     plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin),
-                                     terms->margin, &found);
+    cluster_contacts_find_nodes_over(
+        body, &info, plii_cluster_contacts_hull(other, other_state, info.other_cluster, origin), terms->margin, &found);
     PLII_TRY(plii_cluster_contacts_add_nodes(pair, info, &found, 1, terms));
     /* The same seen from the other side. */
     const pli_cluster_contact reverse = {.cluster = info.other_cluster,
@@ -101,9 +89,8 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
                                          .distance = info.distance};
     plii_near_nodes found_other;
     plii_near_nodes_start(&found_other, &reverse);
-    cluster_contacts_find_nodes_over(other, other_state, &reverse,
-                                     plii_cluster_contacts_hull(body, state, info.cluster, origin), terms->margin,
-                                     &found_other);
+    cluster_contacts_find_nodes_over(other, &reverse, plii_cluster_contacts_hull(body, state, info.cluster, origin),
+                                     terms->margin, &found_other);
     for (int i = 1; i < found_other.count; ++i) {
         const plii_near_node* node = &found_other.kept[i];
         pli_cluster_contact turned = info;
@@ -115,47 +102,7 @@ static pli_status cluster_contacts_measure_pair(plii_pair_context* pair, pli_clu
     return PLI_OK;
 }
 
-// -------------------------------------------------------------------------------------------------------- another body
-
-pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
-    plii_cluster_contacts *state = data, *other_state = other_data;
-    if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
-    if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
-        !cluster_contacts_update_tree(other, other_state)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
-    const plii_contact_terms both = {
-        .margin = body->collision_margin + other->collision_margin,
-        .friction = plii_min(state->def.friction, other_state->def.friction),
-        .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
-        .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
-    };
-    const plii_contact_terms terms[2] = {both, both};
-    /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
-    const float reach = clusters->def.reference_mode ? 0.0f : both.margin;
-    const int before = state->count;
-    plii_clusters_update_frames(body, clusters, plii_bounds_grow(other->bounds, reach));
-    plii_clusters_update_frames(other, other_clusters, plii_bounds_grow(body->bounds, reach));
-    for (int i = 0; i < clusters->count; ++i) {
-        if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
-        for (int k = 0; k < other_state->candidate_count; ++k) {
-            const int candidate = other_state->candidates[k];
-            if (!other_clusters->items[candidate].settings.collides) { continue; }
-            const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
-            const pli_status status = plii_cluster_contacts_collide_pair(body, state, other_state, &pair, terms,
-                                                                         cluster_contacts_measure_pair);
-            if (status != PLI_OK) {
-                state->count = before;
-                return status;
-            }
-        }
-    }
-    return PLI_OK;
-}
-
-// -------------------------------------------------------------------------------------------------------- own clusters
+// ---------------------------------------------------------------------------------------------------------- neighbours
 
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state) {
     plii_key_table_free(&state->neighbours);
@@ -170,14 +117,7 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
     if (!plii_cluster_contacts_update_groups(body, state) || !cluster_contacts_update_tree(body, state)) {
         return false;
     }
-    size_t pairs = 0;
-    for (int i = 0; i < clusters->count; ++i) {
-        cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
-        pairs += (size_t)state->candidate_count;
-    }
     state->neighbours.context = body->context;
-    if (!plii_key_table_reserve(&state->neighbours, pairs)) { return false; }
-    state->has_neighbours = true;
     for (int i = 0; i < clusters->count; ++i) {
         cluster_contacts_find(state, plii_bounds_grow(state->boxes[i], margin));
         for (int k = 0; k < state->candidate_count; ++k) {
@@ -188,10 +128,65 @@ static bool cluster_contacts_find_neighbours(pli_body* body, plii_cluster_contac
             const plii_cluster_hull hull_b = plii_cluster_contacts_hull(body, state, other, origin);
             const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
             if (!plii_cluster_contacts_are_near(&a, &b, margin)) { continue; }
-            (void)plii_key_table_insert(&state->neighbours, plii_edge_key(i, other));
+            if (plii_key_table_add(&state->neighbours, plii_edge_key(i, other), 0) == PLI_NULL_INDEX) { return false; }
         }
     }
+    state->has_neighbours = true;
     return true;
+}
+
+/* As the search for the first names them both, each pair comes twice. */
+static bool cluster_contacts_may_meet(const plii_cluster_contacts* state, int a, int b) {
+    return a < b && plii_key_table_find(&state->neighbours, plii_edge_key(a, b)) == PLI_NULL_INDEX;
+}
+
+// ----------------------------------------------------------------------------------------------------------- all pairs
+
+/* Of clusters near each other; of one body each pair once, but for neighbours. */
+static pli_status cluster_contacts_collide(pli_body* body, plii_cluster_contacts* state, pli_body* other,
+                                           plii_cluster_contacts* other_state, float reach) {
+    const plii_contact_terms both = {
+        .margin = body->collision_margin + other->collision_margin,
+        .friction = plii_min(state->def.friction, other_state->def.friction),
+        .hardness = plii_max(state->def.soft_hardness, other_state->def.soft_hardness),
+        .split = (state->def.soft_split + other_state->def.soft_split) / 2.0f,
+    };
+    const plii_contact_terms terms[2] = {both, both};
+    const plii_clusters *clusters = state->clusters, *other_clusters = other_state->clusters;
+    const int before = state->count;
+    for (int i = 0; i < clusters->count; ++i) {
+        if (!clusters->items[i].settings.collides) { continue; }
+        cluster_contacts_find(other_state, plii_bounds_grow(clusters->items[i].bounds, reach));
+        for (int k = 0; k < other_state->candidate_count; ++k) {
+            const int candidate = other_state->candidates[k];
+            if (!other_clusters->items[candidate].settings.collides ||
+                (body == other && !cluster_contacts_may_meet(state, i, candidate))) {
+                continue;
+            }
+            const pli_cluster_contact pair = {.cluster = i, .other = other, .other_cluster = candidate};
+            const pli_status status = plii_cluster_contacts_collide_pair(body, state, other_state, &pair, terms,
+                                                                         cluster_contacts_measure_pair);
+            if (status != PLI_OK) {
+                state->count = before;
+                return status;
+            }
+        }
+    }
+    return PLI_OK;
+}
+
+pli_status plii_cluster_contacts_collide_body(pli_body* body, void* data, pli_body* other, void* other_data) {
+    plii_cluster_contacts *state = data, *other_state = other_data;
+    if (!state->def.with_bodies || !other_state->def.with_bodies) { return PLI_OK; }
+    if (!plii_cluster_contacts_update_groups(body, state) || !plii_cluster_contacts_update_groups(other, other_state) ||
+        !cluster_contacts_update_tree(other, other_state)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    /* Bullet's stored boxes are searched as they are; otherwise the boxes must cover the reach of a contact. */
+    const float reach = state->clusters->def.reference_mode ? 0.0f : body->collision_margin + other->collision_margin;
+    plii_clusters_update_frames(body, state->clusters, plii_bounds_grow(other->bounds, reach));
+    plii_clusters_update_frames(other, other_state->clusters, plii_bounds_grow(body->bounds, reach));
+    return cluster_contacts_collide(body, state, other, other_state, reach);
 }
 
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state) {
@@ -199,24 +194,6 @@ pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_conta
         (!state->has_neighbours && !cluster_contacts_find_neighbours(body, state))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    plii_clusters* clusters = plii_body_clusters(body);
-    plii_clusters_update_frames(body, clusters, body->bounds);
-    const plii_contact_terms both = {2.0f * body->collision_margin, 0.0f, state->def.friction, state->def.soft_hardness,
-                                     state->def.soft_split};
-    const plii_contact_terms terms[2] = {both, both};
-    for (int i = 0; i < clusters->count; ++i) {
-        if (!clusters->items[i].settings.collides) { continue; }
-        cluster_contacts_find(state, plii_bounds_grow(clusters->items[i].bounds, both.margin));
-        for (int k = 0; k < state->candidate_count; ++k) {
-            const int other = state->candidates[k];
-            if (other <= i || !clusters->items[other].settings.collides ||
-                plii_key_table_find(&state->neighbours, plii_edge_key(i, other)) != PLI_NULL_INDEX) {
-                continue;
-            }
-            const pli_cluster_contact pair = {.cluster = i, .other = body, .other_cluster = other};
-            PLII_TRY(
-                plii_cluster_contacts_collide_pair(body, state, state, &pair, terms, cluster_contacts_measure_pair));
-        }
-    }
-    return PLI_OK;
+    plii_clusters_update_frames(body, state->clusters, body->bounds);
+    return cluster_contacts_collide(body, state, body, state, 2.0f * body->collision_margin);
 }

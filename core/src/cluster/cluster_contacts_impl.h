@@ -1,5 +1,4 @@
-#ifndef PLII_CLUSTER_CONTACTS_IMPL_H
-#define PLII_CLUSTER_CONTACTS_IMPL_H
+#pragma once
 
 /* What the parts of the cluster contacts share: cluster_contacts.c is the feature, cluster_contacts_rigid.c and
    cluster_contacts_body.c look for pairs, cluster_distance.c measures them, cluster_contacts_pair.c knows them
@@ -43,12 +42,11 @@ typedef struct plii_contact_terms {
 
 #define PLII_MANIFOLD_POINTS 7
 
-/* Four of them. */
-typedef struct plii_manifold_points {
-    plii_group_vec3 on_a, on_b;        /* m, each in the frame of its side */
-    plii_group_vec3 normals;           /* from b to a, in the frame of b */
-    float distances[PLII_GROUP_LANES]; /* m, along the normal */
-} plii_manifold_points;
+typedef struct plii_manifold_point {
+    pli_vec3 on_a, on_b; /* m, each in the frame of its side */
+    pli_vec3 normal;     /* from b to a, in the frame of b */
+    float distance;      /* m, along the normal */
+} plii_manifold_point;
 
 /* The contacts of a pair as they were measured, to be followed while the sides hardly move. */
 typedef struct plii_manifold {
@@ -56,7 +54,7 @@ typedef struct plii_manifold {
     pli_mat3 relative_rotation; /* of a in the frame of b */
     const void* key;            /* what else must be the same */
     float margin;
-    plii_manifold_points points[2]; /* of PLII_MANIFOLD_POINTS */
+    plii_manifold_point points[PLII_MANIFOLD_POINTS];
 } plii_manifold;
 
 /* Of a node to a rigid shape. */
@@ -102,7 +100,7 @@ void plii_cluster_contact_set(plii_cluster_contact* contact, const pli_cluster_c
                               const plii_joint_target targets[2], pli_vec3 centre, pli_vec3 other_centre,
                               const plii_contact_terms* terms);
 /* Of contacts in reference mode. */
-void plii_cluster_contact_prepare(plii_cluster_contact* contact, const plii_step* step, int iterations);
+void plii_cluster_contact_prepare(plii_cluster_contact* contact, float dt, int iterations);
 void plii_cluster_contact_solve(plii_cluster_contact* contact);
 void plii_cluster_contact_finish(plii_cluster_contact* contact);
 
@@ -125,10 +123,10 @@ plii_cluster_hull plii_cluster_contacts_hull(const pli_body* body, plii_cluster_
 plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull);
 /* How far along a direction it reaches from its origin. */
 float plii_cluster_hull_reach(const plii_cluster_hull* hull, pli_vec3 direction);
-/* The point is inside, or nearer than `margin`. `hub` is a point of the hull, or near it. */
-bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin);
+/* The point is inside, or nearer than `margin`. */
+bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, float margin);
 
-#define PLII_MEASURED_NODES 64 /* a multiple of four */
+#define PLII_MEASURED_NODES 64
 
 /* Members of a cluster at a rigid shape. */
 typedef struct plii_measured_nodes {
@@ -178,5 +176,3 @@ pli_status plii_cluster_contacts_collide_rigid(pli_body* body, void* state, pli_
 pli_status plii_cluster_contacts_collide_body(pli_body* body, void* state, pli_body* other, void* other_state);
 pli_status plii_cluster_contacts_collide_self(pli_body* body, plii_cluster_contacts* state);
 void plii_cluster_contacts_drop_neighbours(plii_cluster_contacts* state);
-
-#endif

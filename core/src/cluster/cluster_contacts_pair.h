@@ -1,5 +1,4 @@
-#ifndef PLII_CLUSTER_CONTACTS_PAIR_H
-#define PLII_CLUSTER_CONTACTS_PAIR_H
+#pragma once
 
 /* A pair of a cluster and what it meets: what the step before knew of it, and its contacts as they are made. Goes after
    "math/simd_float4.h". */
@@ -44,5 +43,3 @@ pli_status plii_cluster_contacts_add(plii_pair_context* pair, const pli_cluster_
 /* Nodes from `first` on. */
 pli_status plii_cluster_contacts_add_nodes(plii_pair_context* pair, pli_cluster_contact info,
                                            const plii_near_nodes* found, int first, const plii_contact_terms* terms);
-
-#endif

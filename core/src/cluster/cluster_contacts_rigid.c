@@ -60,9 +60,7 @@ static void cluster_contacts_find_near_corners(const pli_cluster_contact* info, 
         const pli_vec3 corner =
             plii_cluster_contacts_rigid_point(info, plii_vec3_safe_normalize(pli_vec3_add(n, tilt)));
         const float above = pli_vec3_dot(pli_vec3_sub(info->witness, corner), n);
-        if (!(above < margin + radius) || !plii_cluster_hull_is_near(corner, &hull, info->witness, margin + radius)) {
-            continue;
-        }
+        if (!(above < margin + radius) || !plii_cluster_hull_is_near(corner, &hull, margin + radius)) { continue; }
         const plii_near_node node = {pli_vec3_add(corner, pli_vec3_scale(n, above)), n, above - radius};
         plii_near_nodes_add_beside(found, node, margin);
     }

@@ -15,8 +15,7 @@
 #define CLUSTER_CONTACTS_SAME_AXIS 0.9f /* cosine of how far the direction out of an overlap may turn */
 #define CLUSTER_CONTACTS_UNIT 1e-3f     /* of a squared length: what counts as a unit vector */
 
-static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
-    const plii_cluster_hull* hull = user;
+static int cluster_hull_farthest(const plii_cluster_hull* hull, pli_vec3 direction) {
     const pli_vec4* positions = hull->body->positions;
     if (hull->groups->node_count > 0) { return plii_support_points_query(hull->groups, direction); }
     const plii_cluster_member* members = &hull->clusters->members[hull->cluster->first_member];
@@ -32,15 +31,9 @@ static int cluster_hull_farthest(const void* user, pli_vec3 direction) {
     return farthest;
 }
 
-static pli_vec3 cluster_hull_point(const void* user, int node) {
-    const plii_cluster_hull* hull = user;
-    return pli_vec3_sub(plii_xyz(hull->body->positions[node]), hull->origin);
-}
-
-static const plii_convex_vertices cluster_hull_vertices = {cluster_hull_farthest, cluster_hull_point};
-
 static pli_vec3 cluster_hull_support(const void* user, pli_vec3 direction) {
-    return cluster_hull_point(user, cluster_hull_farthest(user, direction));
+    const plii_cluster_hull* hull = user;
+    return pli_vec3_sub(plii_xyz(hull->body->positions[cluster_hull_farthest(hull, direction)]), hull->origin);
 }
 
 typedef struct rigid_hull {
@@ -108,7 +101,7 @@ plii_convex plii_cluster_hull_convex(const plii_cluster_hull* hull) {
 
 /* Most pairs that are too far apart were so before, in a direction that still may show it. */
 static bool cluster_contacts_were_apart(const plii_cluster_contacts* state, const plii_convex_cache* cache) {
-    return !state->def.disable_contact_cache && cache != NULL && cache->count == 1 && !cache->has_vertices;
+    return !state->def.disable_contact_cache && cache != NULL && cache->count == 1;
 }
 
 static bool cluster_contacts_measure(const plii_cluster_contacts* state, const plii_convex* a, const plii_convex* b,
@@ -121,7 +114,7 @@ static bool cluster_contacts_measure(const plii_cluster_contacts* state, const p
         options.uses_cached_axis = true;
     }
 #if PLIANT_WITH_CCD
-    options.penetration = state->def.accurate_penetration ? plii_penetration_epa : plii_penetration_mpr;
+    options.penetration = state->def.accurate_penetration ? plii_penetration_epa : NULL;
 #endif
     plii_convex_result result;
     plii_convex_distance(a, b, &options, cache, &result);
@@ -146,53 +139,19 @@ bool plii_cluster_contacts_are_near(const plii_convex* a, const plii_convex* b, 
            (result.relation == PLII_CONVEX_SEPARATED && result.distance < (double)margin);
 }
 
-/* Steps towards a point, before GJK is asked. */
-#define CLUSTER_CONTACTS_APPROACHES 6
-
 static pli_vec3 cluster_point_support(const void* user, pli_vec3 direction) {
     (void)direction;
     return *(const pli_vec3*)user;
 }
 
-/* The hull ends before the point along a direction; of any length. */
-static bool cluster_hull_ends_before(const plii_cluster_hull* hull, pli_vec3 point, pli_vec3 direction, float margin) {
-    const float end = plii_cluster_hull_reach(hull, direction);
-    return pli_vec3_dot(point, direction) - end > margin * pli_vec3_length(direction);
-}
-
-/* Whether two sides are near enough. */
-typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
-
-/* Goes towards the point from a point of the hull, which lies `gap` before it (Gilbert, "An iterative procedure for
-   computing the minimum of a quadratic form on a convex set", 1966). In the frame of the hull. */
-static near_answer cluster_hull_approach(pli_vec3 point, const plii_cluster_hull* hull, const plii_convex* convex,
-                                         pli_vec3 gap, float margin) {
-    for (int i = 0; i < CLUSTER_CONTACTS_APPROACHES; ++i) {
-        const pli_vec3 end = convex->support(hull, gap);
-        const float squared = pli_vec3_length_squared(gap);
-        if (pli_vec3_dot(pli_vec3_sub(point, end), gap) > margin * sqrtf(squared)) { return NEAR_NO; }
-        const pli_vec3 line = pli_vec3_sub(end, pli_vec3_sub(point, gap));
-        const float along = pli_vec3_dot(gap, line), length_squared = pli_vec3_length_squared(line);
-        if (!(along > 0.0f)) { return NEAR_UNKNOWN; }
-        gap = pli_vec3_sub(gap, pli_vec3_scale(line, along < length_squared ? along / length_squared : 1.0f));
-        if (pli_vec3_length_squared(gap) < margin * margin) { return NEAR_YES; }
-    }
-    return NEAR_UNKNOWN;
-}
-
-/* What is easy to see first. */
-bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, pli_vec3 hub, float margin) {
+bool plii_cluster_hull_is_near(pli_vec3 point, const plii_cluster_hull* hull, float margin) {
     if (!plii_bounds_overlap(plii_bounds_grow(hull->cluster->bounds, margin), (pli_bounds){point, point})) {
         return false;
     }
-    pli_vec3 gap;
-    if (plii_support_points_has_near(hull->groups, hub, point, margin, &gap)) { return true; }
     point = pli_vec3_sub(point, hull->origin);
     const plii_convex a = {.support = cluster_point_support, .user = &point, .centre = point};
     const plii_convex b = plii_cluster_hull_convex(hull);
-    if (cluster_hull_ends_before(hull, point, pli_vec3_sub(point, b.centre), margin)) { return false; }
-    const near_answer answer = cluster_hull_approach(point, hull, &b, gap, margin);
-    return answer != NEAR_UNKNOWN ? answer == NEAR_YES : plii_cluster_contacts_are_near(&a, &b, margin);
+    return plii_cluster_contacts_are_near(&a, &b, margin);
 }
 
 pli_vec3 plii_cluster_contacts_rigid_point(const pli_cluster_contact* info, pli_vec3 direction) {
@@ -210,24 +169,16 @@ void plii_cluster_contacts_measure_nodes(const pli_body* body, const pli_cluster
     const int count = rest < PLII_MEASURED_NODES ? rest : PLII_MEASURED_NODES;
     pli_vec3 points[PLII_MEASURED_NODES];
     const plii_cluster_member* members = &clusters->members[cluster->first_member + first];
-    const plii_vec3x4 origin = plii_vec3x4_all(pose.origin);
-    const plii_vec3x4 rows[3] = {plii_vec3x4_all(pose.rotation.rows[0]), plii_vec3x4_all(pose.rotation.rows[1]),
-                                 plii_vec3x4_all(pose.rotation.rows[2])};
-    for (int i = 0; i < count; i += PLII_LANES) {
-        plii_float4 records[PLII_LANES];
-        for (int k = 0; k < PLII_LANES; ++k) {
-            records[k] = plii_float4_from(&body->positions[members[i + k < count ? i + k : i].node]);
-        }
-        plii_float4_transpose(records);
-        const plii_vec3x4 arm = plii_vec3x4_sub((plii_vec3x4){records[0], records[1], records[2]}, origin);
-        plii_vec3x4_to(&points[i], plii_vec3x4_add(plii_vec3x4_add(plii_vec3x4_scale(rows[0], arm.x),
-                                                                   plii_vec3x4_scale(rows[1], arm.y)),
-                                                   plii_vec3x4_scale(rows[2], arm.z)));
+    for (int i = 0; i < count; ++i) {
+        points[i] = pli_transform_inverse_point(pose, plii_xyz(body->positions[members[i].node]));
     }
     shape->def.distances(shape->def.user, count, points, body->collision_margin, nodes->distances, nodes->normals);
     nodes->first = first;
     nodes->count = count;
 }
+
+/* Whether two sides are near enough. */
+typedef enum near_answer { NEAR_YES, NEAR_NO, NEAR_UNKNOWN } near_answer;
 
 /* Where the shape's core and the hull end along the normal of the hull's deepest node, no more apart than that node is,
    it is the nearest point: no point of the hull is nearer along any other direction, or has less far to go. The hull is
@@ -248,9 +199,8 @@ static near_answer cluster_contacts_measure_deepest(const pli_body* body, const 
     const float gap = -plii_cluster_hull_reach(soft, pli_vec3_neg(n)) - end;
     if (gap > max_distance) {
         if (cache != NULL) {
-            cache->as.directions[0] = n;
+            cache->directions[0] = n;
             cache->count = 1;
-            cache->has_vertices = false;
         }
         return NEAR_NO;
     }
@@ -283,7 +233,7 @@ bool plii_cluster_contacts_measure_rigid(pli_body* body, plii_cluster_contacts* 
     rigid_hull hard = {shape, plii_rigid_shape_transform(info->rigid, info->shape)};
     hard.pose.origin = pli_vec3_sub(hard.pose.origin, origin);
     if (cluster_contacts_were_apart(state, cache)) {
-        const pli_vec3 n = cache->as.directions[0];
+        const pli_vec3 n = cache->directions[0];
         const float end = pli_vec3_dot(rigid_hull_support(&hard, n), n);
         if (-plii_cluster_hull_reach(&soft, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
@@ -306,13 +256,10 @@ bool plii_cluster_contacts_measure_cluster(pli_body* body, plii_cluster_contacts
     const plii_cluster_hull hull_a = plii_cluster_contacts_hull(body, state, info->cluster, origin);
     const plii_cluster_hull hull_b = plii_cluster_contacts_hull(info->other, other_state, info->other_cluster, origin);
     if (cluster_contacts_were_apart(state, cache)) {
-        const pli_vec3 n = cache->as.directions[0];
+        const pli_vec3 n = cache->directions[0];
         const float end = plii_cluster_hull_reach(&hull_b, n);
         if (-plii_cluster_hull_reach(&hull_a, pli_vec3_neg(n)) - end > max_distance) { return false; }
     }
-    plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
-    if (!state->def.disable_contact_cache && !state->clusters->def.reference_mode) {
-        a.vertices = b.vertices = &cluster_hull_vertices;
-    }
+    const plii_convex a = plii_cluster_hull_convex(&hull_a), b = plii_cluster_hull_convex(&hull_b);
     return cluster_contacts_measure(state, &a, &b, origin, cache, max_distance, info);
 }

@@ -19,9 +19,8 @@ pli_status pli_body_enable_clusters(pli_body* body, const pli_clusters_def* def)
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_clusters_def used = def != NULL ? *def : pli_clusters_def_default();
     PLII_TRY_DEF(body->context, pli_clusters_def, &used, clusters_fields, __func__);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, &state));
-    plii_clusters* clusters = state;
+    plii_clusters* clusters = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_clusters_class, (void**)&clusters));
     const bool has_other_masses = used.reference_mode != clusters->def.reference_mode;
     clusters->def = used;
     body->joint_iterations = used.iterations;

@@ -1,7 +1,6 @@
 /* Clusters from the mesh: groups of near nodes, or one per element. Bullet: generateClusters. */
 
 #include "base/csr.h"
-#include "base/key_table.h"
 #include "base/scratch.h"
 #include "body/world_state.h"
 #include "cluster/cluster_impl.h"
@@ -14,8 +13,13 @@ typedef struct generation {
     int* node_order;    /* [node_count] nodes of one group after the other, in the order they joined */
     int* group_begin;   /* [group_count + 1] into node_order */
     pli_vec3* centres;  /* [group_count] */
-    int* members;       /* [node_count] of the group in work */
-    int* order;         /* [group_count + 1] of the clusters: group, or -1 for all nodes */
+    int*
+        corner_groups; /* [3 * face_count] groups of the nodes of all faces, and these corners group by group, in the */
+    int* corners;      /* order of faces */
+    int* corner_begin; /* [group_count + 1] into them */
+    int* members;      /* [node_count] of the group in work */
+    int* listed_in1;   /* [node_count] the last group, + 1, that got the node as one beyond its own */
+    int* order;        /* [group_count + 1] of the clusters: group, or -1 for all nodes */
 } generation;
 
 /* Moves the centre of each group that has nodes towards their mean, past it while `over_relaxation` > 1. */
@@ -78,52 +82,34 @@ static void generation_group_nodes(const pli_body* body, generation* g, int max_
     plii_csr_sort(g->group_count, body->node_count, g->group_of_node, g->group_begin, g->node_order);
 }
 
-/* The nodes beyond those of a group that share a face with one of them, in the order of faces; then by group. */
-typedef struct ring {
-    int *groups, *nodes; /* [count] */
-    int count, group_capacity, node_capacity;
-    int *begin, *order; /* [group_count + 1], [count] those of each group, as indices of nodes */
-} ring;
-
-static bool generation_collect_ring(pli_body* body, const generation* g, ring* found) {
-    const plii_topology* topology = body->topology;
-    plii_key_table seen = {.context = body->context};
-    if (!plii_key_table_reserve(&seen, 6 * (size_t)topology->face_count)) { return false; }
-    bool complete = true;
-    for (int f = 0; f < topology->face_count && complete; ++f) {
-        for (int j = 0; j < 3 && complete; ++j) {
-            const int group = g->group_of_node[topology->faces[f][j]];
-            for (int q = 1; q < 3 && complete; ++q) {
-                const int node = topology->faces[f][(j + q) % 3];
-                /* Groups are numbered past the nodes, so that a pair is never mistaken for its reverse. */
-                if (g->group_of_node[node] == group ||
-                    !plii_key_table_insert(&seen, plii_edge_key(body->node_count + group, node))) {
-                    continue;
-                }
-                complete = PLII_RESERVE(body->context, &found->groups, &found->group_capacity, found->count + 1) &&
-                           PLII_RESERVE(body->context, &found->nodes, &found->node_capacity, found->count + 1);
-                if (!complete) { continue; }
-                found->groups[found->count] = group;
-                found->nodes[found->count++] = node;
-            }
+/* All nodes, of group -1; else those of the group, then those beyond that share a face with one of them. Returns how
+   many there are. */
+static int generation_list_members(const pli_body* body, generation* g, int group) {
+    int count = 0;
+    if (group < 0) {
+        for (; count < body->node_count; ++count) {
+            g->members[count] = count;
+        }
+        return count;
+    }
+    for (int k = g->group_begin[group]; k < g->group_begin[group + 1]; ++k) {
+        g->members[count++] = g->node_order[k];
+    }
+    for (int k = g->corner_begin[group]; k < g->corner_begin[group + 1]; ++k) {
+        const int* face = body->topology->faces[g->corners[k] / 3];
+        for (int q = 1; q < 3; ++q) {
+            const int node = face[(g->corners[k] + q) % 3];
+            if (g->group_of_node[node] == group || g->listed_in1[node] == group + 1) { continue; }
+            g->listed_in1[node] = group + 1;
+            g->members[count++] = node;
         }
     }
-    plii_key_table_free(&seen);
-    return complete;
-}
-
-static bool generation_sort_ring(generation* g, ring* found) {
-    found->begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
-    found->order = PLII_TAKE(&g->scratch, int, found->count);
-    if (g->scratch.is_short) { return false; }
-    plii_csr_sort(g->group_count, found->count, found->groups, found->begin, found->order);
-    return true;
+    return count;
 }
 
 /* Clusters of the groups that have nodes. With several groups a cluster of all nodes comes first and the first group
    last; empty groups are filled by the last cluster that there is, as a removal by swapping leaves it. */
-static pli_status generation_append_clusters(pli_body* body, generation* g, const ring* found,
-                                             plii_clusters* clusters) {
+static pli_status generation_append_clusters(pli_body* body, generation* g, plii_clusters* clusters) {
     const int count = g->group_count > 1 ? g->group_count + 1 : 1;
     int* order = g->order;
     for (int i = 0; i < g->group_count; ++i) {
@@ -143,39 +129,31 @@ static pli_status generation_append_clusters(pli_body* body, generation* g, cons
         }
     }
     for (int i = 0; i < kept; ++i) {
-        const bool has_all = order[i] < 0;
-        int member_count = 0;
-        for (int node = 0; has_all && node < body->node_count; ++node) {
-            g->members[member_count++] = node;
-        }
-        for (int k = has_all ? 0 : g->group_begin[order[i]]; !has_all && k < g->group_begin[order[i] + 1]; ++k) {
-            g->members[member_count++] = g->node_order[k];
-        }
-        for (int k = has_all ? 0 : found->begin[order[i]]; !has_all && k < found->begin[order[i] + 1]; ++k) {
-            g->members[member_count++] = found->nodes[found->order[k]];
-        }
-        PLII_TRY(plii_clusters_append(body, clusters, g->members, member_count));
-        if (has_all) { clusters->items[clusters->count - 1].settings.collides = false; }
+        PLII_TRY(plii_clusters_append(body, clusters, g->members, generation_list_members(body, g, order[i])));
+        if (order[i] < 0) { clusters->items[clusters->count - 1].settings.collides = false; }
     }
     return PLI_OK;
 }
 
 static pli_status generation_run(pli_body* body, generation* g, int max_iterations, plii_clusters* clusters) {
+    const int corner_count = 3 * body->topology->face_count;
     g->group_of_node = PLII_TAKE(&g->scratch, int, body->node_count);
     g->node_order = PLII_TAKE(&g->scratch, int, body->node_count);
     g->group_begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
     g->centres = PLII_TAKE(&g->scratch, pli_vec3, g->group_count);
     g->members = PLII_TAKE(&g->scratch, int, body->node_count);
     g->order = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
+    g->corner_groups = PLII_TAKE(&g->scratch, int, corner_count);
+    g->corners = PLII_TAKE(&g->scratch, int, corner_count);
+    g->corner_begin = PLII_TAKE(&g->scratch, int, (size_t)g->group_count + 1);
+    g->listed_in1 = PLII_TAKE(&g->scratch, int, body->node_count);
     if (g->scratch.is_short) { return PLI_ERROR_OUT_OF_MEMORY; }
     generation_group_nodes(body, g, max_iterations);
-    ring found = {.count = 0};
-    const bool has_ring = generation_collect_ring(body, g, &found) && generation_sort_ring(g, &found);
-    const pli_status status =
-        has_ring ? generation_append_clusters(body, g, &found, clusters) : PLI_ERROR_OUT_OF_MEMORY;
-    PLII_RELEASE(body->context, found.groups, found.group_capacity);
-    PLII_RELEASE(body->context, found.nodes, found.node_capacity);
-    return status;
+    for (int c = 0; c < corner_count; ++c) {
+        g->corner_groups[c] = g->group_of_node[body->topology->faces[c / 3][c % 3]];
+    }
+    plii_csr_sort(g->group_count, corner_count, g->corner_groups, g->corner_begin, g->corners);
+    return generation_append_clusters(body, g, clusters);
 }
 
 static pli_status generation_elements(pli_body* body, plii_clusters* clusters) {

@@ -1,5 +1,4 @@
-#ifndef PLII_CLUSTER_IMPL_H
-#define PLII_CLUSTER_IMPL_H
+#pragma once
 
 /* Clusters as joints and contacts see them. */
 
@@ -27,6 +26,7 @@ static inline void plii_cluster_impulse_add(plii_cluster_impulse* sum, pli_vec3 
 typedef struct plii_cluster {
     pli_cluster_settings settings;
     int first_member, member_count;
+    int next_member_count; /* while the topology changes */
     bool contains_pinned_node;
     bool is_point; /* does not turn: all nodes are at one point, but for rounding */
     /* Only in reference mode: btSoftBody's inverse of the inertia (nodes in a line, pinned nodes), or its frame of
@@ -57,7 +57,8 @@ typedef struct plii_clusters {
     int count, capacity;
     plii_cluster_member* members; /* of all clusters, one after the other */
     int member_count, member_capacity;
-    pli_vec4* node_sums; /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
+    int next_member_count; /* of those that follow them while the topology changes */
+    pli_vec4* node_sums;   /* [node_count] mass-weighted displacement and mass; NULL while there are no clusters */
 } plii_clusters;
 
 extern const plii_feature_class plii_clusters_class;
@@ -89,5 +90,3 @@ static inline pli_vec3 plii_cluster_node(const pli_body* body, const plii_cluste
                                          const plii_cluster* cluster, int member) {
     return plii_xyz(body->positions[clusters->members[cluster->first_member + member].node]);
 }
-
-#endif

@@ -34,12 +34,9 @@ void plii_cluster_manifold_keep(const pli_body* body, const plii_cluster_contact
                                                 : pair->rigid->state.pose;
     for (int i = first; i < state->count; ++i) {
         const pli_cluster_contact* info = &state->contacts[i].info;
-        plii_manifold_points* points = &manifold->points[manifold->count / PLII_LANES];
-        const int lane = manifold->count++ % PLII_LANES;
-        plii_group_vec3_set(&points->on_a, lane, pli_transform_inverse_point(a, info->witness));
-        plii_group_vec3_set(&points->on_b, lane, pli_transform_inverse_point(b, info->other_witness));
-        plii_group_vec3_set(&points->normals, lane, pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal));
-        points->distances[lane] = info->distance;
+        manifold->points[manifold->count++] = (plii_manifold_point){
+            pli_transform_inverse_point(a, info->witness), pli_transform_inverse_point(b, info->other_witness),
+            pli_mat3_transpose_mul_vec3(b.rotation, state->contacts[i].normal), info->distance};
     }
     manifold->relative_rotation = manifold_rotation(a, b);
     manifold->key = key;
@@ -56,39 +53,17 @@ static bool manifold_has_rotated(const plii_manifold* manifold, pli_mat3 relativ
     return !(trace > 3.0f - limit);
 }
 
-/* Where the points of a pair are now. */
-typedef struct manifold_points {
-    pli_vec3 witnesses[2 * PLII_LANES], other_witnesses[2 * PLII_LANES], normals[2 * PLII_LANES];
-    float distances[2 * PLII_LANES];
-} manifold_points;
-
-static plii_vec3x4 manifold_rotate_all(const pli_mat3* rotation, plii_vec3x4 v) {
-    return (plii_vec3x4){plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[0]), v),
-                         plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[1]), v),
-                         plii_vec3x4_dot(plii_vec3x4_all(rotation->rows[2]), v)};
-}
-static plii_vec3x4 manifold_transform_all(const pli_transform* frame, plii_vec3x4 v) {
-    return plii_vec3x4_add(manifold_rotate_all(&frame->rotation, v), plii_vec3x4_all(frame->origin));
-}
-
-/* Four points; returns the bits of those that have moved too far. */
-static int manifold_move(const plii_manifold_points* points, const pli_transform* a, const pli_transform* b,
-                         float aside_limit, float approach_limit, int first, manifold_points* now) {
-    const plii_vec3x4 witness = manifold_transform_all(a, plii_group_vec3_load(&points->on_a));
-    const plii_vec3x4 other = manifold_transform_all(b, plii_group_vec3_load(&points->on_b));
-    const plii_vec3x4 normal = manifold_rotate_all(&b->rotation, plii_group_vec3_load(&points->normals));
-    const plii_vec3x4 gap = plii_vec3x4_sub(witness, other);
-    const plii_float4 distance = plii_vec3x4_dot(gap, normal);
-    const plii_vec3x4 aside = plii_vec3x4_sub(gap, plii_vec3x4_scale(normal, distance));
-    const plii_float4 moved = plii_float4_sub(distance, plii_float4_load(points->distances));
-    plii_vec3x4_to(&now->witnesses[first], witness);
-    plii_vec3x4_to(&now->other_witnesses[first], other);
-    plii_vec3x4_to(&now->normals[first], normal);
-    plii_float4_store(&now->distances[first], distance);
-    const plii_mask4 stays = plii_lanes_both(
-        plii_lanes_less(plii_vec3x4_dot(aside, aside), plii_float4_all(aside_limit * aside_limit)),
-        plii_lanes_less(plii_float4_mul(moved, moved), plii_float4_all(approach_limit * approach_limit)));
-    return ~plii_lanes_bits(stays);
+/* Where a point is now; false when it has moved too far. */
+static bool manifold_move(const plii_manifold_point* point, pli_transform a, pli_transform b, float aside_limit,
+                          float approach_limit, pli_cluster_contact* now) {
+    now->witness = pli_transform_point(a, point->on_a);
+    now->other_witness = pli_transform_point(b, point->on_b);
+    now->normal = pli_mat3_mul_vec3(b.rotation, point->normal);
+    const pli_vec3 gap = pli_vec3_sub(now->witness, now->other_witness);
+    now->distance = pli_vec3_dot(gap, now->normal);
+    const pli_vec3 aside = pli_vec3_sub(gap, pli_vec3_scale(now->normal, now->distance));
+    return pli_vec3_length_squared(aside) < aside_limit * aside_limit &&
+           fabsf(now->distance - point->distance) < approach_limit;
 }
 
 bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contact* info,
@@ -106,24 +81,15 @@ bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contac
     if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;
     const float approach_limit = limits->approach * body->collision_margin;
-    manifold_points now;
-    for (int first = 0; first < manifold->count; first += PLII_LANES) {
-        const int left = manifold->count - first;
-        const int used = left < PLII_LANES ? (1 << left) - 1 : (1 << PLII_LANES) - 1;
-        if ((manifold_move(&manifold->points[first / PLII_LANES], &a, &b, aside_limit, approach_limit, first, &now) &
-             used) != 0) {
-            return false;
-        }
+    pli_cluster_contact now[PLII_MANIFOLD_POINTS];
+    for (int i = 0; i < manifold->count; ++i) {
+        now[i] = *info;
+        if (!manifold_move(&manifold->points[i], a, b, aside_limit, approach_limit, &now[i])) { return false; }
     }
-    pli_cluster_contact moved = *info;
     for (int i = 0; i < manifold->count; ++i) {
         const plii_contact_terms* used = &terms[i > 0 ? 1 : 0];
-        if (!(now.distances[i] < used->margin)) { continue; }
-        moved.witness = now.witnesses[i];
-        moved.other_witness = now.other_witnesses[i];
-        moved.normal = now.normals[i];
-        moved.distance = now.distances[i];
-        plii_cluster_contact_set(&state->contacts[state->count++], &moved, moved.normal, targets, a.origin, b.origin,
+        if (!(now[i].distance < used->margin)) { continue; }
+        plii_cluster_contact_set(&state->contacts[state->count++], &now[i], now[i].normal, targets, a.origin, b.origin,
                                  used);
     }
     return true;

@@ -1,5 +1,4 @@
-#ifndef PLII_CLUSTER_NEAR_NODES_H
-#define PLII_CLUSTER_NEAR_NODES_H
+#pragma once
 
 /* Of the nodes of a cluster within the margin of the other side, a few that lie far from each other. Goes after
    "math/simd_float4.h". */
@@ -15,14 +14,11 @@ typedef struct plii_near_nodes {
     plii_near_node kept[PLII_CLUSTER_CONTACTS_PER_PAIR]; /* the first is the deepest */
     plii_group_vec3 points;                              /* of these; infinitely far where there is none */
     int count;
-    int redundant; /* of as many as can be kept, other than the deepest, the one that lies closest to the rest; 0: not
-                    known */
-    float redundant_spread;
 } plii_near_nodes;
 
 static inline void plii_near_nodes_start_empty(plii_near_nodes* nodes) {
     const pli_vec3 nowhere = pli_vec3_make(INFINITY, INFINITY, INFINITY);
-    nodes->count = nodes->redundant = 0;
+    nodes->count = 0;
     for (int i = 0; i < PLII_CLUSTER_CONTACTS_PER_PAIR; ++i) {
         plii_group_vec3_set(&nodes->points, i, nowhere);
     }
@@ -31,7 +27,6 @@ static inline void plii_near_nodes_start_empty(plii_near_nodes* nodes) {
 static inline void plii_near_nodes_set(plii_near_nodes* nodes, int index, const plii_near_node* node) {
     nodes->kept[index] = *node;
     plii_group_vec3_set(&nodes->points, index, node->point);
-    nodes->redundant = 0;
 }
 
 /* Square of the distance from the nearest of those kept, but for one. */
@@ -44,18 +39,6 @@ static inline float plii_near_nodes_spread(const plii_near_nodes* nodes, pli_vec
     return plii_lanes_first(plii_lanes_min(plii_lanes_min(least, plii_lanes_all_y(least)), plii_lanes_all_z(least)));
 }
 
-static inline void plii_near_nodes_find_redundant(plii_near_nodes* nodes) {
-    nodes->redundant = 1;
-    nodes->redundant_spread = plii_near_nodes_spread(nodes, nodes->kept[1].point, 1);
-    for (int i = 2; i < nodes->count; ++i) {
-        const float spread = plii_near_nodes_spread(nodes, nodes->kept[i].point, i);
-        if (spread < nodes->redundant_spread) {
-            nodes->redundant = i;
-            nodes->redundant_spread = spread;
-        }
-    }
-}
-
 static inline void plii_near_nodes_add(plii_near_nodes* nodes, plii_near_node node) {
     if (nodes->count > 0 && node.distance < nodes->kept[0].distance) {
         const plii_near_node deepest = nodes->kept[0];
@@ -66,10 +49,15 @@ static inline void plii_near_nodes_add(plii_near_nodes* nodes, plii_near_node no
         plii_near_nodes_set(nodes, nodes->count++, &node);
         return;
     }
-    if (nodes->redundant == 0) { plii_near_nodes_find_redundant(nodes); }
-    if (plii_near_nodes_spread(nodes, node.point, nodes->redundant) > nodes->redundant_spread) {
-        plii_near_nodes_set(nodes, nodes->redundant, &node);
+    /* Other than the deepest, the one that lies closest to the rest. */
+    int redundant = 1;
+    float least = plii_near_nodes_spread(nodes, nodes->kept[1].point, 1);
+    for (int i = 2; i < nodes->count; ++i) {
+        const float spread = plii_near_nodes_spread(nodes, nodes->kept[i].point, i);
+        redundant = spread < least ? i : redundant;
+        least = plii_min(spread, least);
     }
+    if (plii_near_nodes_spread(nodes, node.point, redundant) > least) { plii_near_nodes_set(nodes, redundant, &node); }
 }
 
 /* Unless it lies near the first. */
@@ -83,5 +71,3 @@ static inline void plii_near_nodes_start(plii_near_nodes* nodes, const pli_clust
     plii_near_nodes_start_empty(nodes);
     plii_near_nodes_add(nodes, (plii_near_node){nearest->witness, nearest->normal, nearest->distance});
 }
-
-#endif

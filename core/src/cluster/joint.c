@@ -19,7 +19,7 @@ static plii_joint_end joint_end_of(const pli_joint_end* end) {
     return end->rigid != NULL ? plii_joint_end_of_rigid(end->rigid) : plii_joint_end_of_world();
 }
 
-static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
+static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         plii_joint* joint = &joints->items[i];
@@ -31,13 +31,12 @@ static void joints_prepare(pli_body* body, void* state, const plii_step* step) {
         joint->sides[0] = plii_joint_end_of_cluster(body, joint->cluster);
         joint->sides[1] = joint_end_of(&joint->other);
         if (joint->other.rigid != NULL) { plii_rigid_touch(joint->other.rigid); }
-        joint->klass->prepare(joint, step, body->world->joint_iterations);
+        joint->klass->prepare(joint, body->step.dt, body->world->joint_iterations);
     }
 }
 
-static void joints_solve(pli_body* body, void* state, const plii_step* step) {
+static void joints_solve(pli_body* body, void* state) {
     (void)body;
-    (void)step;
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         if (!joints->items[i].is_idle) { joints->items[i].klass->solve(&joints->items[i]); }
@@ -57,9 +56,8 @@ static void joint_apply_split_drift(const plii_joint* joint) {
     }
 }
 
-static void joints_finish(pli_body* body, void* state, const plii_step* step) {
+static void joints_finish(pli_body* body, void* state) {
     (void)body;
-    (void)step;
     const joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
         const plii_joint* joint = &joints->items[i];
@@ -67,15 +65,15 @@ static void joints_finish(pli_body* body, void* state, const plii_step* step) {
     }
 }
 
-void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]) {
+void plii_joint_split_drift(plii_joint* joint, int iterations, float response, float other_response) {
     const float split = joint->softness.split;
     if (split > 0.0f) {
         joint->split_drift = pli_mat3_mul_vec3(joint->impulse_matrix, pli_vec3_scale(joint->drift, split));
     }
     float displaced = split;
     if (joint->keeps_momentum) {
-        const float total = responses[0] + responses[1];
-        displaced = total > 0.0f ? split * (responses[0] / total) : 0.0f;
+        const float total = response + other_response;
+        displaced = total > 0.0f ? split * (response / total) : 0.0f;
     }
     if (displaced > 0.0f) { joint->drift = pli_vec3_scale(joint->drift, 1.0f - displaced); }
     joint->drift = plii_vec3_divide(joint->drift, (float)iterations);
@@ -186,9 +184,8 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
     const bool was_enabled = plii_feature_is_enabled(body, &joints_class);
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &joints_class, &state));
-    joints_state* joints = state;
+    joints_state* joints = NULL;
+    PLII_TRY(plii_feature_enable(body, &joints_class, (void**)&joints));
     if (!plii_id_pool_reserve(body->context, &joints->ids) ||
         !PLII_RESERVE(body->context, &joints->items, &joints->capacity, joints->count + 1)) {
         if (!was_enabled) { plii_feature_disable(body, &joints_class); }

@@ -21,7 +21,7 @@ static bool angular_joint_make_unit(pli_vec3* axis) {
     return true;
 }
 
-static void angular_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
+static void angular_joint_prepare(plii_joint* joint, float dt, int iterations) {
     if (joint->controller.steer != NULL) {
         pli_vec3 axis = joint->controller.steer(joint->local[0], joint->controller.user);
         if (angular_joint_make_unit(&axis)) { joint->local[0] = axis; }
@@ -31,13 +31,11 @@ static void angular_joint_prepare(plii_joint* joint, const plii_step* step, int 
     const float cosine = plii_clamp(pli_vec3_dot(joint->world[0], joint->world[1]), -1.0f, 1.0f);
     pli_vec3 error = angular_joint_normalize(pli_vec3_cross(joint->world[1], joint->world[0]));
     error = pli_vec3_scale(error, plii_min(ANGULAR_JOINT_MAX_ERROR, acosf(cosine)));
-    joint->drift = pli_vec3_scale(error, joint->softness.error_reduction / step->dt);
+    joint->drift = pli_vec3_scale(error, joint->softness.error_reduction / dt);
     joint->impulse_matrix = plii_joint_angular_impulse_matrix(&joint->sides[0], &joint->sides[1]);
-    float responses[2];
-    for (int i = 0; i < 2; ++i) {
-        responses[i] = pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[i].inverse_inertia, error));
-    }
-    plii_joint_split_drift(joint, iterations, responses);
+    plii_joint_split_drift(joint, iterations,
+                           pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[0].inverse_inertia, error)),
+                           pli_vec3_dot(error, pli_mat3_mul_vec3(joint->sides[1].inverse_inertia, error)));
 }
 
 static void angular_joint_solve(plii_joint* joint) {

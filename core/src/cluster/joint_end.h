@@ -1,5 +1,4 @@
-#ifndef PLII_JOINT_END_H
-#define PLII_JOINT_END_H
+#pragma once
 
 /* One end of a joint or of a cluster contact while a step is solved: a cluster, a rigid body, or something that does
    not move. Bullet: btSoftBody::Body, in its order of operations. */
@@ -57,5 +56,3 @@ static inline void plii_joint_apply_impulse(const plii_joint_target* target, pli
 }
 void plii_joint_apply_drift(const plii_joint_target* target, pli_vec3 impulse, pli_vec3 offset);
 void plii_joint_apply_torque(const plii_joint_target* target, pli_vec3 impulse, bool is_drift);
-
-#endif

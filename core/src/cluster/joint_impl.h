@@ -1,5 +1,4 @@
-#ifndef PLII_JOINT_IMPL_H
-#define PLII_JOINT_IMPL_H
+#pragma once
 
 /* Joints of a body: one list for all kinds, each kind a file with a class. */
 
@@ -11,7 +10,7 @@ typedef struct plii_joint plii_joint;
 typedef struct plii_joint_class {
     bool is_angular; /* an axis and torques; else a point and impulses */
     /* Once per step, with both sides known; `iterations` solves follow. */
-    void (*prepare)(plii_joint* joint, const plii_step* step, int iterations);
+    void (*prepare)(plii_joint* joint, float dt, int iterations);
     void (*solve)(plii_joint* joint);
 } plii_joint_class;
 
@@ -39,8 +38,6 @@ struct plii_joint {
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function);
 
-/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `responses`: how much each
-   side gives way along it. */
-void plii_joint_split_drift(plii_joint* joint, int iterations, const float responses[2]);
-
-#endif
+/* Splits `joint->drift`, a velocity, into what is a displacement and what is solved for. `response`: how much each side
+   gives way along it. */
+void plii_joint_split_drift(plii_joint* joint, int iterations, float response, float other_response);

@@ -12,23 +12,20 @@ static pli_vec3 linear_joint_clamp(pli_vec3 v) {
     return plii_vec3_divide(pli_vec3_scale(v, LINEAR_JOINT_MAX_ERROR), sqrtf(length_squared));
 }
 
-static void linear_joint_prepare(plii_joint* joint, const plii_step* step, int iterations) {
+static void linear_joint_prepare(plii_joint* joint, float dt, int iterations) {
     pli_vec3 points[2];
     for (int i = 0; i < 2; ++i) {
         const plii_joint_end* side = &joint->sides[i];
         points[i] = pli_transform_point(side->frame, pli_vec3_sub(joint->local[i], side->rest_centre));
     }
     const pli_vec3 error = linear_joint_clamp(pli_vec3_sub(points[0], points[1]));
-    joint->drift = plii_vec3_divide(pli_vec3_scale(error, joint->softness.error_reduction), step->dt);
+    joint->drift = plii_vec3_divide(pli_vec3_scale(error, joint->softness.error_reduction), dt);
     joint->world[0] = pli_vec3_sub(points[0], joint->sides[0].frame.origin);
     joint->world[1] = pli_vec3_sub(points[1], joint->sides[1].frame.origin);
     joint->impulse_matrix =
         plii_joint_impulse_matrix(&joint->sides[0], joint->world[0], &joint->sides[1], joint->world[1]);
-    float responses[2];
-    for (int i = 0; i < 2; ++i) {
-        responses[i] = plii_joint_end_response(&joint->sides[i], joint->world[i], error);
-    }
-    plii_joint_split_drift(joint, iterations, responses);
+    plii_joint_split_drift(joint, iterations, plii_joint_end_response(&joint->sides[0], joint->world[0], error),
+                           plii_joint_end_response(&joint->sides[1], joint->world[1], error));
 }
 
 static void linear_joint_solve(plii_joint* joint) {

@@ -26,10 +26,10 @@ pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anch
 }
 
 PLII_SIMD_INLINE plii_float4 anchor_goal_motion(const plii_anchor* anchor, plii_float4 offset, float dt) {
-    return plii_float4_mul(plii_lanes_rigid_velocity_at(anchor->rigid, offset), plii_float4_all(dt));
+    return plii_lanes_rigid_velocity_at(anchor->rigid, offset) * plii_float4_all(dt);
 }
 
-static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
+static void anchor_prepare(pli_body* body, void* state) {
     plii_anchors* anchors = state;
     for (int i = 0; i < anchors->item_count; ++i) {
         plii_anchor* anchor = &anchors->items[i];
@@ -41,10 +41,10 @@ static void anchor_prepare(pli_body* body, void* state, const plii_step* step) {
         const plii_lanes_mat3 rotation = plii_lanes_from_mat3(&rigid_state->pose.rotation);
         const plii_float4 offset = plii_lanes_mat3_mul(&rotation, plii_lanes_from_vec3(&anchor->pivot));
         plii_float4_to(&anchor->step.offset, offset);
-        anchor->step.offset.w = step->dt * inverse_mass;
-        plii_float4_to(&anchor->step.goal, plii_float4_add(offset, plii_lanes_from_vec3(&rigid_state->pose.origin)));
-        plii_float4_to(&anchor->step.goal_motion, anchor_goal_motion(anchor, offset, step->dt));
-        const plii_lanes_mat3 matrix = plii_lanes_effective_mass(step->dt, inverse_mass, rigid_state->inverse_mass,
+        anchor->step.offset.w = body->step.dt * inverse_mass;
+        plii_float4_to(&anchor->step.goal, offset + plii_lanes_from_vec3(&rigid_state->pose.origin));
+        plii_float4_to(&anchor->step.goal_motion, anchor_goal_motion(anchor, offset, body->step.dt));
+        const plii_lanes_mat3 matrix = plii_lanes_effective_mass(body->step.dt, inverse_mass, rigid_state->inverse_mass,
                                                                  &rigid_state->inverse_inertia_world, offset);
         plii_float4_to(&anchor->step.matrix[0], matrix.columns[0]);
         plii_float4_to(&anchor->step.matrix[1], matrix.columns[1]);
@@ -62,16 +62,15 @@ static void anchor_note_start(plii_anchor* anchor) {
     anchor->pose_version = anchor->rigid->pose_version;
 }
 
-static void anchor_note_starts(pli_body* body, void* state, const plii_step* step) {
+static void anchor_note_starts(pli_body* body, void* state) {
     plii_anchors* anchors = state;
     (void)body;
-    (void)step;
     for (int i = 0; i < anchors->item_count; ++i) {
         anchor_note_start(&anchors->items[i]);
     }
 }
 
-static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
+static void anchor_solve(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
     const plii_float4 hardness = plii_float4_all(anchors->hardness);
     if (body->solver_class->solves_constraints) { return; }
@@ -88,29 +87,28 @@ static void anchor_solve(pli_body* body, void* state, const plii_step* step) {
         const plii_float4 node = plii_float4_from(&body->positions[anchor->node]);
         const plii_float4 offset = plii_float4_from(&anchor->step.offset);
         const plii_float4 goal_motion =
-            is_fixed ? plii_float4_from(&anchor->step.goal_motion) : anchor_goal_motion(anchor, offset, step->dt);
-        const plii_float4 node_motion = plii_float4_sub(node, plii_float4_from(&body->previous[anchor->node]));
-        const plii_float4 way = plii_float4_sub(plii_float4_from(&anchor->step.goal), node);
-        const plii_float4 error =
-            plii_float4_add(plii_float4_sub(goal_motion, node_motion), plii_float4_mul(way, hardness));
+            is_fixed ? plii_float4_from(&anchor->step.goal_motion) : anchor_goal_motion(anchor, offset, body->step.dt);
+        const plii_float4 node_motion = node - plii_float4_from(&body->previous[anchor->node]);
+        const plii_float4 way = plii_float4_from(&anchor->step.goal) - node;
+        const plii_float4 error = goal_motion - node_motion + way * hardness;
         const plii_lanes_mat3 matrix = {{plii_float4_from(&anchor->step.matrix[0]),
                                          plii_float4_from(&anchor->step.matrix[1]),
                                          plii_float4_from(&anchor->step.matrix[2])}};
-        const plii_float4 impulse =
-            plii_float4_mul(plii_lanes_mat3_mul(&matrix, error), plii_float4_all(anchor->influence));
+        const plii_float4 impulse = plii_lanes_mat3_mul(&matrix, error) * plii_float4_all(anchor->influence);
         /* Neither side can move (pinned node, rigid body without mass to move), or the soft body is leaving the finite
            numbers and must not take the rigid body along. */
         if (!plii_lanes_xyz_finite(impulse)) { continue; }
-        const plii_float4 pushed = plii_lanes_xyz(plii_float4_mul(impulse, plii_lanes_all_w(offset)));
-        plii_float4_to(&body->positions[anchor->node], plii_float4_add(node, pushed));
-        if (!is_fixed) { plii_lanes_rigid_apply_impulse(anchor->rigid, plii_float4_negate(impulse), offset); }
+        const plii_float4 pushed = plii_lanes_xyz(impulse * plii_lanes_all_w(offset));
+        plii_float4_to(&body->positions[anchor->node], node + pushed);
+        if (is_fixed) { continue; }
+        plii_lanes_rigid_apply_impulse(anchor->rigid, -impulse, offset);
+        anchor->rigid->path.is_pushed = true;
     }
 }
 
 /* After all else that moves nodes or changes velocities. */
-static void anchor_finish(pli_body* body, void* state, const plii_step* step) {
+static void anchor_finish(pli_body* body, void* state) {
     const plii_anchors* anchors = state;
-    (void)step;
     for (int i = 0; i < anchors->item_count; ++i) {
         const plii_anchor* anchor = &anchors->items[i];
         if (anchor->is_idle || !plii_anchor_is_exact(body, anchor)) { continue; }

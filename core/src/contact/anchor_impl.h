@@ -1,5 +1,4 @@
-#ifndef PLII_ANCHOR_IMPL_H
-#define PLII_ANCHOR_IMPL_H
+#pragma once
 
 /* Anchors: state shared by the feature (anchor.c) and its part in substeps (anchor_substep.c). */
 
@@ -50,5 +49,3 @@ pli_transform plii_anchor_end_pose(const pli_body* body, const plii_anchor* anch
 
 extern const plii_feature_class plii_anchor_class;
 extern const plii_substep_class plii_anchor_substepped;
-
-#endif

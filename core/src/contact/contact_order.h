@@ -1,5 +1,4 @@
-#ifndef PLII_CONTACT_ORDER_H
-#define PLII_CONTACT_ORDER_H
+#pragma once
 
 /* Orders of contacts that the caller gives, for comparisons with engines that solve in another order. */
 
@@ -11,5 +10,3 @@
    not name each of 0 .. contact_count - 1 once. Messages name `function`. */
 pli_status plii_reorder_contacts(pli_body* body, void* contacts, size_t contact_size, int contact_count,
                                  const int* order, int count, const char* function);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_CONTACT_SUBSTEP_H
-#define PLII_CONTACT_SUBSTEP_H
+#pragma once
 
 /* What contacts with rigid and with soft bodies have in common in substeps. */
 
@@ -35,5 +34,3 @@ static inline pli_vec3 plii_contact_friction(pli_vec3 friction, pli_vec3 sliding
     const float length = pli_vec3_length(wanted);
     return length > limit ? pli_vec3_scale(wanted, limit / length) : wanted;
 }
-
-#endif

@@ -6,6 +6,7 @@
    at the start of a step is pushed to the side where it last was, the shortest way out when it never was on any. */
 
 #include "body/pipeline.h"
+#include "body/substep_kinds.h"
 #include "body/world_state.h"
 #include "contact/face_rigid_impl.h"
 #include "math/bounds.h"
@@ -14,6 +15,7 @@
 
 #define RIGID_FACES_MAX_TARGETS 8
 #define RIGID_FACES_SAME_NORMAL 0.99f    /* cosine */
+#define RIGID_FACES_NEW_POINT 0.05f      /* of the margin, that it must be nearer than those that are kept */
 #define RIGID_FACES_SMALLEST_SLACK 1e-3f /* of the size of the way of a face */
 
 pli_rigid_face_contacts_def pli_rigid_face_contacts_def_default(void) {
@@ -288,6 +290,38 @@ static bool rigid_faces_is_covered(const plii_rigid_faces_pass* pass, const plii
     return false;
 }
 
+/* A point of the face at the start of the step. */
+static plii_face_moment rigid_faces_measure_point(const plii_rigid_faces_pass* pass, const plii_face_sweep* sweep,
+                                                  pli_vec3 weights) {
+    const plii_face_core* core = &pass->core;
+    const pli_transform pose = pli_transform_mul((pli_transform){core->rotation, {0, 0, 0}}, core->pose);
+    plii_face_moment moment = {.weights = weights, .point = plii_face_blend(sweep->begin, weights)};
+    const pli_vec3 local = pli_transform_inverse_point(pose, rigid_faces_from_centre(sweep, moment.point));
+    pli_vec3 normal;
+    moment.distance = plii_shape_distance(core->shape, local, &normal) + pass->radius;
+    moment.normal = pli_mat3_mul_vec3(pose.rotation, normal);
+    moment.nearest = pli_vec3_sub(moment.point, pli_vec3_scale(moment.normal, moment.distance));
+    moment.core_point = pli_transform_point(core->pose, pli_vec3_sub(local, pli_vec3_scale(normal, moment.distance)));
+    return moment;
+}
+
+/* Contacts at the points that were some in the step before, as long as they are near: the nearest point of a face alone
+   goes to and fro, and the face rocks. `nearest` becomes the least distance of theirs. */
+static pli_status rigid_faces_keep(const plii_rigid_faces_pass* pass, int element, const int* nodes,
+                                   const plii_face_sweep* sweep, float target, float* nearest) {
+    const plii_convex_cache* before = plii_pair_cache_find(&pass->state->memory, plii_rigid_faces_key(pass, element));
+    for (int i = 0; before != NULL && i < before->count; ++i) {
+        const plii_face_moment moment = rigid_faces_measure_point(pass, sweep, before->points[i]);
+        const float end_gap = rigid_faces_end_gap(pass, sweep, &moment);
+        if (!(moment.distance <= target) || !plii_is_finite(end_gap)) { continue; }
+        *nearest = plii_min(*nearest, moment.distance);
+        const float begin_gap = moment.distance - pass->radius - pass->body->collision_margin;
+        const float target_gap = rigid_faces_target_gap(pass, begin_gap);
+        PLII_TRY(rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap));
+    }
+    return PLI_OK;
+}
+
 /* The first moment at which face and shape are near. */
 static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass, int element, const int* nodes,
                                               const plii_face_sweep* sweep) {
@@ -295,6 +329,11 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     const float target = pass->radius + margin + slack;
     plii_face_moment moment;
     if (!rigid_faces_begin(pass, sweep, target + plii_face_sweep_length(sweep), &moment)) { return PLI_OK; }
+    float kept = INFINITY;
+    /* What cannot move has contacts of nodes at the corners; with more a sheet between it and a body trembles. */
+    const bool keeps = pass->candidate->rigid->kind == PLI_RIGID_DYNAMIC && !moment.is_overlapping;
+    if (keeps) { PLII_TRY(rigid_faces_keep(pass, element, nodes, sweep, target, &kept)); }
+    if (moment.distance > kept - RIGID_FACES_NEW_POINT * margin) { return PLI_OK; }
     const float target_gap = rigid_faces_target_gap(pass, moment.distance - pass->radius - margin);
     if (!plii_face_sweep_advance(sweep, target, 0.25f * slack, &moment) || !plii_face_sweep_weigh(sweep, &moment)) {
         return PLI_OK;
@@ -305,10 +344,10 @@ static pli_status rigid_faces_collide_element(const plii_rigid_faces_pass* pass,
     return rigid_faces_add(pass, element, nodes, sweep, &moment, end_gap, target_gap);
 }
 
-/* Substeps have solved the contacts already, but for what their planes do not know: only what is about to pass the core
-   is left. */
+/* Substeps and systems have solved the contacts already, but for what their planes do not know: only what is about to
+   pass the core is left. */
 static float rigid_faces_tolerance(const pli_body* body) {
-    return body->solver_class->has_substeps ? 0.5f * body->collision_margin : 0.0f;
+    return plii_rigid_faces_are_solved(body) ? 0.5f * body->collision_margin : 0.0f;
 }
 
 /* A face that passed the core where no point told so on its way. */
@@ -414,9 +453,8 @@ static void rigid_faces_clear_all(plii_rigid_faces* state) {
     plii_rigid_faces_drop_candidates(state, 0);
 }
 
-static void rigid_faces_clear(pli_body* body, void* data, const plii_step* step) {
+static void rigid_faces_clear(pli_body* body, void* data) {
     (void)body;
-    (void)step;
     rigid_faces_clear_all(data);
 }
 
@@ -466,9 +504,12 @@ static const plii_feature_array rigid_faces_arrays[] = {
     {0},
 };
 
+static const plii_feature_class* const rigid_faces_needs[] = {&plii_iterated_sweeps_class, NULL};
+
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
+    .needs = rigid_faces_needs,
     .arrays = rigid_faces_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
@@ -478,6 +519,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .enable = rigid_faces_enable,
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
+    .list_constraints = plii_rigid_faces_list_constraints,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .bytes = rigid_faces_bytes,
     .topology_commit = rigid_faces_topology_commit,

@@ -1,11 +1,12 @@
-#ifndef PLII_FACE_RIGID_IMPL_H
-#define PLII_FACE_RIGID_IMPL_H
+#pragma once
 
 /* Contacts of faces with rigid shapes: state shared by their making (face_rigid_detect.c) and their solve
    (face_rigid_solve.c). */
 
 #include "body/body_impl.h"
+#include "body/node_constraint.h"
 #include "body/rigid_impl.h"
+#include "body/world_state.h"
 #include "contact/face_sweep.h"
 #include "contact/point_contacts.h"
 #include "geometry/pair_cache.h"
@@ -49,7 +50,7 @@ typedef struct plii_rigid_faces {
     int count, capacity;
     plii_rigid_faces_candidate* candidates;
     int candidate_count, candidate_capacity;
-    plii_pair_cache memory; /* sides of pairs at the end of the last step */
+    plii_pair_cache memory; /* sides of pairs at the end of the last step, and where they touched */
     plii_point_contacts substeps;
 } plii_rigid_faces;
 
@@ -79,22 +80,27 @@ int plii_rigid_faces_review(pli_body* body, plii_rigid_faces* state);
 
 plii_pair_key plii_rigid_faces_key(const plii_rigid_faces_pass* pass, int element);
 
+/* By the solver itself, which leaves only what its contacts do not know. */
+static inline bool plii_rigid_faces_are_solved(const pli_body* body) {
+    return body->solver_class->solves_constraints || plii_follows_rigids(body);
+}
+
 /* Lever, base and response of a contact, with the rigid body at `end` at the end of the step. */
 void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_faces_candidate* candidate,
                                       pli_transform end, plii_rigid_face_contact* contact);
 
 /* Stages. */
-void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step);
-void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step);
-void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step);
+void plii_rigid_faces_prepare(pli_body* body, void* data);
+void plii_rigid_faces_solve(pli_body* body, void* data);
+void plii_rigid_faces_finish(pli_body* body, void* data);
 
 extern const plii_feature_class plii_rigid_faces_class;
-/* Of XPBD. */
+/* Of the implicit solver; and of XPBD. */
+int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
+                                      plii_node_constraint* constraints);
 extern const plii_substep_class plii_rigid_faces_substepped;
 void plii_rigid_faces_release_substeps(pli_body* body, void* data);
 
 void plii_rigid_faces_drop_candidates(plii_rigid_faces* state, int count);
 
 pli_vec3 plii_rigid_faces_point(const pli_vec4* positions, const plii_rigid_face_contact* contact);
-
-#endif

@@ -7,6 +7,8 @@
 #include "body/world_state.h"
 #include "contact/face_rigid_impl.h"
 
+#include <string.h>
+
 #define RIGID_FACES_LAST_SWEEPS 12
 #define RIGID_FACES_REVIEWS 16
 
@@ -63,7 +65,7 @@ void plii_rigid_faces_prepare_contact(const pli_body* body, const plii_rigid_fac
 }
 
 /* Contacts stand in the order of the meetings, those of reviews behind them. */
-void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step) {
+void plii_rigid_faces_prepare(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     int candidate = PLI_NULL_INDEX;
     pli_transform end = pli_transform_identity();
@@ -71,7 +73,7 @@ void plii_rigid_faces_prepare(pli_body* body, void* data, const plii_step* step)
         plii_rigid_face_contact* contact = &state->contacts[i];
         if (contact->candidate != candidate) {
             candidate = contact->candidate;
-            end = plii_rigid_end_pose(state->candidates[candidate].rigid, step->dt);
+            end = plii_rigid_end_pose(state->candidates[candidate].rigid, body->step.dt);
         }
         plii_rigid_faces_prepare_contact(body, &state->candidates[candidate], end, contact);
     }
@@ -116,15 +118,16 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int
             const pli_vec3 change = pli_vec3_scale(impulse, -weights[k] * body->positions[node].w);
             rigid_faces_move_node(body, node, change, dt, with_velocities);
         }
+        has_acted = true;
+        if (body->solver_class->solves_constraints) { continue; }
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
-        has_acted = true;
     }
     return has_acted;
 }
 
-void plii_rigid_faces_solve(pli_body* body, void* data, const plii_step* step) {
-    (void)rigid_faces_sweep(body, data, 0, step->dt, false);
+void plii_rigid_faces_solve(pli_body* body, void* data) {
+    if (!plii_rigid_faces_are_solved(body)) { (void)rigid_faces_sweep(body, data, 0, body->step.dt, false); }
 }
 
 // ------------------------------------------------------------------------------------------------------------- memory
@@ -150,6 +153,7 @@ static pli_status rigid_faces_remember_element(const plii_rigid_faces_pass* pass
     if (cache == NULL) { return PLI_OK; }
     if (!(moment.is_overlapping && sweep->has_side)) { cache->normal = moment.normal; }
     cache->has_normal = true;
+    cache->count = 0;
     return PLI_OK;
 }
 
@@ -160,25 +164,42 @@ static void rigid_faces_remember(pli_body* body, plii_rigid_faces* state) {
     }
 }
 
+/* Those of convex shapes, for the next step; the oldest go where a face has more than there is room for. */
+static void rigid_faces_remember_points(plii_rigid_faces* state, int count) {
+    for (int i = 0; i < count; ++i) {
+        const plii_rigid_face_contact* contact = &state->contacts[i];
+        const plii_pair_key key = {contact->element, contact->shape, contact->rigid, 0};
+        plii_convex_cache* cache = contact->is_triangle ? NULL : plii_pair_cache_find(&state->memory, key);
+        if (cache == NULL) { continue; }
+        pli_vec3* points = cache->points;
+        if (cache->count == PLII_CONVEX_CACHE_POINTS) {
+            memmove(points, points + 1, (size_t)--cache->count * sizeof *points);
+        }
+        points[cache->count++] = contact->weights;
+    }
+}
+
 // ------------------------------------------------------------------------------------------------------------- finish
 
 /* Links that were solved after the contacts may have pulled faces through a body. Drift iterations lose the start of
    the step, without which only the contacts that there are can be solved. */
-void plii_rigid_faces_finish(pli_body* body, void* data, const plii_step* step) {
+void plii_rigid_faces_finish(pli_body* body, void* data) {
     plii_rigid_faces* state = data;
     if (state->candidate_count == 0 && state->memory.before_count == 0) { return; }
     const bool has_start = body->solver.drift_iterations == 0;
-    /* Substeps have solved those from before. */
-    const int first = body->solver_class->has_substeps ? state->count : 0;
+    const int first = plii_rigid_faces_are_solved(body) ? state->count : 0;
     for (int i = 0;; ++i) {
-        plii_rigid_faces_prepare(body, state, step);
+        plii_rigid_faces_prepare(body, state);
         for (int k = 0; k < RIGID_FACES_LAST_SWEEPS; ++k) {
-            if (!rigid_faces_sweep(body, state, first, step->dt, true)) { break; }
+            if (!rigid_faces_sweep(body, state, first, body->step.dt, !body->solver_class->solves_constraints)) {
+                break;
+            }
         }
         if (!has_start || i == RIGID_FACES_REVIEWS || plii_rigid_faces_review(body, state) == 0) { break; }
     }
     if (has_start) { rigid_faces_remember(body, state); }
     /* Without memory, faces that overlap are pushed out the shortest way. */
     (void)plii_pair_cache_begin_step(body->context, &state->memory);
+    if (body->solver_class->has_substeps) { rigid_faces_remember_points(state, first); }
     plii_rigid_faces_drop_candidates(state, 0);
 }

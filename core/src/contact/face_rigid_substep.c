@@ -1,5 +1,6 @@
 /* Contacts of faces with rigid shapes in substeps: those that the free motion of the step has shown. */
 
+#include "body/node_constraint.h"
 #include "contact/contact_substep.h"
 #include "contact/face_rigid_impl.h"
 
@@ -10,6 +11,29 @@ static float faces_start_gap(const pli_body* body, const plii_rigid_face_contact
     const plii_dvec3 arm = plii_dvec3_from(contact->arm);
     const double height = plii_dvec3_dot(plii_dvec3_from(contact->normal), plii_dvec3_sub(apart, arm));
     return (float)(height - (double)body->collision_margin);
+}
+
+int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
+                                      plii_node_constraint* constraints) {
+    const plii_rigid_faces* state = data;
+    for (int i = 0; i < state->count && i < capacity; ++i) {
+        const plii_rigid_face_contact* from = &state->contacts[i];
+        const pli_rigid* rigid = from->rigid;
+        plii_node_constraint* constraint = &constraints[i];
+        *constraint = (plii_node_constraint){.node = PLI_NULL_INDEX, .weights = from->weights, .rigid = from->rigid};
+        for (int k = 0; k < 3; ++k) {
+            constraint->face_nodes[k] = from->nodes[k];
+        }
+        constraint->pivot = pli_mat3_mul_vec3(pli_mat3_transpose(rigid->path.begin.rotation), from->arm);
+        constraint->normal = from->normal;
+        constraint->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        constraint->friction = state->def.friction * rigid->friction;
+        constraint->hardness =
+            rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
+        constraint->recovery_speed = plii_contact_recovery_speed(0.0f);
+        constraint->influence = 1.0f;
+    }
+    return state->count;
 }
 
 static void faces_begin(pli_body* body, void* data) {
@@ -55,6 +79,7 @@ enum { RIGID_FACES_SUBSTEP_ORDER = 58 }; /* before those of nodes */
 const plii_substep_class plii_rigid_faces_substepped = {
     .order = RIGID_FACES_SUBSTEP_ORDER,
     .klass = &plii_rigid_faces_class,
+    .is_in_iterations = true,
     .begin = faces_begin,
     .restart = faces_restart,
     .sweep = faces_sweep,

@@ -4,7 +4,7 @@
 #include "contact/face_sweep.h"
 
 #include "body/rigid_impl.h"
-#include "geometry/convex_penetration.h"
+#include "geometry/convex_distance.h"
 
 #define FACE_WAY_MAX_ADVANCES 24
 /* Cosine: a push that turns farther than this from the side that is known goes to the known side itself. */
@@ -108,9 +108,6 @@ static bool face_sweep_measure(const face_sweep_core* core, const pli_vec3* corn
     const plii_convex face = {.support = face_sweep_support, .user = corners, .centre = face_sweep_middle(corners)};
     plii_convex_options options = plii_convex_options_default();
     options.max_distance = max_distance;
-#if PLIANT_WITH_CCD
-    options.penetration = plii_penetration_mpr;
-#endif
     plii_convex_distance(&face, &rigid, &options, cache, result);
     return face_sweep_is_known(result);
 }
@@ -182,7 +179,7 @@ static float face_sweep_approach(const plii_face_sweep* sweep, pli_vec3 normal) 
 }
 
 bool plii_face_sweep_advance(const plii_face_sweep* sweep, float target, float tolerance, plii_face_moment* moment) {
-    plii_convex_cache cache = {.as.directions = {moment->normal}, .count = 1};
+    plii_convex_cache cache = {.directions = {moment->normal}, .count = 1};
     for (int i = 0; i < FACE_WAY_MAX_ADVANCES; ++i) {
         const float gap = moment->distance - target;
         if (!(gap > tolerance)) { return true; }

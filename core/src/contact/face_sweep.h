@@ -1,5 +1,4 @@
-#ifndef PLII_FACE_SWEEP_H
-#define PLII_FACE_SWEEP_H
+#pragma once
 
 /* The way of a face past a convex core during a step, both relative to the moving centre of mass of the rigid body that
    the core belongs to. The core turns evenly, the corners of the face go straight. */
@@ -64,5 +63,3 @@ static inline pli_vec3 plii_face_blend(const pli_vec3* corners, pli_vec3 weights
     return pli_vec3_add(pli_vec3_add(pli_vec3_scale(corners[0], weights.x), pli_vec3_scale(corners[1], weights.y)),
                         pli_vec3_scale(corners[2], weights.z));
 }
-
-#endif

@@ -16,9 +16,9 @@ static void node_boxes_start(const pli_body* body, pli_bounds* boxes, int first)
     }
 }
 
-static void node_boxes_update(pli_body* body, void* state, const plii_step* step) {
+static void node_boxes_update(pli_body* body, void* state) {
     (void)state;
-    const float margin = body->collision_margin, ahead = step->dt * 3.0f;
+    const float margin = body->collision_margin, ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_xyz(body->positions[i]);
         plii_fat_aabb_update(&body->node_boxes[i], plii_bounds_grow((pli_bounds){x, x}, margin),

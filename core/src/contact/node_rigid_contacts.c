@@ -7,6 +7,7 @@
 #include "math/bounds.h"
 
 #include "body/node_constraint.h"
+#include "body/substep_kinds.h"
 #include "body/world_state.h"
 #include "contact/contact_order.h"
 #include "contact/contact_substep.h"
@@ -20,6 +21,10 @@
 
 /* Shapes that nodes can be inside of are not deeper; a callback's distance is not believed beyond, m. */
 #define RIGID_CONTACTS_MAX_DEPTH (4.0f * PLI_MAX_COORDINATE)
+
+/* Of the margin, in sweeps: a node that rests on a surface and was not found would fall into it for the rest of the
+   step, and come back with speed. */
+#define RIGID_CONTACTS_REACH 1.0f
 
 pli_rigid_contacts_def pli_rigid_contacts_def_default(void) {
     pli_rigid_contacts_def def = {0};
@@ -38,7 +43,7 @@ typedef struct rigid_contacts_candidate {
     plii_rigid_contacts* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still;           /* see plii_rigid_contact */
+    bool is_still, is_swept; /* see plii_rigid_contact */
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
@@ -58,17 +63,17 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     const plii_rigid_contacts* state = candidate->state;
     const pli_rigid* rigid = candidate->rigid;
     const float dt = body->step.dt, node_inverse_mass = body->positions[contact->node].w;
-    const plii_float4 arm = plii_float4_sub(x, plii_lanes_from_vec3(&rigid->state.pose.origin));
+    const plii_float4 arm = x - plii_lanes_from_vec3(&rigid->state.pose.origin);
     plii_float4_to(&contact->arm, arm);
     contact->arm.w = node_inverse_mass * dt;
 
-    plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node]));
+    plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]);
     plii_lanes_mat3 matrix;
     if (candidate->is_still) {
         matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
     } else {
         const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
-        motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(dt)));
+        motion = motion - velocity * plii_float4_all(dt);
         matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid->state.inverse_mass,
                                            &rigid->state.inverse_inertia_world, arm);
     }
@@ -78,7 +83,7 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     /* Sliding slower than the friction cone allows sticks; else friction takes a fixed share of the sliding. The share
        may exceed 1, as in Bullet; the sliding is then reversed. */
     const float along_normal = plii_lanes_dot(motion, normal), friction = state->def.friction * rigid->friction;
-    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const plii_float4 sliding = motion - normal * plii_float4_all(along_normal);
     const bool sticks = plii_lanes_dot(sliding, sliding) < along_normal * friction * along_normal * friction;
     contact->matrix[PLII_RIGID_CONTACT_SLIP].w = sticks ? 0.0f : 1.0f - friction;
     contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w =
@@ -101,11 +106,12 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->node = node;
     contact->shape = candidate->shape;
     contact->is_still = candidate->is_still;
+    contact->is_swept = candidate->is_swept;
     const plii_float4 x = plii_float4_from(&body->positions[node]);
     plii_float4_to(&contact->normal, normal);
-    contact->normal.w = -plii_lanes_dot(normal, plii_float4_sub(x, plii_float4_mul(normal, plii_float4_all(distance))));
+    contact->normal.w = -plii_lanes_dot(normal, x - normal * plii_float4_all(distance));
     contact->distance = distance;
-    if (!body->solver_class->has_substeps) { rigid_contacts_prepare(candidate, contact, x, normal); }
+    if (!candidate->is_swept) { rigid_contacts_prepare(candidate, contact, x, normal); }
     return PLI_OK;
 }
 
@@ -144,7 +150,7 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
         if (body->anchored != NULL && body->anchored[i] != 0) { continue; }
         const plii_float4 x = plii_float4_from(&body->positions[i]);
         pli_vec3 point;
-        plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
+        plii_lanes_to_vec3(&point, plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
         PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, 1, &i, &point));
     }
     return PLI_OK;
@@ -152,9 +158,12 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 
 /* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
    plane of a contact stands for the shape. */
-static float rigid_contacts_reach(const pli_body* body, const pli_rigid* rigid, pli_bounds shape_bounds) {
-    const float own = body->collision_margin * body->solver_class->contact_reach;
-    if (!body->solver_class->has_substeps || rigid->kind == PLI_RIGID_STATIC) { return own; }
+static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, pli_bounds shape_bounds) {
+    const pli_body* body = candidate->body;
+    const pli_rigid* rigid = candidate->rigid;
+    const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
+    const float own = body->collision_margin * share;
+    if (!candidate->is_swept || rigid->kind == PLI_RIGID_STATIC) { return own; }
     const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(shape_bounds.max, shape_bounds.min), 0.5f);
     const float size = plii_min(half.x, plii_min(half.y, half.z));
     const float radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
@@ -170,11 +179,11 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
     const pli_bounds local = shape->def.bounds(shape->def.user);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
-    candidate->reach = rigid_contacts_reach(body, candidate->rigid, local);
+    candidate->reach = rigid_contacts_reach(candidate, local);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
-    const plii_float4 low = plii_float4_sub(bounds.low, reach), high = plii_float4_add(bounds.high, reach);
-    const plii_mask4 overlaps = plii_lanes_both(plii_lanes_less_equal(low, plii_lanes_from_vec3(&body->bounds.max)),
-                                                plii_lanes_less_equal(plii_lanes_from_vec3(&body->bounds.min), high));
+    const plii_float4 low = bounds.low - reach, high = bounds.high + reach;
+    const plii_mask4 overlaps =
+        (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
     const pli_vec4* restrict positions = body->positions;
     const uint8_t* restrict anchored = body->anchored;
@@ -184,11 +193,11 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
     int count = 0;
     for (int i = 0; i < node_count; ++i) {
         const plii_float4 x = plii_float4_from(&positions[i]);
-        const plii_mask4 is_near = plii_lanes_both(plii_lanes_less_equal(low, x), plii_lanes_less_equal(x, high));
+        const plii_mask4 is_near = (low <= x) & (x <= high);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
-        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, plii_float4_sub(x, pose.origin)));
+        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
         if (count == RIGID_CONTACTS_BATCH) {
             PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, count, nodes, points));
             count = 0;
@@ -206,8 +215,10 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
         /* Where soft contacts keep some, Bullet has made the tree of nodes anew, and these are in it. */
         candidate.boxes = body->soft_node_boxes != NULL ? body->soft_node_boxes : body->node_boxes;
     }
-    candidate.is_still = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world) &&
-                         plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
+    const bool is_fixed = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world);
+    candidate.is_still =
+        is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
+    candidate.is_swept = body->solver_class->has_substeps || (!is_fixed && plii_follows_rigids(body));
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
         const pli_status status = rigid_contacts_collide_shape(&candidate);
@@ -230,13 +241,12 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, 
     const float along_normal = plii_lanes_dot(motion, normal);
     if (!(along_normal <= PLII_EPSILON)) { return false; }
     const float gap = plii_min(plii_lanes_dot(x, normal) + contact->normal.w, margin);
-    const plii_float4 sliding = plii_float4_sub(motion, plii_float4_mul(normal, plii_float4_all(along_normal)));
+    const plii_float4 sliding = motion - normal * plii_float4_all(along_normal);
     const plii_float4 slip = plii_float4_all(contact->matrix[PLII_RIGID_CONTACT_SLIP].w);
     const plii_float4 pull = plii_float4_all(gap * contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w);
-    const plii_float4 error =
-        plii_float4_add(plii_float4_sub(motion, plii_float4_mul(sliding, slip)), plii_float4_mul(normal, pull));
+    const plii_float4 error = motion - sliding * slip + normal * pull;
     if (contact->is_still) {
-        *impulse = plii_lanes_xyz(plii_float4_mul(plii_float4_all(contact->matrix[0].x), error));
+        *impulse = plii_lanes_xyz(plii_float4_all(contact->matrix[0].x) * error);
         return true;
     }
     const plii_lanes_mat3 matrix = {{plii_float4_from(&contact->matrix[0]), plii_float4_from(&contact->matrix[1]),
@@ -258,10 +268,9 @@ static void rigid_contacts_solve_four(const plii_rigid_contact* c, pli_vec4* pos
         plii_float4_from(&positions[c[0].node]), plii_float4_from(&positions[c[1].node]),
         plii_float4_from(&positions[c[2].node]), plii_float4_from(&positions[c[3].node])};
     plii_float4 x[PLII_LANES] = {records[0], records[1], records[2], records[3]};
-    plii_float4 moved[PLII_LANES] = {plii_float4_sub(records[0], plii_float4_from(&previous[c[0].node])),
-                                     plii_float4_sub(records[1], plii_float4_from(&previous[c[1].node])),
-                                     plii_float4_sub(records[2], plii_float4_from(&previous[c[2].node])),
-                                     plii_float4_sub(records[3], plii_float4_from(&previous[c[3].node]))};
+    plii_float4 moved[PLII_LANES] = {
+        records[0] - plii_float4_from(&previous[c[0].node]), records[1] - plii_float4_from(&previous[c[1].node]),
+        records[2] - plii_float4_from(&previous[c[2].node]), records[3] - plii_float4_from(&previous[c[3].node])};
     plii_float4 planes[PLII_LANES] = {plii_float4_from(&c[0].normal), plii_float4_from(&c[1].normal),
                                       plii_float4_from(&c[2].normal), plii_float4_from(&c[3].normal)};
     plii_float4_transpose(x);
@@ -269,9 +278,9 @@ static void rigid_contacts_solve_four(const plii_rigid_contact* c, pli_vec4* pos
     plii_float4_transpose(planes);
     const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
     const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
-    const plii_mask4 acts = plii_lanes_less_equal(along_normal, plii_float4_all(PLII_EPSILON));
+    const plii_mask4 acts = along_normal <= plii_float4_all(PLII_EPSILON);
     if (plii_lanes_bits(acts) == 0) { return; }
-    const plii_float4 height = plii_float4_add(plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal), planes[3]);
+    const plii_float4 height = plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal) + planes[3];
     const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
     const plii_float4 slip =
         plii_lanes_xyzw(c[0].matrix[PLII_RIGID_CONTACT_SLIP].w, c[1].matrix[PLII_RIGID_CONTACT_SLIP].w,
@@ -283,23 +292,24 @@ static void rigid_contacts_solve_four(const plii_rigid_contact* c, pli_vec4* pos
     const plii_float4 per_impulse = plii_lanes_xyzw(c[0].arm.w, c[1].arm.w, c[2].arm.w, c[3].arm.w);
     const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
     const plii_vec3x4 error = plii_vec3x4_add(plii_vec3x4_sub(motion, plii_vec3x4_scale(sliding, slip)),
-                                              plii_vec3x4_scale(normal, plii_float4_mul(gap, hardness)));
+                                              plii_vec3x4_scale(normal, gap * hardness));
     const plii_vec3x4 pushed = plii_vec3x4_scale(plii_vec3x4_scale(error, own), per_impulse);
     const plii_float4 zero = plii_float4_all(0.0f);
     plii_float4 pushes[PLII_LANES] = {plii_lanes_select(acts, pushed.x, zero), plii_lanes_select(acts, pushed.y, zero),
                                       plii_lanes_select(acts, pushed.z, zero), zero};
     plii_float4_transpose(pushes);
-    plii_float4_to(&positions[c[0].node], plii_float4_sub(records[0], pushes[0]));
-    plii_float4_to(&positions[c[1].node], plii_float4_sub(records[1], pushes[1]));
-    plii_float4_to(&positions[c[2].node], plii_float4_sub(records[2], pushes[2]));
-    plii_float4_to(&positions[c[3].node], plii_float4_sub(records[3], pushes[3]));
+    plii_float4_to(&positions[c[0].node], records[0] - pushes[0]);
+    plii_float4_to(&positions[c[1].node], records[1] - pushes[1]);
+    plii_float4_to(&positions[c[2].node], records[2] - pushes[2]);
+    plii_float4_to(&positions[c[3].node], records[3] - pushes[3]);
 }
 
-static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+static void rigid_contacts_solve(pli_body* body, void* data) {
     const plii_rigid_contacts* state = data;
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
+        if (contact->is_swept) { continue; }
         if (state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
             rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
             i += PLII_LANES - 1;
@@ -307,20 +317,20 @@ static void rigid_contacts_solve(pli_body* body, void* data, const plii_step* st
         }
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
         const plii_float4 arm = plii_float4_from(&contact->arm);
-        plii_float4 motion = plii_float4_sub(x, plii_float4_from(&body->previous[contact->node])), impulse;
+        plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]), impulse;
         if (!contact->is_still) {
             const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, arm);
-            motion = plii_float4_sub(motion, plii_float4_mul(velocity, plii_float4_all(step->dt)));
+            motion = motion - velocity * plii_float4_all(body->step.dt);
         }
         if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
-        const plii_float4 pushed = plii_float4_mul(impulse, plii_lanes_all_w(arm));
-        plii_float4_to(&body->positions[contact->node], plii_float4_sub(x, pushed));
+        const plii_float4 pushed = impulse * plii_lanes_all_w(arm);
+        plii_float4_to(&body->positions[contact->node], x - pushed);
         if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm); }
     }
 }
 
-static void rigid_contacts_solve_first(pli_body* body, void* data, const plii_step* step) {
-    if (!((const plii_rigid_contacts*)data)->def.after_links) { rigid_contacts_solve(body, data, step); }
+static void rigid_contacts_solve_first(pli_body* body, void* data) {
+    if (!((const plii_rigid_contacts*)data)->def.after_links) { rigid_contacts_solve(body, data); }
 }
 
 static int rigid_contacts_list_constraints(const pli_body* body, const void* data, int capacity,
@@ -342,9 +352,8 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
 
 // ---------------------------------------------------------------------------------------------------- the feature
 
-static void rigid_contacts_clear(pli_body* body, void* data, const plii_step* step) {
+static void rigid_contacts_clear(pli_body* body, void* data) {
     (void)body;
-    (void)step;
     ((plii_rigid_contacts*)data)->count = 0;
 }
 
@@ -363,7 +372,7 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (body->world->rigid_count == 0) { return; }
     const int room = plii_body_contact_bound(body);
     (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
-    if (body->solver_class->has_substeps) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
+    if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
 static void rigid_contacts_disable(pli_body* body, void* data) {
@@ -392,9 +401,12 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
 /* After anchors and before the links, or, which Bullet has not, after the links. */
 enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
 
+static const plii_feature_class* const rigid_contacts_needs[] = {&plii_iterated_sweeps_class, NULL};
+
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
+    .needs = rigid_contacts_needs,
     .arrays = rigid_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
@@ -408,9 +420,9 @@ const plii_feature_class plii_rigid_contacts_class = {
     .topology_commit = rigid_contacts_topology_commit,
 };
 
-static void rigid_contacts_solve_last(pli_body* body, void* data, const plii_step* step) {
+static void rigid_contacts_solve_last(pli_body* body, void* data) {
     (void)data;
-    rigid_contacts_solve(body, plii_feature_state(body, &plii_rigid_contacts_class), step);
+    rigid_contacts_solve(body, plii_feature_state(body, &plii_rigid_contacts_class));
 }
 
 static const plii_feature_class* const rigid_contacts_last_needs[] = {&plii_rigid_contacts_class, NULL};

@@ -1,5 +1,4 @@
-#ifndef PLII_NODE_RIGID_GROUPS_H
-#define PLII_NODE_RIGID_GROUPS_H
+#pragma once
 
 /* Contacts with rigid bodies that nothing moves, eight at a time. They change their own node only, so a group holds
    nothing of the rigid body but the plane. */
@@ -46,5 +45,3 @@ typedef struct plii_rigid_groups_settings {
 typedef void plii_rigid_groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
                                      const pli_vec4* positions, const plii_substep* substep);
 plii_rigid_groups_sweep plii_rigid_groups_sweep_base, plii_rigid_groups_sweep_avx2;
-
-#endif

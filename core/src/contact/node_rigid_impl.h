@@ -1,5 +1,4 @@
-#ifndef PLII_NODE_RIGID_IMPL_H
-#define PLII_NODE_RIGID_IMPL_H
+#pragma once
 
 /* Contacts of nodes with rigid bodies: state shared by the feature (node_rigid_contacts.c) and its part in substeps
    (node_rigid_substep.c). */
@@ -14,6 +13,7 @@ typedef struct plii_rigid_contact {
     pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     float distance;
     bool is_still; /* the rigid body neither moves nor takes impulses */
+    bool is_swept; /* see plii_substep_class; else the contact is solved in the stages of a step */
     /* For solvers of whole steps. */
     pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
     pli_vec4 arm; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */
@@ -49,5 +49,3 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
 size_t plii_rigid_substeps_bytes(const plii_rigid_substeps* substeps);
 /* `data`: plii_rigid_contacts */
 void plii_rigid_substeps_release(pli_body* body, void* data);
-
-#endif

@@ -14,6 +14,12 @@ static bool rigid_groups_reserve(pli_body* body, plii_rigid_groups* groups, int 
            PLII_RESERVE(body->context, &groups->surfaces, &groups->surface_capacity, surface_count);
 }
 
+static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps* substeps) {
+    int** nearest = &substeps->fixed_of_node;
+    if (*nearest == NULL) { *nearest = plii_allocate(body->context, (size_t)body->node_count * sizeof **nearest); }
+    return *nearest != NULL;
+}
+
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
     int dynamic_count = 0, surface_count = 0, shape_count = 0;
@@ -25,8 +31,9 @@ void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, 
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
+        if (dynamic_count < body->world->rigid_count) { (void)rigid_substep_has_nearest(body, substeps); }
     }
-    if (dynamic_count == body->world->rigid_count) { return; }
+    if (dynamic_count == body->world->rigid_count || !body->solver_class->has_substeps) { return; }
     const int starts = shape_count < count ? shape_count : count; /* of groups that are not full */
     const int groups = count / PLII_RIGID_GROUP_SIZE + starts;
     (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
@@ -118,15 +125,6 @@ static void rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pl
     rigid_groups_put(groups->surfaces[group->surface].velocity, lane, plii_rigid_velocity_at(rigid, offset));
 }
 
-static plii_rigid_groups_sweep* rigid_groups_kernel(const pli_context* context) {
-#if PLIANT_SIMD_X86
-    if (context->simd == PLI_SIMD_AVX2) { return plii_rigid_groups_sweep_avx2; }
-#else
-    (void)context;
-#endif
-    return plii_rigid_groups_sweep_base;
-}
-
 // ----------------------------------------------------------------------------------------------------------- sweeps
 
 static void rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
@@ -153,11 +151,9 @@ static bool rigid_substep_is_fixed(const pli_rigid* rigid) {
 
 /* The nearest contact of each node with a body that nothing moves. False without memory. */
 static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found) {
-    const size_t size = (size_t)body->node_count * sizeof *found->substeps.fixed_of_node;
+    if (!rigid_substep_has_nearest(body, &found->substeps)) { return false; }
     int** nearest = &found->substeps.fixed_of_node;
-    if (*nearest == NULL) { *nearest = plii_allocate(body->context, size); }
-    if (*nearest == NULL) { return false; }
-    memset(*nearest, 0, size);
+    memset(*nearest, 0, (size_t)body->node_count * sizeof **nearest);
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
         int* of_node = &(*nearest)[contact->node];
@@ -174,9 +170,11 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_substeps* substeps = &found->substeps;
     substeps->contacts.count = substeps->groups.count = substeps->groups.surface_count = 0;
     const pli_rigid* rigid = NULL;
-    bool is_fixed = false;
+    bool is_fixed = false, has_still = false;
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
         const plii_rigid_contact* contact = &found->contacts[i];
+        has_still = has_still || contact->is_still;
+        if (!contact->is_swept) { continue; }
         if (contact->rigid != rigid) {
             rigid = contact->rigid;
             is_fixed = rigid_substep_is_fixed(rigid);
@@ -191,7 +189,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     rigid_groups_close(&substeps->groups);
     /* Contacts of faces with rigid bodies ask too. */
     const bool is_asked = substeps->contacts.count > 0 || body->sweeping_features > 0;
-    substeps->has_fixed_nodes = is_asked && substeps->groups.count > 0 && rigid_substep_find_fixed(body, found);
+    substeps->has_fixed_nodes = is_asked && has_still && rigid_substep_find_fixed(body, found);
 }
 
 /* To the surfaces of bodies that nothing moves. */
@@ -214,7 +212,7 @@ static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* 
     const plii_rigid_groups_settings settings = {found->def.compliance,
                                                  plii_contact_recovery_speed(found->def.recovery_speed)};
     plii_point_contacts_sweep(body, &found->substeps.contacts, substep, settings.compliance);
-    rigid_groups_kernel(body->context)(&found->substeps.groups, &settings, body->positions, substep);
+    PLII_KERNEL(body->context, plii_rigid_groups_sweep)(&found->substeps.groups, &settings, body->positions, substep);
 }
 
 static bool rigid_substep_is_idle(const pli_body* body, const void* data) {
@@ -228,6 +226,7 @@ enum { RIGID_SUBSTEP_ORDER = 60 }; /* after all that holds the body together and
 const plii_substep_class plii_rigid_contacts_substepped = {
     .order = RIGID_SUBSTEP_ORDER,
     .klass = &plii_rigid_contacts_class,
+    .is_in_iterations = true,
     .begin = rigid_substep_begin,
     .restart = rigid_substep_restart,
     .sweep = rigid_substep_sweep,

@@ -25,11 +25,12 @@ static int point_node_count(const plii_point_contact* contact) {
     return count;
 }
 
-static pli_vec3 point_position(const pli_body* body, const pli_vec4* displacements, const plii_point_contact* contact) {
+static pli_vec3 point_position(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
+                               const plii_point_contact* contact) {
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
     for (int k = 0; k < point_node_count(contact); ++k) {
         const int node = contact->nodes[k];
-        const pli_vec3 x = pli_vec3_add(plii_xyz(body->positions[node]), plii_xyz(displacements[node]));
+        const pli_vec3 x = plii_substep_place(body, substep, displacements, node);
         sum = pli_vec3_add(sum, pli_vec3_scale(x, contact->weights[k]));
     }
     return sum;
@@ -87,7 +88,7 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
                                  float recovery_speed) {
     for (int i = 0; i < contacts->count; ++i) {
         plii_point_contact* contact = &contacts->items[i];
-        const float gap = point_gap(contact, point_position(body, substep->start_displacements, contact),
+        const float gap = point_gap(contact, point_position(body, substep, substep->start_displacements, contact),
                                     plii_substep_rigid_point_moved(&contact->surface));
         contact->point_weight = point_inverse_mass(substep, contact);
         contact->surface_weight = plii_substep_rigid_point_weight(&contact->surface, contact->normal);
@@ -100,7 +101,7 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
 // -------------------------------------------------------------------------------------- what holds the points
 
 static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
-    const float gap = point_gap(contact, point_position(body, substep->displacements, contact),
+    const float gap = point_gap(contact, point_position(body, substep, substep->displacements, contact),
                                 plii_substep_rigid_point_moved(&contact->surface));
     const float room = plii_max(point_room(body, substep, contact) + plii_min(gap, 0.0f), 0.0f);
     return plii_max(gap, 0.0f) + plii_substep_braked(room, substep);
@@ -165,7 +166,7 @@ static void point_press(const pli_body* body, const plii_substep* substep, float
     const pli_vec3 surface = pli_vec3_add(plii_substep_rigid_point_moved(&contact->surface),
                                           plii_substep_rigid_point_motion(&contact->surface, substep));
     const float error =
-        point_gap(contact, point_position(body, substep->displacements, contact), surface) - contact->floor;
+        point_gap(contact, point_position(body, substep, substep->displacements, contact), surface) - contact->floor;
     const float before = contact->push;
     if (before == 0.0f && !(error < 0.0f)) { return; }
     const float weight = contact->point_weight + contact->surface_weight;

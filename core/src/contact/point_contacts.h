@@ -1,5 +1,4 @@
-#ifndef PLII_POINT_CONTACTS_H
-#define PLII_POINT_CONTACTS_H
+#pragma once
 
 /* Contacts of points of a soft body, nodes or points of faces, with rigid bodies in substeps, one after the other.
    C = n . (point - motion of the surface) + offset >= 0, with Coulomb friction on the motion of the substep.
@@ -37,5 +36,3 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
                                  float recovery_speed);
 void plii_point_contacts_sweep(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                float compliance);
-
-#endif

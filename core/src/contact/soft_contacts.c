@@ -25,10 +25,10 @@ static void soft_contacts_start_boxes(const pli_body* body, plii_soft_contacts_s
     state->has_boxes = true;
 }
 
-static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_state* state, const plii_step* step) {
+static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_state* state) {
     const float margin = body->collision_margin;
     const float slack = margin * 0.25f;
-    const float ahead = step->dt * 3.0f;
+    const float ahead = body->step.dt * 3.0f;
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 x = plii_soft_contacts_position(body, i);
         const pli_bounds box = {x, x};
@@ -46,12 +46,12 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
     }
 }
 
-static void soft_contacts_update(pli_body* body, void* data, const plii_step* step) {
+static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = 0;
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
-    soft_contacts_update_boxes(body, state, step);
+    soft_contacts_update_boxes(body, state);
     body->soft_node_boxes = state->node_boxes;
 }
 

@@ -171,9 +171,8 @@ static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
         const float reach = soft_contacts_reach(pass, i);
         /* A little more, for what rounding takes away. */
         const plii_float4 x = plii_float4_from(&node_body->positions[i]), wide = plii_float4_all(reach * 1.0001f);
-        const plii_float4 from = plii_float4_sub(x, wide), to = plii_float4_add(x, wide);
-        const plii_mask4 is_near =
-            plii_lanes_both(plii_lanes_less_equal(from, body_high), plii_lanes_less_equal(body_low, to));
+        const plii_float4 from = x - wide, to = x + wide;
+        const plii_mask4 is_near = (from <= body_high) & (body_low <= to);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->nodes[search->node_count++] = (plii_soft_contacts_node){i, reach};
         low = plii_lanes_min(from, low);
@@ -186,7 +185,7 @@ static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
         const plii_float4 b = plii_float4_from(&face_body->positions[face[1]]);
         const plii_float4 c = plii_float4_from(&face_body->positions[face[2]]);
         const plii_float4 from = plii_lanes_min(a, plii_lanes_min(b, c)), to = plii_lanes_max(a, plii_lanes_max(b, c));
-        const plii_mask4 is_near = plii_lanes_both(plii_lanes_less_equal(from, high), plii_lanes_less_equal(low, to));
+        const plii_mask4 is_near = (from <= high) & (low <= to);
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         search->faces[search->face_count] = face_index;
         plii_lanes_to_vec3(&search->boxes[search->face_count].min, from);
@@ -335,8 +334,7 @@ static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
 static pli_vec3 soft_contacts_common_motion(const pli_body* body) {
     plii_float4 sum = plii_float4_all(0.0f);
     for (int i = 0; i < body->node_count; ++i) {
-        sum = plii_float4_add(
-            sum, plii_float4_sub(plii_float4_from(&body->positions[i]), plii_float4_from(&body->previous[i])));
+        sum = sum + (plii_float4_from(&body->positions[i]) - plii_float4_from(&body->previous[i]));
     }
     pli_vec3 motion;
     plii_lanes_to_vec3(&motion, sum);

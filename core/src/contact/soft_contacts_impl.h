@@ -1,5 +1,4 @@
-#ifndef PLII_SOFT_CONTACTS_IMPL_H
-#define PLII_SOFT_CONTACTS_IMPL_H
+#pragma once
 
 /* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
    (soft_contacts_find.c), the solve (soft_contacts_solve.c) and the part in substeps (soft_contacts_substep.c). */
@@ -76,13 +75,11 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
 void plii_soft_contacts_reserve(pli_body* body, void* data);
 
 /* Once per step: parts what overlaps already, where that must not give speed. */
-void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step);
-void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step);
+void plii_soft_contacts_recover(pli_body* body, void* data);
+void plii_soft_contacts_solve(pli_body* body, void* data);
 
 /* Room for the contacts of a step. */
 bool plii_soft_substeps_reserve(pli_body* body, plii_soft_substeps* substeps, int count);
 size_t plii_soft_substeps_bytes(const plii_soft_substeps* substeps);
 /* `data`: plii_soft_contacts_state */
 void plii_soft_substeps_release(pli_body* body, void* data);
-
-#endif

@@ -30,9 +30,9 @@ static void soft_contacts_shift(pli_body* body, int node, pli_vec3 by) {
 
 /* Springs and links pull nodes back that were put apart. Had that given them speed, they would wind it up from step to
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
-void plii_soft_contacts_recover(pli_body* body, void* data, const plii_step* step) {
+void plii_soft_contacts_recover(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
-    const float most = soft_contacts_recovery_speed(body, state) * step->dt;
+    const float most = soft_contacts_recovery_speed(body, state) * body->step.dt;
     if (!(most > 0.0f)) { return; }
     for (int i = 0; i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
@@ -62,10 +62,9 @@ static void soft_contacts_push_solved(pli_body* other, const int* face, pli_vec3
     }
 }
 
-void plii_soft_contacts_solve(pli_body* body, void* data, const plii_step* step) {
+void plii_soft_contacts_solve(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
     const bool shifts = soft_contacts_recovery_speed(body, state) > 0.0f; /* what overlapped before */
-    (void)step;
     for (int i = 0; i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
         pli_body* other = contact->face_body;

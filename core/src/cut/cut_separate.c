@@ -3,14 +3,14 @@
 #include "cut/cut_separate.h"
 
 #include "base/csr.h"
+#include "base/union_find.h"
 
-/* A corner of a face at the end of a cut edge. */
-typedef struct separate_corner {
-    int face, corner;
-    int group;   /* root of its group, an index of a corner */
-    int node;    /* of roots: what the group gets */
-    double side; /* of roots: sum of the heights around */
-} separate_corner;
+/* Corners are numbered by faces, three for each. Those at one end of a cut edge fall into groups, named by their first
+   corner. */
+typedef struct separate_group {
+    int node;    /* that it gets */
+    double side; /* sum of the heights around */
+} separate_group;
 
 /* What the faces along an edge make of it; one list per edge. */
 typedef struct separate_pair {
@@ -24,11 +24,12 @@ typedef struct separate_work {
     const plii_edge_map* cuts;
     const double* heights;
     int height_count, node_count; /* before nodes were copied */
-    int* begin;                   /* [node_count + 1] corners of each node, none for those not at a cut */
-    separate_corner* corners;
-    int corner_count;
-    int* last_corner; /* [node_count] scratch, PLI_NULL_INDEX */
-    int (*sides)[2];  /* [node_count] the node of the group below and above, of parted nodes */
+    int *begin, *corners;         /* [node_count + 1], [3 * face_count] corners of each node, in the order of faces */
+    int* parents;                 /* [3 * face_count] a forest over the corners */
+    separate_group* groups;       /* [3 * face_count] */
+    int* last_corner;             /* [node_count] scratch, PLI_NULL_INDEX */
+    uint8_t* is_end;              /* [node_count] of a cut edge */
+    int (*sides)[2];              /* [node_count] the node of the group below and above, of parted nodes */
     plii_edge_map edges;
     separate_pair* pairs;
     int pair_count, pair_capacity;
@@ -43,33 +44,29 @@ static int separate_original(const separate_work* work, int node) {
     return node < work->node_count ? node : work->edit->nodes[node].origin.a;
 }
 
-/* Lists the corners at all ends of cut edges, per node in the order of faces. */
+/* The `step`th node after that of a corner, around its face. */
+static int separate_node_after(const separate_work* work, int corner, int step) {
+    return work->edit->faces[corner / 3].nodes[(corner + step) % 3];
+}
+
 static bool separate_gather(separate_work* work) {
-    const plii_edit* edit = work->edit;
+    const int corner_count = 3 * work->edit->face_count;
+    int* nodes = PLII_TAKE(&work->scratch, int, corner_count);
     work->begin = PLII_TAKE(&work->scratch, int, (size_t)work->node_count + 1);
+    work->corners = PLII_TAKE(&work->scratch, int, corner_count);
+    work->parents = PLII_TAKE(&work->scratch, int, corner_count);
+    work->groups = PLII_TAKE(&work->scratch, separate_group, corner_count);
     work->last_corner = PLII_TAKE(&work->scratch, int, work->node_count);
+    work->is_end = PLII_TAKE(&work->scratch, uint8_t, work->node_count);
     work->sides = PLII_TAKE(&work->scratch, int[2], work->node_count);
     if (work->scratch.is_short) { return false; }
-    int* is_end = work->last_corner;
+    for (int c = 0; c < corner_count; ++c) {
+        nodes[c] = separate_node_after(work, c, 0);
+    }
+    plii_csr_sort(work->node_count, corner_count, nodes, work->begin, work->corners);
+    plii_union_start(corner_count, work->parents);
     for (int i = 0; i < work->cuts->count; ++i) {
-        is_end[work->cuts->edges[i].a] = is_end[work->cuts->edges[i].b] = 1;
-    }
-    for (int i = 0; i < edit->face_count; ++i) {
-        for (int k = 0; k < 3; ++k) {
-            const int node = edit->faces[i].nodes[k];
-            if (is_end[node] != 0) { ++work->begin[node]; }
-        }
-    }
-    work->corner_count = plii_csr_sum(work->node_count, work->begin);
-    work->corners = PLII_TAKE(&work->scratch, separate_corner, work->corner_count);
-    if (work->scratch.is_short) { return false; }
-    for (int i = edit->face_count - 1; i >= 0; --i) {
-        for (int k = 0; k < 3; ++k) {
-            const int node = edit->faces[i].nodes[k];
-            if (is_end[node] == 0) { continue; }
-            const int index = --work->begin[node];
-            work->corners[index] = (separate_corner){.face = i, .corner = k, .group = index};
-        }
+        work->is_end[work->cuts->edges[i].a] = work->is_end[work->cuts->edges[i].b] = 1;
     }
     for (int i = 0; i < work->node_count; ++i) {
         work->last_corner[i] = PLI_NULL_INDEX;
@@ -77,42 +74,23 @@ static bool separate_gather(separate_work* work) {
     return true;
 }
 
-static int separate_root(const separate_work* work, int corner) {
-    separate_corner* corners = work->corners;
-    while (corners[corner].group != corner) {
-        corners[corner].group = corners[corners[corner].group].group;
-        corner = corners[corner].group;
-    }
-    return corner;
-}
-
-static void separate_join(const separate_work* work, int a, int b) {
-    const int root_a = separate_root(work, a), root_b = separate_root(work, b);
-    work->corners[root_a > root_b ? root_a : root_b].group = root_a > root_b ? root_b : root_a;
-}
-
-static const int* separate_nodes(const separate_work* work, int corner) {
-    return work->edit->faces[work->corners[corner].face].nodes;
-}
-
 /* Joins the corners at a node whose faces share an edge that is not cut. */
-static void separate_group(const separate_work* work, int node) {
+static void separate_group_corners(const separate_work* work, int node) {
     for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
-        const int* nodes = separate_nodes(work, i);
         for (int k = 1; k < 3; ++k) {
-            const int other = nodes[(work->corners[i].corner + k) % 3];
+            const int other = separate_node_after(work, work->corners[i], k);
             if (plii_edge_map_find(work->cuts, node, other) != NULL) { continue; }
-            if (work->last_corner[other] != PLI_NULL_INDEX) { separate_join(work, i, work->last_corner[other]); }
-            work->last_corner[other] = i;
+            const int last = work->last_corner[other];
+            if (last != PLI_NULL_INDEX) { plii_union_join(work->parents, work->corners[i], last); }
+            work->last_corner[other] = work->corners[i];
         }
     }
     for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
-        const int* nodes = separate_nodes(work, i);
-        const int root = separate_root(work, i);
+        const int root = plii_union_root(work->parents, work->corners[i]);
         for (int k = 1; k < 3; ++k) {
-            const int other = nodes[(work->corners[i].corner + k) % 3];
+            const int other = separate_node_after(work, work->corners[i], k);
             work->last_corner[other] = PLI_NULL_INDEX;
-            work->corners[root].side += separate_height(work, other);
+            work->groups[root].side += separate_height(work, other);
         }
     }
 }
@@ -122,18 +100,18 @@ static bool separate_copy(separate_work* work, int node, uint8_t* is_parted) {
     bool has_side[2] = {false, false};
     work->sides[node][0] = work->sides[node][1] = node;
     for (int i = work->begin[node]; i < work->begin[node + 1]; ++i) {
-        separate_corner* corner = &work->corners[i];
-        if (corner->group != i) { continue; }
-        corner->node = node;
+        if (work->parents[work->corners[i]] != work->corners[i]) { continue; }
+        separate_group* group = &work->groups[work->corners[i]];
+        group->node = node;
         if (i != work->begin[node]) {
-            corner->node = plii_edit_copy_node(work->edit, node);
-            if (corner->node == PLI_NULL_INDEX) { return false; }
+            group->node = plii_edit_copy_node(work->edit, node);
+            if (group->node == PLI_NULL_INDEX) { return false; }
             is_parted[node] = 1;
         }
-        const int side = corner->side > 0.0 ? 1 : 0;
-        if (corner->side != 0.0 && !has_side[side]) {
+        const int side = group->side > 0.0 ? 1 : 0;
+        if (group->side != 0.0 && !has_side[side]) {
             has_side[side] = true;
-            work->sides[node][side] = corner->node;
+            work->sides[node][side] = group->node;
         }
     }
     return true;
@@ -157,17 +135,16 @@ static bool separate_note_pair(separate_work* work, int a, int b) {
 
 /* Gives the faces their nodes and notes what becomes of edges with a parted end. */
 static bool separate_rewrite_faces(separate_work* work, const uint8_t* is_parted) {
-    plii_edit* edit = work->edit;
-    for (int i = 0; i < work->corner_count; ++i) {
-        const separate_corner* corner = &work->corners[i];
-        edit->faces[corner->face].nodes[corner->corner] = work->corners[separate_root(work, i)].node;
+    const int corner_count = 3 * work->edit->face_count;
+    for (int c = 0; c < corner_count; ++c) {
+        int* node = &work->edit->faces[c / 3].nodes[c % 3];
+        if (is_parted[*node] != 0) { *node = work->groups[plii_union_root(work->parents, c)].node; }
     }
-    for (int i = 0; i < work->corner_count; ++i) {
-        const int* nodes = separate_nodes(work, i);
-        const int node = nodes[work->corners[i].corner];
+    for (int i = 0; i < corner_count; ++i) {
+        const int corner = work->corners[i], node = separate_node_after(work, corner, 0);
         if (is_parted[separate_original(work, node)] == 0) { continue; }
         for (int k = 1; k < 3; ++k) {
-            if (!separate_note_pair(work, node, nodes[(work->corners[i].corner + k) % 3])) { return false; }
+            if (!separate_note_pair(work, node, separate_node_after(work, corner, k))) { return false; }
         }
     }
     return true;
@@ -226,8 +203,8 @@ bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double*
                           .edges.table.context = edit->context};
     bool ok = separate_gather(&work);
     for (int i = 0; ok && i < work.node_count; ++i) {
-        if (work.begin[i] == work.begin[i + 1]) { continue; }
-        separate_group(&work, i);
+        if (work.is_end[i] == 0) { continue; }
+        separate_group_corners(&work, i);
         ok = separate_copy(&work, i, is_parted);
     }
     ok = ok && separate_rewrite_faces(&work, is_parted) && separate_rewrite_links(&work, is_parted, doubled);

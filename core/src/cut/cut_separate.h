@@ -1,5 +1,4 @@
-#ifndef PLII_CUT_SEPARATE_H
-#define PLII_CUT_SEPARATE_H
+#pragma once
 
 #include "cut/topology_edit.h"
 
@@ -15,5 +14,3 @@
    False when out of memory. */
 bool plii_cut_separate(plii_edit* edit, const plii_edge_map* cuts, const double* heights, int height_count,
                        uint8_t* is_parted, int* doubled);
-
-#endif

@@ -71,80 +71,7 @@ static bool trace_ends_at(const trace_state* trace, pli_vec3 start, pli_vec3 end
            pli_vec3_length(pli_vec3_sub(end, trace->ray[1])) <= reach;
 }
 
-// ----------------------------------------------------------------------------------------------------------- the blade
-
-static plii_dvec3 swept_unit(plii_dvec3 a) {
-    const double length = plii_dvec3_length(a);
-    return plii_dvec3_make(a.x / length, a.y / length, a.z / length);
-}
-
-/* False when the triangle has no area. */
-static bool swept_make_blade(const pli_vec3 corners[3], plii_swept_blade* blade) {
-    for (int k = 0; k < 3; ++k) {
-        blade->corners[k] = plii_dvec3_from(corners[k]);
-    }
-    const plii_dvec3 ab = plii_dvec3_sub(blade->corners[1], blade->corners[0]);
-    const plii_dvec3 ac = plii_dvec3_sub(blade->corners[2], blade->corners[0]);
-    const plii_dvec3 cross = plii_dvec3_cross(ab, ac);
-    const double longest = plii_dvec3_dot(ab, ab) + plii_dvec3_dot(ac, ac);
-    if (!(plii_dvec3_length(cross) > 1e-12 * longest)) { return false; }
-    blade->normal = swept_unit(cross);
-    for (int k = 0; k < 3; ++k) {
-        const plii_dvec3 side = plii_dvec3_sub(blade->corners[(k + 1) % 3], blade->corners[k]);
-        blade->inward[k] = swept_unit(plii_dvec3_cross(blade->normal, side));
-    }
-    return true;
-}
-
 // ----------------------------------------------------------------------------------------------------------- the whole
-
-static int swept_crossed_links(const plii_swept_pass* pass) {
-    int count = 0;
-    for (int i = 0; i < pass->edit->link_count; ++i) {
-        const int* nodes = pass->edit->links[i].nodes;
-        count += plii_edge_map_node(&pass->edges, nodes[0], nodes[1]) != PLI_NULL_INDEX;
-    }
-    return count;
-}
-
-static pli_status swept_run_pass(plii_swept_pass* pass) {
-    plii_edit* edit = pass->edit;
-    for (int i = 0; i < pass->node_count; ++i) {
-        const plii_dvec3 offset = plii_dvec3_sub(plii_swept_point(pass, i), pass->blade->corners[0]);
-        pass->heights[i] = plii_dvec3_dot(pass->blade->normal, offset);
-    }
-    for (int i = 0; i < pass->work->ends.tip_count; ++i) {
-        plii_swept_mark(pass, pass->work->ends.tips[i], PLII_SWEPT_IS_TIP);
-    }
-    if (!plii_swept_find_edges(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
-    PLII_TRY(plii_swept_check_tetras(pass));
-    plii_swept_remove_links(pass); /* also those over the inside of a face */
-    if (!plii_swept_meets_something(pass)) { return PLI_OK; }
-    bool ok = plii_swept_part_rope_links(pass) && plii_swept_part_rope_nodes(pass) && plii_swept_add_nodes(pass) &&
-              plii_swept_judge_faces(pass) && plii_swept_open_closed_edges(pass);
-    if (!ok) { return PLI_ERROR_OUT_OF_MEMORY; }
-    pass->work->parted += swept_crossed_links(pass);
-    ok = plii_edit_add_crossed_faces(edit, &pass->edges);
-    plii_edit_learn_rest_lengths(edit, &pass->edges);
-    ok = ok && plii_edit_split_links(edit, &pass->edges) && plii_edit_split_faces(edit, &pass->edges) &&
-         plii_swept_separate(pass);
-    return ok ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static pli_status swept_cut(plii_swept_work* work, const plii_swept_blade* blade) {
-    plii_edit* edit = &work->edit;
-    pli_context* context = edit->context;
-    plii_swept_pass pass = {.work = work, .edit = edit, .blade = blade, .node_count = edit->node_count};
-    pass.scratch.context = pass.edges.table.context = pass.borders.table.context = pass.cuts.table.context = context;
-    pass.heights = PLII_TAKE(&pass.scratch, double, pass.node_count);
-    pass.marks = PLII_TAKE(&pass.scratch, uint8_t, pass.node_count);
-    const pli_status status = pass.scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : swept_run_pass(&pass);
-    plii_scratch_free(&pass.scratch);
-    plii_edge_map_free(&pass.edges);
-    plii_edge_map_free(&pass.borders);
-    plii_edge_map_free(&pass.cuts);
-    return status;
-}
 
 /* Blades that pass the body by are not worth a copy of it. */
 static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
@@ -155,9 +82,7 @@ static bool swept_may_meet(const pli_body* body, const pli_vec3* corners) {
 static pli_status swept_cut_all(plii_swept_work* work, const pli_vec3 (*corners)[3]) {
     const pli_body* body = work->edit.body;
     for (int i = 0; i < 2; ++i) {
-        plii_swept_blade blade;
-        if (!swept_make_blade(corners[i], &blade) || !swept_may_meet(body, corners[i])) { continue; }
-        PLII_TRY(swept_cut(work, &blade));
+        if (swept_may_meet(body, corners[i])) { PLII_TRY(plii_swept_cut(work, corners[i])); }
     }
     plii_edit* edit = &work->edit;
     edit->is_unchanged = edit->node_count == edit->old_node_count && edit->link_count == edit->old_link_count;
@@ -193,9 +118,8 @@ pli_status pli_body_cut_swept(pli_body* body, pli_vec3 from_start, pli_vec3 from
     const pli_vec3 ends[4] = {from_start, from_end, to_start, to_end};
     PLII_TRY(plii_check_finite_points(body->context, 4, ends, "end", __func__));
     const bool was_enabled = plii_feature_state(body, &trace_class) != NULL;
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &trace_class, &state));
-    trace_state* trace = state;
+    trace_state* trace = NULL;
+    PLII_TRY(plii_feature_enable(body, &trace_class, (void**)&trace));
     const bool goes_on = trace_ends_at(trace, from_start, from_end);
     const pli_vec3 corners[2][3] = {{from_start, from_end, to_end}, {from_start, to_end, to_start}};
     int count = 0;

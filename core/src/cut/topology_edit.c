@@ -286,15 +286,15 @@ typedef struct edit_product {
     plii_node_origin* node_origins;
     plii_face_origin* face_origins;
     struct edit_blocks {
-        void* blocks[PLII_MAX_TOPOLOGY_BLOCKS];
-        size_t sizes[PLII_MAX_TOPOLOGY_BLOCKS];
+        void* blocks[PLII_MAX_FEATURE_ARRAYS];
+        size_t sizes[PLII_MAX_FEATURE_ARRAYS];
     } * features; /* [feature_count] */
 } edit_product;
 
 static void edit_release_product(const plii_edit* edit, edit_product* product) {
     plii_body_release_arrays(&product->body);
     for (int i = 0; product->features != NULL && i < edit->body->pipeline.feature_count; ++i) {
-        for (int k = 0; k < PLII_MAX_TOPOLOGY_BLOCKS; ++k) {
+        for (int k = 0; k < PLII_MAX_FEATURE_ARRAYS; ++k) {
             plii_release(edit->context, product->features[i].blocks[k], product->features[i].sizes[k]);
         }
     }
@@ -360,12 +360,10 @@ static bool edit_reserve_features(const plii_edit* edit, const plii_topology_cha
     const plii_pipeline* pipeline = &edit->body->pipeline;
     for (int i = 0; i < pipeline->feature_count; ++i) {
         const plii_feature_class* klass = pipeline->features[i].klass;
-        const void* state = pipeline->features[i].state;
+        void* state = pipeline->features[i].state;
         struct edit_blocks* wanted = &product->features[i];
-        int count = plii_feature_arrays_sizes(edit->body, klass, state, change, wanted->sizes);
-        if (klass->topology_blocks != NULL) {
-            count += klass->topology_blocks(edit->body, state, change, &wanted->sizes[count]);
-        }
+        const int count = plii_feature_arrays_sizes(edit->body, klass, state, change, wanted->sizes);
+        if (klass->topology_reserve != NULL && !klass->topology_reserve(edit->body, state, change)) { return false; }
         for (int k = 0; k < count; ++k) {
             if (!plii_allocate_array(edit->context, &wanted->blocks[k], wanted->sizes[k])) { return false; }
         }
@@ -393,6 +391,7 @@ static void edit_replace(pli_body* body, const pli_body* fresh) {
     body->topology = fresh->topology;
     body->node_count = fresh->node_count;
     body->link_count = fresh->link_count;
+    body->link_revision += 1;
 }
 
 static pli_status edit_commit(plii_edit* edit) {

@@ -1,5 +1,4 @@
-#ifndef PLII_TOPOLOGY_EDIT_H
-#define PLII_TOPOLOGY_EDIT_H
+#pragma once
 
 /* A change of a body's nodes, links and faces on a copy, which replaces the body's own at the end or not at all. */
 
@@ -80,5 +79,3 @@ bool plii_edit_add_crossed_faces(const plii_edit* edit, plii_edge_map* map);
    get links between their new nodes. False when out of memory. */
 bool plii_edit_split_links(plii_edit* edit, const plii_edge_map* map);
 bool plii_edit_split_faces(plii_edit* edit, plii_edge_map* map);
-
-#endif

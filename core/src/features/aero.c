@@ -99,23 +99,21 @@ PLII_SIMD_INLINE plii_vec3x4 aero_add_clamped(plii_vec3x4 sum, plii_vec3x4 force
    velocity without making it larger. */
 PLII_SIMD_INLINE plii_vec3x4 aero_limit(plii_vec3x4 force, plii_vec3x4 velocity, plii_float4 inverse_mass, float dt) {
     const plii_float4 zero = plii_float4_all(0.0f), one = plii_float4_all(1.0f);
-    const plii_float4 response = plii_float4_mul(plii_float4_all(dt), inverse_mass);
+    const plii_float4 response = plii_float4_all(dt) * inverse_mass;
     const plii_vec3x4 change = plii_vec3x4_scale(force, response), after = plii_vec3x4_add(velocity, change);
     const plii_float4 speed_squared = plii_vec3x4_dot(velocity, velocity);
     const plii_float4 along = plii_vec3x4_dot(after, velocity);
-    const plii_mask4 turns_back = plii_lanes_less(along, zero);
-    const plii_mask4 is_faster = plii_lanes_less(speed_squared, plii_vec3x4_dot(after, after));
-    const plii_mask4 is_cut =
-        (turns_back | is_faster) & plii_lanes_less(zero, response) & plii_lanes_less(zero, speed_squared);
+    const plii_mask4 turns_back = along < zero;
+    const plii_mask4 is_faster = speed_squared < plii_vec3x4_dot(after, after);
+    const plii_mask4 is_cut = (turns_back | is_faster) & (zero < response) & (zero < speed_squared);
     if (plii_lanes_bits(is_cut) == 0) { return force; }
-    const plii_vec3x4 across =
-        plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, plii_float4_div(along, speed_squared)));
+    const plii_vec3x4 across = plii_vec3x4_sub(after, plii_vec3x4_scale(velocity, along / speed_squared));
     const plii_vec3x4 kept = plii_vec3x4_select(turns_back, across, after);
     const plii_float4 kept_squared = plii_vec3x4_dot(kept, kept);
-    const plii_float4 ratio = plii_float4_sqrt(plii_float4_div(speed_squared, kept_squared));
-    const plii_mask4 is_too_fast = plii_lanes_less(speed_squared, kept_squared);
+    const plii_float4 ratio = plii_float4_sqrt(speed_squared / kept_squared);
+    const plii_mask4 is_too_fast = speed_squared < kept_squared;
     const plii_vec3x4 reached = plii_vec3x4_select(is_too_fast, plii_vec3x4_scale(kept, ratio), kept);
-    const plii_vec3x4 cut = plii_vec3x4_scale(plii_vec3x4_sub(reached, velocity), plii_float4_div(one, response));
+    const plii_vec3x4 cut = plii_vec3x4_scale(plii_vec3x4_sub(reached, velocity), one / response);
     return plii_vec3x4_select(is_cut, cut, force);
 }
 
@@ -157,7 +155,7 @@ PLII_SIMD_INLINE void aero_run_four(const aero_state* aero, float density, float
     plii_vec3x4_to(nodes.forces, plii_vec3x4_select(is_active, after, before));
 }
 
-static void aero_run_vertices(pli_body* body, void* state, const plii_step* step) {
+static void aero_run_vertices(pli_body* body, void* state) {
     const aero_state aero = *(const aero_state*)state;
     const float density = body->world->def.air_density;
     const bool is_limited = !body->world->def.reference_mode;
@@ -165,7 +163,7 @@ static void aero_run_vertices(pli_body* body, void* state, const plii_step* step
     for (; i + PLII_LANES <= body->node_count; i += PLII_LANES) {
         const aero_nodes nodes = {&body->positions[i], &body->velocities[i], &body->normals[i], &body->areas[i],
                                   &body->forces[i]};
-        aero_run_four(&aero, density, step->dt, is_limited, nodes);
+        aero_run_four(&aero, density, body->step.dt, is_limited, nodes);
     }
     if (i == body->node_count) { return; }
     /* The rest, and pinned nodes beside them. */
@@ -178,12 +176,13 @@ static void aero_run_vertices(pli_body* body, void* state, const plii_step* step
     memcpy(normals, &body->normals[i], rest * sizeof *normals);
     memcpy(areas, &body->areas[i], rest * sizeof *areas);
     memcpy(forces, &body->forces[i], rest * sizeof *forces);
-    aero_run_four(&aero, density, step->dt, is_limited, (aero_nodes){positions, velocities, normals, areas, forces});
+    aero_run_four(&aero, density, body->step.dt, is_limited,
+                  (aero_nodes){positions, velocities, normals, areas, forces});
     memcpy(&body->forces[i], forces, rest * sizeof *forces);
 }
 
 /* One face at a time, since faces share nodes: all lanes are equal. */
-static void aero_add_faces(const pli_body* body, const aero_state* aero, const plii_step* step, pli_vec3* forces) {
+static void aero_add_faces(const pli_body* body, const aero_state* aero, pli_vec3* forces) {
     const float density = body->world->def.air_density;
     const plii_topology* topology = body->topology;
     for (int f = 0; f < topology->face_count; ++f) {
@@ -218,27 +217,27 @@ static void aero_add_faces(const pli_body* body, const aero_state* aero, const p
             plii_vec3x4 total = plii_vec3x4_all(forces[nodes[k]]);
             if (has_lift) {
                 /* As in Bullet, what one node limits stays limited for the next. */
-                force = aero_limit_drag(force, own_velocity, response, step->dt);
+                force = aero_limit_drag(force, own_velocity, response, body->step.dt);
                 total = plii_vec3x4_add(plii_vec3x4_add(total, force), lift);
             } else {
-                total = aero_add_clamped(total, force, own_velocity, response, step->dt);
+                total = aero_add_clamped(total, force, own_velocity, response, body->step.dt);
             }
             forces[nodes[k]] = plii_vec3x4_first(total);
         }
     }
 }
 
-static void aero_run_faces(pli_body* body, void* data, const plii_step* step) {
+static void aero_run_faces(pli_body* body, void* data) {
     aero_state* aero = data;
     if (body->world->def.reference_mode) {
-        aero_add_faces(body, aero, step, body->forces);
+        aero_add_faces(body, aero, body->forces);
         return;
     }
-    aero_add_faces(body, aero, step, aero->face_forces);
+    aero_add_faces(body, aero, aero->face_forces);
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 velocity = pli_vec3_sub(plii_xyz(body->velocities[i]), aero->wind);
         const plii_vec3x4 force = aero_limit(plii_vec3x4_all(aero->face_forces[i]), plii_vec3x4_all(velocity),
-                                             plii_float4_all(body->positions[i].w), step->dt);
+                                             plii_float4_all(body->positions[i].w), body->step.dt);
         body->forces[i] = pli_vec3_add(body->forces[i], plii_vec3x4_first(force));
         aero->face_forces[i] = pli_vec3_make(0, 0, 0);
     }

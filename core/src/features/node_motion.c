@@ -28,7 +28,7 @@ static void node_motion_stop(pli_body* body, const node_motion* motion) {
     }
 }
 
-static void node_motion_start(pli_body* body, void* data, const plii_step* step) {
+static void node_motion_start(pli_body* body, void* data) {
     node_motion_state* state = data;
     for (int i = 0; i < state->ended_count; ++i) {
         node_motion_stop(body, &state->motions[i]);
@@ -38,7 +38,7 @@ static void node_motion_start(pli_body* body, void* data, const plii_step* step)
         node_motion motion = state->motions[i];
         if (body->positions[motion.node].w > 0.0f) { continue; } /* no longer pinned */
         const pli_vec3 way = pli_vec3_sub(motion.target, plii_xyz(body->positions[motion.node]));
-        motion.velocity = pli_vec3_scale(way, step->inverse_dt);
+        motion.velocity = pli_vec3_scale(way, body->step.inverse_dt);
         plii_set_xyz(&body->velocities[motion.node], motion.velocity);
         state->motions[kept++] = motion;
     }
@@ -46,9 +46,8 @@ static void node_motion_start(pli_body* body, void* data, const plii_step* step)
     state->ended_count = 0;
 }
 
-static void node_motion_finish(pli_body* body, void* data, const plii_step* step) {
+static void node_motion_finish(pli_body* body, void* data) {
     node_motion_state* state = data;
-    (void)step;
     for (int i = 0; i < state->count; ++i) {
         const node_motion* motion = &state->motions[i];
         plii_set_xyz(&body->positions[motion->node], motion->target); /* but for rounding it is there */
@@ -89,9 +88,8 @@ pli_status pli_body_move_node(pli_body* body, int node, pli_vec3 position) {
     if (body->positions[node].w > 0.0f) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "node %d is not pinned", node);
     }
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &node_motion_class, &data));
-    node_motion_state* state = data;
+    node_motion_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &node_motion_class, (void**)&state));
     const node_motion motion = {.node = node, .target = position};
     node_motion* same = node_motion_find_same(body, state, node);
     if (same != NULL) {

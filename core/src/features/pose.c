@@ -61,8 +61,7 @@ static void pose_match(pli_body* body, const pose_state* pose) {
     }
 }
 
-static void pose_run(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
+static void pose_run(pli_body* body, void* state) {
     pose_state* pose = state;
     if (body->world->def.reference_mode) {
         plii_body_update_bounds(body);
@@ -131,9 +130,8 @@ static const plii_feature_class pose_class = {
 pli_status pli_body_enable_pose_matching(pli_body* body, float matching) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(plii_check_between(body->context, matching, 0.0f, 1.0f, "matching", __func__));
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &pose_class, &state));
-    pose_state* pose = state;
+    pose_state* pose = NULL;
+    PLII_TRY(plii_feature_enable(body, &pose_class, (void**)&pose));
     pose->matching = matching;
     pose->rotation = pli_mat3_identity();
     pose_update_weights(body, pose);

@@ -16,14 +16,14 @@ typedef struct pressure_state {
    before. */
 #define PRESSURE_MAX_CHANGE 0.25f
 
-static void pressure_run(pli_body* body, void* state, const plii_step* step) {
+static void pressure_run(pli_body* body, void* state) {
     const pressure_state* pressure = state;
     const float volume = fabsf(plii_body_volume(body));
     float scale = 1.0f / volume * pressure->coefficient;
     /* No volume, no pressure: instead of an infinite one. */
     if (!plii_is_finite(scale)) { return; }
     if (!body->world->def.reference_mode) {
-        const float limit = PRESSURE_MAX_CHANGE * volume / plii_forces_volume_response(body, step->dt);
+        const float limit = PRESSURE_MAX_CHANGE * volume / plii_forces_volume_response(body, body->step.dt);
         scale = plii_clamp(scale, -limit, limit);
     }
     plii_forces_add_along_normals(body, scale);

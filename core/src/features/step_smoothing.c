@@ -16,31 +16,31 @@ typedef struct step_smoothing_state {
     bool is_shorter;    /* the step in progress */
 } step_smoothing_state;
 
-static void step_smoothing_start(pli_body* body, void* data, const plii_step* step) {
+static void step_smoothing_start(pli_body* body, void* data) {
     step_smoothing_state* state = data;
-    state->is_shorter = step->dt < state->reference_dt;
+    state->is_shorter = body->step.dt < state->reference_dt;
     if (!state->is_shorter) {
-        state->reference_dt = step->dt;
+        state->reference_dt = body->step.dt;
         return;
     }
     /* The position-based solver has added gravity already. */
     const bool has_gravity = body->solver_class == &plii_position_solver;
-    const pli_vec3 added = pli_vec3_scale(body->world->def.gravity, has_gravity ? 0.0f : step->dt);
+    const pli_vec3 added = pli_vec3_scale(body->world->def.gravity, has_gravity ? 0.0f : body->step.dt);
     for (int i = 0; i < body->node_count; ++i) {
         state->starts[i] = pli_vec3_add(plii_xyz(body->velocities[i]), added);
     }
 }
 
-static void step_smoothing_finish(pli_body* body, void* data, const plii_step* step) {
+static void step_smoothing_finish(pli_body* body, void* data) {
     step_smoothing_state* state = data;
     if (!state->is_shorter) { return; }
-    const float ratio = step->dt / state->reference_dt;
+    const float ratio = body->step.dt / state->reference_dt;
     for (int i = 0; i < body->node_count; ++i) {
         if (!(body->positions[i].w > 0.0f)) { continue; }
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->velocities[i]), state->starts[i]);
         plii_set_xyz(&body->velocities[i], pli_vec3_add(state->starts[i], pli_vec3_scale(change, ratio)));
     }
-    state->reference_dt = plii_max(step->dt, STEP_SMOOTHING_DECAY * state->reference_dt);
+    state->reference_dt = plii_max(body->step.dt, STEP_SMOOTHING_DECAY * state->reference_dt);
 }
 
 static const plii_feature_array step_smoothing_arrays[] = {

@@ -155,14 +155,12 @@ static void tether_begin(pli_body* body, void* data) {
 
 // ---------------------------------------------------------------------------------------- solving, whole steps
 
-static void tether_prepare(pli_body* body, void* data, const plii_step* step) {
-    (void)step;
+static void tether_prepare(pli_body* body, void* data) {
     tether_begin(body, data);
 }
 
 /* The rigid body stands at the end of this step already, its velocity is that of the next one. */
-static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load,
-                              const plii_step* step) {
+static void tether_apply_load(const pli_body* body, const tether_state* state, const tether_load* load) {
     const pli_tether* tether = &state->tethers[load->node];
     const pli_vec3 apart = pli_vec3_sub(load->goal, plii_xyz(body->positions[tether->origin]));
     const float distance = pli_vec3_length(apart);
@@ -170,14 +168,14 @@ static void tether_apply_load(const pli_body* body, const tether_state* state, c
     const pli_vec3 unit = pli_vec3_scale(apart, 1.0f / distance);
     const pli_vec3 relative = pli_vec3_sub(plii_rigid_velocity_at(load->point.rigid, load->point.offset),
                                            plii_xyz(body->velocities[tether->origin]));
-    const float allowed = (tether_limit(state, tether, distance, step->dt) - distance) * step->inverse_dt;
+    const float allowed = (tether_limit(state, tether, distance, body->step.dt) - distance) * body->step.inverse_dt;
     const float excess = pli_vec3_dot(unit, relative) - allowed;
     const float weight = plii_substep_rigid_point_weight(&load->point, unit);
     if (!(excess > 0.0f) || !(weight > 0.0f) || !plii_is_finite(excess / weight)) { return; }
     plii_rigid_apply_impulse(load->point.rigid, pli_vec3_scale(unit, -excess / weight), load->point.offset);
 }
 
-static void tether_solve(pli_body* body, void* data, const plii_step* step) {
+static void tether_solve(pli_body* body, void* data) {
     const tether_state* state = data;
     /* Where a solver holds nodes, rigid bodies are in its system, which takes the nodes between for free: were they
        held after it, no force would reach the rigid bodies. */
@@ -194,12 +192,12 @@ static void tether_solve(pli_body* body, void* data, const plii_step* step) {
         const float distance = pli_vec3_length(apart);
         if (!(distance > tether->length * (1.0f + state->def.slack)) || !plii_is_finite(distance)) { continue; }
         const pli_vec3 before = pli_vec3_sub(plii_xyz(body->previous[i]), plii_xyz(body->previous[tether->origin]));
-        const float limit = tether_limit(state, tether, pli_vec3_length(before), step->dt);
+        const float limit = tether_limit(state, tether, pli_vec3_length(before), body->step.dt);
         if (!(distance > limit)) { continue; }
         plii_set_xyz(&body->positions[i], pli_vec3_add(origin, pli_vec3_scale(apart, limit / distance)));
     }
     for (int i = 0; i < state->load_count; ++i) {
-        tether_apply_load(body, state, &state->loads[i], step);
+        tether_apply_load(body, state, &state->loads[i]);
     }
 }
 
@@ -215,8 +213,7 @@ static void tether_restart(pli_body* body, void* data, const plii_substep* subst
         tether_load* load = &state->loads[i];
         const pli_tether* tether = &state->tethers[load->node];
         const int origin = tether->origin;
-        const pli_vec3 start =
-            pli_vec3_add(plii_xyz(body->positions[origin]), plii_xyz(substep->start_displacements[origin]));
+        const pli_vec3 start = plii_substep_place(body, substep, substep->start_displacements, origin);
         const pli_vec3 apart = pli_vec3_sub(tether_load_position(load), start);
         const float distance = pli_vec3_length(apart);
         load->limit = tether_limit(state, tether, distance, substep->dt);

@@ -18,9 +18,9 @@ typedef struct volume_state {
 
 /* The pressure is at most twice the one that brings the volume back within the step. From four times on each step would
    overshoot more than the one before; btSoftBody explodes there. */
-static void volume_run(pli_body* body, void* state, const plii_step* step) {
+static void volume_run(pli_body* body, void* state) {
     const volume_state* volume = state;
-    const float response = plii_forces_volume_response(body, step->dt);
+    const float response = plii_forces_volume_response(body, body->step.dt);
     const bool is_limited = response * volume->coefficient > 2.0f && !body->world->def.reference_mode;
     const float coefficient = is_limited ? 2.0f / response : volume->coefficient;
     float scale = (volume->rest_volume - plii_body_volume(body)) * coefficient;

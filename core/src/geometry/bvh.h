@@ -1,5 +1,4 @@
-#ifndef PLII_BVH_H
-#define PLII_BVH_H
+#pragma once
 
 /* A bounding volume tree over boxes, built in linear time and without pointers: the boxes are sorted along a Z-order
    curve, and box i of one level encloses boxes 4i .. 4i + 3 of the level below. */
@@ -55,5 +54,3 @@ void plii_bvh_overlaps(const plii_bvh* tree, pli_bounds box, plii_bvh_visit_fn* 
 typedef float plii_bvh_measure_fn(int item, pli_vec3 point, const void* user);
 int plii_bvh_nearest(const plii_bvh* tree, pli_vec3 point, float max_squared, plii_bvh_measure_fn* measure,
                      const void* user);
-
-#endif

@@ -86,8 +86,7 @@ typedef int bvh4_test(const bvh4_query* query, const plii_box4* group);
 
 PLII_SIMD_INLINE plii_mask4 bvh4_overlaps_axis(plii_float4 low, plii_float4 high, const float* box_low,
                                                const float* box_high) {
-    return plii_lanes_both(plii_lanes_less_equal(plii_float4_load(box_low), high),
-                           plii_lanes_less_equal(low, plii_float4_load(box_high)));
+    return (plii_float4_load(box_low) <= high) & (low <= plii_float4_load(box_high));
 }
 
 PLII_SIMD_INLINE int bvh4_overlaps(const bvh4_query* query, const plii_box4* group) {
@@ -95,16 +94,16 @@ PLII_SIMD_INLINE int bvh4_overlaps(const bvh4_query* query, const plii_box4* gro
     const plii_mask4 x = bvh4_overlaps_axis(low.x, high.x, group->low[0], group->high[0]);
     const plii_mask4 y = bvh4_overlaps_axis(low.y, high.y, group->low[1], group->high[1]);
     const plii_mask4 z = bvh4_overlaps_axis(low.z, high.z, group->low[2], group->high[2]);
-    return plii_lanes_bits(plii_lanes_both(plii_lanes_both(x, y), z));
+    return plii_lanes_bits((x & y) & z);
 }
 
 /* Squares of how far a coordinate lies outside of four intervals; NaN where the interval or the coordinate is, as the
    maximum of two values is the second one then. */
 PLII_SIMD_INLINE plii_float4 bvh4_outside(plii_float4 value, const float* low, const float* high) {
-    const plii_float4 below = plii_float4_sub(plii_float4_load(low), value);
-    const plii_float4 above = plii_float4_sub(value, plii_float4_load(high));
+    const plii_float4 below = plii_float4_load(low) - value;
+    const plii_float4 above = value - plii_float4_load(high);
     const plii_float4 outside = plii_lanes_max(plii_float4_all(0.0f), plii_lanes_max(below, above));
-    return plii_float4_mul(outside, outside);
+    return outside * outside;
 }
 
 /* Of a point: low is high. */
@@ -112,8 +111,8 @@ PLII_SIMD_INLINE int bvh4_is_near(const bvh4_query* query, const plii_box4* grou
     const plii_float4 x = bvh4_outside(query->low.x, group->low[0], group->high[0]);
     const plii_float4 y = bvh4_outside(query->low.y, group->low[1], group->high[1]);
     const plii_float4 z = bvh4_outside(query->low.z, group->low[2], group->high[2]);
-    const plii_float4 squared = plii_float4_add(plii_float4_add(x, y), z);
-    return plii_lanes_bits(plii_lanes_less_equal(squared, query->squared_radius));
+    const plii_float4 squared = x + y + z;
+    return plii_lanes_bits(squared <= query->squared_radius);
 }
 
 /* Depth first: of the groups on the path down, what is left to be looked at. */

@@ -1,5 +1,4 @@
-#ifndef PLII_BVH4_H
-#define PLII_BVH4_H
+#pragma once
 
 /* Boxes in their order, four at a time, for points that look for those near by: quick to build, and to ask where
    neighbours in the list are neighbours in space. */
@@ -33,5 +32,3 @@ size_t plii_bvh4_bytes(const plii_bvh4* boxes);
 int plii_bvh4_overlaps(const plii_bvh4* boxes, const pli_bounds* bounds, int* items);
 /* Writes the boxes within `radius` of a point, ascending; returns their number, as above. */
 int plii_bvh4_find(const plii_bvh4* boxes, pli_vec3 point, float radius, int* items);
-
-#endif

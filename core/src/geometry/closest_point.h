@@ -1,5 +1,4 @@
-#ifndef PLII_CLOSEST_POINT_H
-#define PLII_CLOSEST_POINT_H
+#pragma once
 
 #include "math/vec.h"
 
@@ -40,5 +39,3 @@ bool plii_project_origin_on_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c, float m
 
 /* Barycentric weights by areas, in btSoftBody's operations (BaryCoord). */
 pli_vec3 plii_barycentric_by_areas(pli_vec3 a, pli_vec3 b, pli_vec3 c, pli_vec3 p);
-
-#endif

@@ -128,7 +128,7 @@ static void convex_descend(convex_search* search, convex_axis axis) {
                                       .gap = search->gap,
                                       .max_support_calls = search->max_support_calls - search->support_calls - 2};
         if (query.max_support_calls < (search->has_points ? CONVEX_STEP_CALLS : 4)) { break; }
-        plii_convex_cache start = {.as.directions = {axis.normal}, .count = 1};
+        plii_convex_cache start = {.directions = {axis.normal}, .count = 1};
         plii_gjk_result gjk;
         plii_gjk_run(&query, &start, &gjk);
         search->support_calls += gjk.support_calls;
@@ -149,25 +149,17 @@ static void convex_descend(convex_search* search, convex_axis axis) {
 }
 
 /* True when the penetration function gave a direction. */
-static bool convex_search_penetration(convex_search* search, plii_penetration_fn* penetration,
-                                      const plii_gjk_result* gjk, plii_penetration_result* found) {
-    plii_penetration_query query = {.a = search->a,
-                                    .b = search->b,
-                                    .normal = search->best.normal,
-                                    .depth = search->best.depth,
-                                    .simplex = gjk->simplex,
-                                    .simplex_count = gjk->simplex_count,
-                                    .size = search->size,
-                                    .max_support_calls =
-                                        search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS};
+static bool convex_search_penetration(convex_search* search, plii_penetration_fn* penetration) {
+    const plii_penetration_query query = {search->a, search->b, search->size,
+                                          search->max_support_calls - search->support_calls - 2 * CONVEX_STEP_CALLS};
     if (query.max_support_calls < 2) { return false; }
-    const bool is_found = penetration(&query, found);
-    search->support_calls += found->support_calls;
+    plii_penetration_result found = {.support_calls = 0};
+    const bool is_found = penetration(&query, &found);
+    search->support_calls += found.support_calls;
     pli_vec3 normal;
     convex_axis axis;
-    return is_found && plii_vec3_is_finite(found->normal) &&
-           convex_normalize(plii_dvec3_from(found->normal), &normal) && convex_measure(search, normal, &axis) &&
-           !found->is_over_budget;
+    return is_found && convex_normalize(plii_dvec3_from(found.normal), &normal) &&
+           convex_measure(search, normal, &axis);
 }
 
 /* Along a known axis, or that between the centres when it is shorter. False when the known one has become too
@@ -188,7 +180,7 @@ static bool convex_search_cached_axis(convex_search* search, const plii_convex_c
 }
 
 static void convex_search_axes(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
-                               const plii_convex_cache* cache, plii_convex_result* result) {
+                               const plii_convex_cache* cache) {
     convex_find_starts(search, cache, gjk);
     const bool had_normal = cache != NULL && cache->has_normal;
     if (!search->is_finite || !(search->best.depth > 0.0)) { return; }
@@ -196,10 +188,8 @@ static void convex_search_axes(convex_search* search, const plii_gjk_result* gjk
     const bool is_known =
         had_normal && pli_vec3_length_squared(pli_vec3_sub(search->best.normal, cache->normal)) == 0.0f;
     int descent_count = is_known ? 1 : CONVEX_MAX_DESCENTS;
-    if (options->penetration != NULL && !is_known) {
-        plii_penetration_result found = {.normal = {0, 0, 0}};
-        if (!convex_search_penetration(search, options->penetration, gjk, &found)) { ++result->failure_count; }
-        if (found.is_accurate) { descent_count = 1; }
+    if (options->penetration != NULL && !is_known && convex_search_penetration(search, options->penetration)) {
+        descent_count = 1;
     }
     convex_descend(search, search->best);
     for (int i = 1; i < search->start_count && i < descent_count; ++i) {
@@ -211,9 +201,7 @@ static void convex_search_axes(convex_search* search, const plii_gjk_result* gjk
 static void convex_overlap(convex_search* search, const plii_gjk_result* gjk, const plii_convex_options* options,
                            plii_convex_cache* cache, plii_convex_result* result) {
     const bool is_known = options->uses_cached_axis && cache != NULL && cache->has_normal;
-    if (!is_known || !convex_search_cached_axis(search, cache)) {
-        convex_search_axes(search, gjk, options, cache, result);
-    }
+    if (!is_known || !convex_search_cached_axis(search, cache)) { convex_search_axes(search, gjk, options, cache); }
     result->support_calls = search->support_calls;
     if (!search->is_finite) {
         result->relation = PLII_CONVEX_UNDEFINED;

@@ -1,18 +1,13 @@
-#ifndef PLII_CONVEX_DISTANCE_H
-#define PLII_CONVEX_DISTANCE_H
+#pragma once
 
 /* Signed distance of two convex cores with witness points and normal, for pairs apart and overlapping. */
 
 #include "geometry/gjk.h"
 
-/* Looks for a translation of `a` that ends an overlap. */
+/* Looks for the shortest translation of `a` that ends an overlap. */
 typedef struct plii_penetration_query {
     const plii_convex* a;
     const plii_convex* b;
-    pli_vec3 normal;           /* unit, from b to a: the best direction known so far */
-    double depth;              /* how far a has to move along `normal`, > 0 */
-    const plii_dvec3* simplex; /* [simplex_count] points of a - b around the origin */
-    int simplex_count;
     double size; /* reach of a - b from the origin, as far as seen; > 0 */
     int max_support_calls;
 } plii_penetration_query;
@@ -20,16 +15,14 @@ typedef struct plii_penetration_query {
 typedef struct plii_penetration_result {
     pli_vec3 normal; /* not trusted: the caller measures its depth */
     int support_calls;
-    bool is_over_budget;
-    bool is_accurate; /* the least depth of all directions, as far as tolerances go: no other start is tried */
 } plii_penetration_result;
 
-/* False: nothing found, or memory ran out. */
+/* False: nothing found, out of memory or of support calls. */
 typedef bool plii_penetration_fn(const plii_penetration_query* query, plii_penetration_result* result);
 
 typedef struct plii_convex_options {
     float max_distance;               /* of the cores; farther pairs need no exact answer. m */
-    plii_penetration_fn* penetration; /* plii_penetration_mpr, plii_penetration_epa, or NULL: descent only */
+    plii_penetration_fn* penetration; /* plii_penetration_epa, or NULL: descent only */
     double gap;                       /* as that of plii_gjk_query */
     bool uses_cached_axis; /* the last axis out of an overlap is followed, though another may be a little shorter */
     int max_support_calls; /* for all stages together, at least PLII_CONVEX_MIN_SUPPORT_CALLS */
@@ -44,16 +37,13 @@ typedef struct plii_convex_result {
     pli_vec3 point_a, point_b; /* on the cores; point_a - point_b = distance * normal, but for rounding */
     pli_vec3 normal;           /* unit, from b to a, even where the cores only touch; zero when UNDEFINED */
     int support_calls;
-    int failure_count; /* penetration searches that found nothing, no improvement over the start, or ran over budget */
 } plii_convex_result;
 
 /* Any max_distance, no penetration function. */
 plii_convex_options plii_convex_options_default(void);
 
 /* The depth is never less than the true one. By descent, the default, it is a local minimum, which was the least depth
-   for 93 of 100 random overlapping hulls, without heap and without libccd; plii_penetration_mpr finds no more of them,
-   plii_penetration_epa nearly all. `cache` may be NULL. */
+   for 93 of 100 random overlapping hulls, without heap and without libccd; plii_penetration_epa finds nearly all.
+   `cache` may be NULL. */
 void plii_convex_distance(const plii_convex* a, const plii_convex* b, const plii_convex_options* options,
                           plii_convex_cache* cache, plii_convex_result* result);
-
-#endif

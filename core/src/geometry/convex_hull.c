@@ -4,11 +4,13 @@
 
 #include "geometry/convex_hull.h"
 
+#include "base/scratch.h"
+#include "geometry/closest_point.h"
 #include "geometry/orient3d.h"
 #include "math/dvec3.h"
-#include "math/vec.h"
 
 #include <limits.h>
+#include <string.h>
 
 typedef struct hull_face {
     int corners[3];
@@ -16,7 +18,7 @@ typedef struct hull_face {
     int outside;       /* first of the points in front of this face, or -1; each waits at one face only */
     int next_free;     /* in the list of free slots */
     int visited_by;    /* last point that was inserted when the face was looked at */
-    bool is_alive, is_visible, is_queued;
+    bool is_alive, is_visible;
 } hull_face;
 
 /* An edge of the rim between what the new point sees and the rest. */
@@ -29,15 +31,15 @@ typedef struct hull_work {
     pli_context* context;
     int point_count;
     const pli_vec3* points;
-    double tolerance; /* m, what may be left out */
-    double flatness;  /* m, thinner than this is flat */
-    const bool* late; /* [point_count] or NULL: points that are tried after all others only */
-    bool is_late;     /* the time for them has come */
-    hull_face* faces;
-    int face_count, face_capacity, free_face;
+    double tolerance;  /* m, what may be left out */
+    double flatness;   /* m, thinner than this is flat */
+    bool* late;        /* [point_count] points that are tried after all others only */
+    bool is_late;      /* the time for them has come */
     int* next_outside; /* [point_count] */
     int* face_from;    /* [point_count] new face whose rim edge starts at the point */
-    int* queue;        /* faces with points in front */
+    hull_face* faces;
+    int face_count, face_capacity, free_face;
+    int* queue; /* faces with points in front, and some that had some */
     int queue_count, queue_capacity;
     int* visible;
     int visible_count, visible_capacity;
@@ -65,36 +67,17 @@ static plii_dvec3 hull_normal(const hull_work* work, const hull_face* face) {
 
 // --------------------------------------------------------------------------------------------- distance to the hull
 
-/* Squared distance of q (relative to a corner at the origin) from the segment to `edge`. */
-static double hull_segment_distance(plii_dvec3 q, plii_dvec3 edge) {
-    const double along = plii_dvec3_dot(q, edge), length = plii_dvec3_dot(edge, edge);
-    const double t = length > 0.0 && along > 0.0 ? (along < length ? along / length : 1.0) : 0.0;
-    const plii_dvec3 offset = plii_dvec3_add_scaled(q, edge, -t);
+/* Squared distance of a point from the triangle of three others, but for the rounding of the nearest point. */
+static double hull_triangle_distance(const hull_work* work, int point, const int corners[3]) {
+    plii_closest_feature closest;
+    const pli_vec3 p = work->points[point];
+    const plii_dvec3 offset =
+        hull_sub(p, plii_closest_point_on_triangle(p, work->points[corners[0]], work->points[corners[1]],
+                                                   work->points[corners[2]], &closest));
     return plii_dvec3_dot(offset, offset);
 }
 
-/* Squared distance of p from the triangle of three points. */
-static double hull_triangle_distance(const hull_work* work, int point, const int corners[3]) {
-    const pli_vec3 p = work->points[point], a = work->points[corners[0]];
-    const plii_dvec3 normal =
-        plii_dvec3_cross(hull_sub(work->points[corners[1]], a), hull_sub(work->points[corners[2]], a));
-    double nearest = HUGE_VAL;
-    bool is_above = true;
-    for (int i = 0; i < 3; ++i) {
-        const pli_vec3 from = work->points[corners[i]];
-        const plii_dvec3 edge = hull_sub(work->points[corners[(i + 1) % 3]], from), q = hull_sub(p, from);
-        is_above = is_above && plii_dvec3_dot(plii_dvec3_cross(normal, edge), q) >= 0.0;
-        nearest = fmin(nearest, hull_segment_distance(q, edge));
-    }
-    const double area = plii_dvec3_dot(normal, normal);
-    if (is_above && area > 0.0) {
-        const double height = plii_dvec3_dot(normal, hull_sub(p, a));
-        return height * height / area;
-    }
-    return nearest;
-}
-
-/* Whether some triangle is within the tolerance, walking over the surface towards the point. Never says yes wrongly. */
+/* Whether some triangle is within the tolerance, walking over the surface towards the point. */
 static bool hull_is_near(const hull_work* work, int point, int face) {
     double distance = hull_triangle_distance(work, point, work->faces[face].corners);
     for (;;) {
@@ -131,13 +114,12 @@ static int hull_add_face(hull_work* work, int a, int b, int c) {
 }
 
 static bool hull_enqueue(hull_work* work, int face) {
-    if (work->faces[face].is_queued || work->faces[face].outside < 0) { return true; }
+    if (work->faces[face].outside < 0) { return true; }
     if (work->queue_count == INT_MAX ||
         !PLII_RESERVE(work->context, &work->queue, &work->queue_capacity, work->queue_count + 1)) {
         return false;
     }
     work->queue[work->queue_count++] = face;
-    work->faces[face].is_queued = true;
     return true;
 }
 
@@ -162,11 +144,11 @@ static void hull_assign(hull_work* work, int point, const int* candidates, int c
 }
 
 static bool hull_must_wait(const hull_work* work, int point) {
-    return work->late != NULL && work->late[point] && !work->is_late;
+    return work->late[point] && !work->is_late;
 }
 
-/* Takes the farthest point in front of a face out of its list, or returns -1 when there is none whose turn it is and
-   that is beyond the tolerance. */
+/* The farthest point in front of a face; -1 when there is none whose turn it is and that is beyond the tolerance.
+   Others whose turn it is go. */
 static int hull_find_farthest(hull_work* work, int face_index) {
     hull_face* face = &work->faces[face_index];
     const plii_dvec3 normal = hull_normal(work, face);
@@ -186,12 +168,6 @@ static int hull_find_farthest(hull_work* work, int face_index) {
         }
     }
     face->outside = kept;
-    for (int* link = &face->outside; *link >= 0; link = &work->next_outside[*link]) {
-        if (*link == best) {
-            *link = work->next_outside[best];
-            break;
-        }
-    }
     return best;
 }
 
@@ -258,10 +234,8 @@ static bool hull_insert(hull_work* work, int point, int start) {
         hull_face* face = &work->faces[work->visible[i]];
         face->is_alive = false;
         face->outside = -1;
-        if (!face->is_queued) { /* else when it leaves the queue, which names it still */
-            face->next_free = work->free_face;
-            work->free_face = work->visible[i];
-        }
+        face->next_free = work->free_face;
+        work->free_face = work->visible[i];
     }
     for (int i = 0; i < rim_count; ++i) {
         if (!hull_enqueue(work, cone[i])) { return false; }
@@ -269,52 +243,30 @@ static bool hull_insert(hull_work* work, int point, int start) {
     return true;
 }
 
-static float hull_coordinate(const hull_work* work, int point, int axis) {
-    const pli_vec3 p = work->points[point];
-    return axis == 0 ? p.x : axis == 1 ? p.y : p.z;
-}
-
 /* Four points that span a volume: two far apart, one far from their line, one far from the plane of the three. */
 static bool hull_find_start(const hull_work* work, int corners[4]) {
-    int low[3] = {-1, -1, -1}, high[3] = {-1, -1, -1};
-    for (int i = 0; i < work->point_count; ++i) {
-        if (hull_must_wait(work, i)) { continue; }
-        const float p[3] = {work->points[i].x, work->points[i].y, work->points[i].z};
-        for (int axis = 0; axis < 3; ++axis) {
-            if (low[axis] < 0 || p[axis] < hull_coordinate(work, low[axis], axis)) { low[axis] = i; }
-            if (high[axis] < 0 || p[axis] > hull_coordinate(work, high[axis], axis)) { high[axis] = i; }
+    plii_dvec3 axis = {0, 0, 0}, normal = {0, 0, 0};
+    pli_vec3 origin = work->points[0];
+    for (int found = 0; found < 4; ++found) {
+        double most = found == 3 ? work->flatness * plii_dvec3_length(normal) : 0.0;
+        corners[found] = -1;
+        for (int i = 0; i < work->point_count; ++i) {
+            if (hull_must_wait(work, i)) { continue; }
+            const plii_dvec3 arm = hull_sub(work->points[i], origin), across = plii_dvec3_cross(axis, arm);
+            const double measure = found < 2    ? plii_dvec3_dot(arm, arm)
+                                   : found == 2 ? plii_dvec3_dot(across, across)
+                                                : fabs(plii_dvec3_dot(normal, arm));
+            if (measure > most) {
+                most = measure;
+                corners[found] = i;
+            }
         }
+        if (corners[found] < 0) { return false; }
+        const pli_vec3 corner = work->points[corners[found]];
+        if (found == 0) { origin = corner; }
+        if (found == 1) { axis = hull_sub(corner, origin); }
+        if (found == 2) { normal = plii_dvec3_cross(axis, hull_sub(corner, origin)); }
     }
-    double farthest = 0.0;
-    for (int axis = 0; axis < 3 && low[axis] >= 0; ++axis) {
-        const plii_dvec3 span = hull_sub(work->points[high[axis]], work->points[low[axis]]);
-        if (plii_dvec3_dot(span, span) > farthest) {
-            farthest = plii_dvec3_dot(span, span);
-            corners[0] = low[axis];
-            corners[1] = high[axis];
-        }
-    }
-    if (!(farthest > 0.0)) { return false; }
-    const pli_vec3 origin = work->points[corners[0]];
-    const plii_dvec3 axis = hull_sub(work->points[corners[1]], origin);
-    plii_dvec3 normal = {0, 0, 0};
-    corners[2] = corners[3] = -1;
-    for (int i = 0; i < work->point_count; ++i) {
-        const plii_dvec3 candidate = plii_dvec3_cross(axis, hull_sub(work->points[i], origin));
-        if (!hull_must_wait(work, i) && plii_dvec3_dot(candidate, candidate) > plii_dvec3_dot(normal, normal)) {
-            normal = candidate;
-            corners[2] = i;
-        }
-    }
-    double highest = work->flatness * plii_dvec3_length(normal);
-    for (int i = 0; i < work->point_count; ++i) {
-        const double height = plii_dvec3_dot(normal, hull_sub(work->points[i], origin));
-        if (!hull_must_wait(work, i) && fabs(height) > highest) {
-            highest = fabs(height);
-            corners[3] = i;
-        }
-    }
-    if (corners[2] < 0 || corners[3] < 0) { return false; }
     const int side =
         plii_orient3d(origin, work->points[corners[1]], work->points[corners[2]], work->points[corners[3]]);
     if (side > 0) { /* the base is to be seen from outside */
@@ -348,50 +300,30 @@ static bool hull_start(hull_work* work, const int corners[4]) {
 static bool hull_empty_queue(hull_work* work) {
     while (work->queue_count > 0) {
         const int face = work->queue[--work->queue_count];
-        work->faces[face].is_queued = false;
-        if (!work->faces[face].is_alive) {
-            work->faces[face].next_free = work->free_face;
-            work->free_face = face;
-            continue;
-        }
-        const int point = hull_find_farthest(work, face);
+        const int point = work->faces[face].outside >= 0 ? hull_find_farthest(work, face) : -1;
         if (point >= 0 && !hull_insert(work, point, face)) { return false; }
     }
     return true;
 }
 
-static bool hull_run(hull_work* work) {
-    if (!hull_empty_queue(work)) { return false; }
-    if (work->late == NULL) { return true; }
+/* PLI_ERROR_INVALID_MESH when the points that need not wait are flat. */
+static pli_status hull_build(hull_work* work) {
+    int corners[4];
+    work->free_face = -1;
+    work->face_count = work->queue_count = 0;
+    work->is_late = false;
+    if (!hull_find_start(work, corners)) { return PLI_ERROR_INVALID_MESH; }
+    bool has_memory = hull_start(work, corners) && hull_empty_queue(work);
     work->is_late = true;
-    for (int i = 0; i < work->face_count; ++i) {
-        if (work->faces[i].is_alive && !hull_enqueue(work, i)) { return false; }
+    for (int i = 0; i < work->face_count && has_memory; ++i) {
+        has_memory = hull_enqueue(work, i);
     }
-    return hull_empty_queue(work);
+    has_memory = has_memory && hull_empty_queue(work) &&
+                 PLII_RESERVE(work->context, &work->visible, &work->visible_capacity, work->face_count);
+    return has_memory ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 // ----------------------------------------------------------------------------------------------------------- result
-
-static void hull_work_destroy(hull_work* work) {
-    PLII_RELEASE(work->context, work->faces, work->face_capacity);
-    PLII_RELEASE(work->context, work->next_outside, work->point_count);
-    PLII_RELEASE(work->context, work->face_from, work->point_count);
-    PLII_RELEASE(work->context, work->queue, work->queue_capacity);
-    PLII_RELEASE(work->context, work->visible, work->visible_capacity);
-    PLII_RELEASE(work->context, work->rim, work->rim_capacity);
-}
-
-/* PLI_ERROR_INVALID_MESH when the points are flat. The work is to be destroyed in any case. */
-static pli_status hull_build(hull_work* work) {
-    work->free_face = -1;
-    if (!PLII_ALLOCATE(work->context, &work->next_outside, work->point_count) ||
-        !PLII_ALLOCATE(work->context, &work->face_from, work->point_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    int corners[4];
-    if (!hull_find_start(work, corners)) { return PLI_ERROR_INVALID_MESH; }
-    return hull_start(work, corners) && hull_run(work) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
 
 /* Whether a corner of the surface lies within the tolerance of the triangles between its neighbours. Such corners were
    inserted before what makes them superfluous, or stand out by a rounding error. */
@@ -418,11 +350,11 @@ static bool hull_is_superfluous(hull_work* work, int corner, int start) {
     return false;
 }
 
-/* Marks all points but the corners that are needed; false when all corners are. */
-static bool hull_mark_late(hull_work* work, bool* late) {
+/* Lets all points wait but the corners that are needed; false when all corners are. */
+static bool hull_mark_late(hull_work* work) {
     bool has_late_corner = false;
     for (int i = 0; i < work->point_count; ++i) {
-        late[i] = true;
+        work->late[i] = true;
     }
     for (int i = 0; i < work->face_count; ++i) {
         for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
@@ -433,56 +365,47 @@ static bool hull_mark_late(hull_work* work, bool* late) {
         for (int k = 0; work->faces[i].is_alive && k < 3; ++k) {
             const int corner = work->faces[i].corners[k];
             if (work->face_from[corner] != i) { continue; } /* once per corner */
-            late[corner] = hull_is_superfluous(work, corner, i);
-            has_late_corner = has_late_corner || late[corner];
+            work->late[corner] = hull_is_superfluous(work, corner, i);
+            has_late_corner = has_late_corner || work->late[corner];
         }
     }
     return has_late_corner;
 }
 
-static bool hull_write(const hull_work* work, plii_convex_hull* hull) {
+static pli_status hull_write(const hull_work* work, plii_convex_hull* hull) {
     int count = 0;
     for (int i = 0; i < work->face_count; ++i) {
         count += work->faces[i].is_alive;
     }
-    int(*triangles)[3] = plii_allocate(work->context, (size_t)count * sizeof *triangles);
-    if (triangles == NULL) { return false; }
+    if (!PLII_ALLOCATE(work->context, &hull->triangles, count)) { return PLI_ERROR_OUT_OF_MEMORY; }
     hull->triangle_count = 0;
-    hull->triangles = triangles;
     for (int i = 0; i < work->face_count; ++i) {
-        if (!work->faces[i].is_alive) { continue; }
-        for (int k = 0; k < 3; ++k) {
-            triangles[hull->triangle_count][k] = work->faces[i].corners[k];
-        }
-        ++hull->triangle_count;
+        const hull_face* face = &work->faces[i];
+        if (face->is_alive) { memcpy(hull->triangles[hull->triangle_count++], face->corners, sizeof face->corners); }
     }
-    return true;
+    return PLI_OK;
 }
 
-/* Once more with the needed corners first, so that the others only return where they are really missing. */
-static pli_status hull_refine(hull_work* full, plii_convex_hull* hull) {
-    const size_t late_size = (size_t)full->point_count * sizeof(bool);
-    if (!PLII_RESERVE(full->context, &full->visible, &full->visible_capacity, full->face_count)) {
-        return PLI_ERROR_OUT_OF_MEMORY;
+/* Twice, then with the needed corners first, so that the others only return where they are really missing. */
+static pli_status hull_run(hull_work* work, plii_convex_hull* hull) {
+    plii_scratch scratch = {.context = work->context};
+    work->late = PLII_TAKE(&scratch, bool, work->point_count);
+    work->next_outside = PLII_TAKE(&scratch, int, work->point_count);
+    work->face_from = PLII_TAKE(&scratch, int, work->point_count);
+    pli_status status = scratch.is_short ? PLI_ERROR_OUT_OF_MEMORY : hull_build(work);
+    if (status == PLI_OK && hull_mark_late(work)) {
+        status = hull_build(work);
+        if (status == PLI_ERROR_INVALID_MESH) { /* too few are needed: all stay */
+            memset(work->late, 0, (size_t)work->point_count * sizeof *work->late);
+            status = hull_build(work);
+        }
     }
-    bool* late = plii_allocate(full->context, late_size);
-    if (late == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
-    const hull_work* result = full;
-    hull_work work = {.context = full->context,
-                      .point_count = full->point_count,
-                      .points = full->points,
-                      .tolerance = full->tolerance,
-                      .flatness = full->flatness,
-                      .late = late};
-    pli_status status = PLI_OK;
-    if (hull_mark_late(full, late)) {
-        status = hull_build(&work);
-        if (status == PLI_OK) { result = &work; }
-        if (status == PLI_ERROR_INVALID_MESH) { status = PLI_OK; } /* too few are needed: all stay */
-    }
-    if (status == PLI_OK && !hull_write(result, hull)) { status = PLI_ERROR_OUT_OF_MEMORY; }
-    hull_work_destroy(&work);
-    plii_release(full->context, late, late_size);
+    if (status == PLI_OK) { status = hull_write(work, hull); }
+    plii_scratch_free(&scratch);
+    PLII_RELEASE(work->context, work->faces, work->face_capacity);
+    PLII_RELEASE(work->context, work->queue, work->queue_capacity);
+    PLII_RELEASE(work->context, work->visible, work->visible_capacity);
+    PLII_RELEASE(work->context, work->rim, work->rim_capacity);
     return status;
 }
 
@@ -506,9 +429,7 @@ pli_status plii_convex_hull_create(pli_context* context, int point_count, const 
     const double rounding = hull_rounding(point_count, points);
     hull_work work = {.context = context, .point_count = point_count, .points = points, .flatness = rounding};
     work.tolerance = (double)tolerance > rounding ? (double)tolerance : rounding;
-    pli_status status = hull_build(&work);
-    if (status == PLI_OK) { status = hull_refine(&work, hull); }
-    hull_work_destroy(&work);
+    const pli_status status = hull_run(&work, hull);
     if (status == PLI_ERROR_INVALID_MESH) {
         return plii_fail(context, status, function, "the %d points lie in a plane", point_count);
     }

@@ -1,5 +1,4 @@
-#ifndef PLII_CONVEX_HULL_H
-#define PLII_CONVEX_HULL_H
+#pragma once
 
 /* Convex hull of points, for hull meshes and hull shapes. */
 
@@ -19,5 +18,3 @@ typedef struct plii_convex_hull {
 pli_status plii_convex_hull_create(pli_context* context, int point_count, const pli_vec3* points, float tolerance,
                                    const char* function, plii_convex_hull* hull);
 void plii_convex_hull_destroy(pli_context* context, plii_convex_hull* hull);
-
-#endif

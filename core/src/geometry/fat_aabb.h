@@ -1,5 +1,4 @@
-#ifndef PLII_FAT_AABB_H
-#define PLII_FAT_AABB_H
+#pragma once
 
 /* Boxes that are kept from step to step (btDbvt::update), for those who must find the same pairs as Bullet. */
 
@@ -15,5 +14,3 @@ static inline void plii_fat_aabb_update(pli_bounds* stored, pli_bounds box, pli_
     *(motion.z > 0.0f ? &box.max.z : &box.min.z) += motion.z;
     *stored = box;
 }
-
-#endif

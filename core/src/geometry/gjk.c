@@ -16,7 +16,6 @@
 typedef struct gjk_vertex {
     plii_dvec3 a, b, w; /* w = a - b */
     pli_vec3 direction;
-    int vertices[2]; /* of a and b, where they have numbers */
 } gjk_vertex;
 
 /* Convex combination of up to 4 vertices of a simplex. */
@@ -150,40 +149,17 @@ static bool gjk_is_in_simplex(const gjk_state* state, const gjk_vertex* v) {
     return false;
 }
 
-static bool gjk_has_vertices(const plii_gjk_query* query) {
-    return query->a->vertices != NULL && query->b->vertices != NULL;
-}
-
-static void gjk_set_points(gjk_state* state, pli_vec3 a, pli_vec3 b, gjk_vertex* v) {
-    state->is_finite = state->is_finite && plii_vec3_is_finite(a) && plii_vec3_is_finite(b);
-    v->a = plii_dvec3_add(plii_dvec3_from(a), state->query->offset);
-    v->b = plii_dvec3_from(b);
-    v->w = plii_dvec3_sub(v->a, v->b);
-    const double squared = plii_dvec3_dot(v->w, v->w);
-    if (squared > state->reach_squared) { state->reach_squared = squared; }
-}
-
-/* Sets the points of numbered vertices. */
-static void gjk_set_vertices(gjk_state* state, gjk_vertex* v) {
-    const plii_convex *a = state->query->a, *b = state->query->b;
-    gjk_set_points(state, a->vertices->point(a->user, v->vertices[0]), b->vertices->point(b->user, v->vertices[1]), v);
-}
-
 /* Support point of a - b against `normal`, and the bound on the distance that it proves. */
 static gjk_vertex gjk_support(gjk_state* state, pli_vec3 normal) {
     const plii_convex *a = state->query->a, *b = state->query->b;
-    gjk_vertex v;
+    const pli_vec3 point_a = a->support(a->user, pli_vec3_neg(normal)), point_b = b->support(b->user, normal);
     state->support_calls += 2;
-    v.direction = normal;
-    if (gjk_has_vertices(state->query)) {
-        v.vertices[0] = a->vertices->farthest(a->user, pli_vec3_neg(normal));
-        v.vertices[1] = b->vertices->farthest(b->user, normal);
-        gjk_set_vertices(state, &v);
-    } else {
-        v.vertices[0] = v.vertices[1] = PLI_NULL_INDEX;
-        const pli_vec3 point = a->support(a->user, pli_vec3_neg(normal));
-        gjk_set_points(state, point, b->support(b->user, normal), &v);
-    }
+    state->is_finite = state->is_finite && plii_vec3_is_finite(point_a) && plii_vec3_is_finite(point_b);
+    gjk_vertex v = {.direction = normal, .b = plii_dvec3_from(point_b)};
+    v.a = plii_dvec3_add(plii_dvec3_from(point_a), state->query->offset);
+    v.w = plii_dvec3_sub(v.a, v.b);
+    const double squared = plii_dvec3_dot(v.w, v.w);
+    if (squared > state->reach_squared) { state->reach_squared = squared; }
     const plii_dvec3 n = plii_dvec3_from(normal);
     const double bound = plii_dvec3_dot(n, v.w) / plii_dvec3_length(n);
     if (bound > state->lower_bound) {
@@ -208,13 +184,8 @@ static pli_vec3 gjk_first_direction(const plii_gjk_query* query) {
 /* Fills the simplex with what the last query knew, or with the point towards the other centre. */
 static void gjk_start(gjk_state* state, const plii_convex_cache* cache) {
     const int cached_count = cache == NULL ? 0 : cache->count;
-    for (int i = 0; i < cached_count && cache->has_vertices && gjk_has_vertices(state->query); ++i) {
-        gjk_vertex v = {.vertices = {cache->as.vertices[i][0], cache->as.vertices[i][1]}};
-        gjk_set_vertices(state, &v);
-        if (!gjk_is_in_simplex(state, &v)) { state->simplex[state->count++] = v; }
-    }
-    for (int i = 0; i < cached_count && !cache->has_vertices && gjk_may_call(state); ++i) {
-        const gjk_vertex v = gjk_support(state, cache->as.directions[i]);
+    for (int i = 0; i < cached_count && gjk_may_call(state); ++i) {
+        const gjk_vertex v = gjk_support(state, cache->directions[i]);
         if (!gjk_is_in_simplex(state, &v)) { state->simplex[state->count++] = v; }
         if (state->lower_bound > state->query->max_distance) { return; }
     }
@@ -241,23 +212,10 @@ static void gjk_reduce(gjk_state* state, gjk_nearest* nearest) {
 
 /* Of pairs that are too far apart, the direction that shows it suffices: next time it will do so at once. */
 static void gjk_write_cache(const gjk_state* state, plii_convex_relation relation, plii_convex_cache* cache) {
-    if (relation == PLII_CONVEX_BEYOND) {
-        cache->as.directions[0] = state->bound_direction;
-        cache->count = 1;
-        cache->has_vertices = false;
-        return;
+    cache->count = relation == PLII_CONVEX_BEYOND ? 1 : state->count;
+    for (int i = 0; i < cache->count; ++i) {
+        cache->directions[i] = relation == PLII_CONVEX_BEYOND ? state->bound_direction : state->simplex[i].direction;
     }
-    cache->has_vertices = gjk_has_vertices(state->query);
-    for (int i = 0; i < state->count; ++i) {
-        const gjk_vertex* v = &state->simplex[i];
-        if (cache->has_vertices) {
-            cache->as.vertices[i][0] = v->vertices[0];
-            cache->as.vertices[i][1] = v->vertices[1];
-        } else {
-            cache->as.directions[i] = v->direction;
-        }
-    }
-    cache->count = state->count;
 }
 
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result) {

@@ -1,5 +1,4 @@
-#ifndef PLII_GJK_H
-#define PLII_GJK_H
+#pragma once
 
 /* Distance of two convex cores with the nearest points, or that they overlap. */
 
@@ -13,19 +12,11 @@
 /* A point of the core that lies farthest along `direction`, a unit vector. Finite; the same for the same direction. */
 typedef pli_vec3 plii_support_fn(const void* user, pli_vec3 direction);
 
-/* Points of a core that keep their numbers while it moves and deforms; support(user, d) is point(user, farthest(user,
-   d)). */
-typedef struct plii_convex_vertices {
-    int (*farthest)(const void* user, pli_vec3 direction);
-    pli_vec3 (*point)(const void* user, int vertex);
-} plii_convex_vertices;
-
 typedef struct plii_convex {
     plii_support_fn* support;
     const void* user;
     pli_vec3 centre; /* somewhere near the middle of the core: where searches start, needs not lie inside */
     float radius;    /* the set is all that lies within this of the core; m. The queries here look at cores only */
-    const plii_convex_vertices* vertices; /* or NULL */
 } plii_convex;
 
 typedef enum plii_convex_relation {
@@ -35,15 +26,16 @@ typedef enum plii_convex_relation {
     PLII_CONVEX_UNDEFINED    /* a support point is not finite */
 } plii_convex_relation;
 
-/* What one pair remembers from query to query; all zero at first. Vertices or support directions instead of points, so
-   that it stays of use while both sets move and deform. */
+/* What one pair remembers from query to query; all zero at first. Support directions instead of points, so that it
+   stays of use while both sets move and deform. */
+enum { PLII_CONVEX_CACHE_POINTS = 4 };
+
 typedef struct plii_convex_cache {
     union {
-        pli_vec3 directions[4]; /* normals (b to a) whose support points made the last simplex */
-        int vertices[4][2];     /* of a and b, in the last simplex, where both have numbered vertices */
-    } as;
+        pli_vec3 points[PLII_CONVEX_CACHE_POINTS]; /* of those who keep contacts and no simplex */
+        pli_vec3 directions[4];                    /* normals (b to a) whose support points made the last simplex */
+    };
     int count;
-    bool has_vertices;
     pli_vec3 normal; /* of the last signed distance */
     bool has_normal;
 } plii_convex_cache;
@@ -73,5 +65,3 @@ typedef struct plii_gjk_result {
 
 /* Ends by the gap of the bounds, or when nothing improves in double precision. `cache` may be NULL. */
 void plii_gjk_run(const plii_gjk_query* query, plii_convex_cache* cache, plii_gjk_result* result);
-
-#endif

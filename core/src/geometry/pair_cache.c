@@ -2,8 +2,6 @@
 
 #include "geometry/pair_cache.h"
 
-#define PAIR_LOOK_AHEAD 3
-
 /* Of keys with the same hash, which hardly happens, only the first is found. */
 static uint64_t pair_hash(plii_pair_key key) {
     uint64_t hash = (uint64_t)(uintptr_t)key.other;
@@ -35,7 +33,7 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
     cache->before_count = cache->present_count;
     cache->present = records;
     cache->present_capacity = capacity;
-    cache->present_count = cache->next = 0;
+    cache->present_count = 0;
 
     /* Both have the same size, so that a step like the last one needs nothing. Doubling would have each overtake the
        other. */
@@ -61,22 +59,9 @@ static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
     return index != PLI_NULL_INDEX && pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
 }
 
-const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
+plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {
     const int index = pair_find_before(cache, key);
     return index != PLI_NULL_INDEX ? &cache->before[index].cache : NULL;
-}
-
-/* Pairs mostly come in the order of the last step, some of which do not come any more. */
-static int pair_find_previous(plii_pair_cache* cache, plii_pair_key key) {
-    for (int index = cache->next; index < cache->before_count && index < cache->next + PAIR_LOOK_AHEAD; ++index) {
-        if (pair_keys_equal(cache->before[index].key, key)) {
-            cache->next = index + 1;
-            return index;
-        }
-    }
-    const int index = pair_find_before(cache, key);
-    if (index != PLI_NULL_INDEX) { cache->next = index + 1; }
-    return index;
 }
 
 void plii_pair_cache_clear(plii_pair_cache* cache) {
@@ -87,7 +72,7 @@ void plii_pair_cache_clear(plii_pair_cache* cache) {
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key) {
     if (!PLII_RESERVE(context, &cache->present, &cache->present_capacity, cache->present_count + 1)) { return NULL; }
     plii_pair_record* record = &cache->present[cache->present_count++];
-    *record = (plii_pair_record){.key = key, .previous_index = pair_find_previous(cache, key)};
+    *record = (plii_pair_record){.key = key, .previous_index = pair_find_before(cache, key)};
     if (record->previous_index != PLI_NULL_INDEX) { record->cache = cache->before[record->previous_index].cache; }
     return &record->cache;
 }

@@ -1,5 +1,4 @@
-#ifndef PLII_PAIR_CACHE_H
-#define PLII_PAIR_CACHE_H
+#pragma once
 
 /* What pairs of convex sets remember from one step to the next, found by key. Only pairs that were asked for in the
    last step are kept. */
@@ -26,7 +25,6 @@ typedef struct plii_pair_cache {
     plii_pair_record* before; /* of the last step */
     int before_count, before_capacity;
     plii_key_table table; /* of `before` */
-    int next;             /* index in `before` of what is likely to be asked next */
 } plii_pair_cache;
 
 /* Room for that many pairs in a step; false when out of memory. */
@@ -37,10 +35,8 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache);
    record is the last of those present. */
 plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* cache, plii_pair_key key);
 /* What a pair held in the last step; NULL when it was not asked for. Does not count as asking. */
-const plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
+plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
 void plii_pair_cache_clear(plii_pair_cache* cache);
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);
 size_t plii_pair_cache_bytes(const plii_pair_cache* cache);
-
-#endif

@@ -1,23 +1,19 @@
 /* Signed distances on a grid from a triangle soup.
 
    Inside is where the winding number is above one half either way, so that holes, parts turned over, parts inside of
-   others and parts that cross each other do no harm. Distances are exact in the blocks of samples near the surface;
-   farther away the nearest triangles of the blocks' centres are handed from sample to sample in sweeps. Where the sign
-   changes far from any triangle there is a hole: the solid gets a surface there, and the distances around are lowered
-   to it. */
+   others and parts that cross each other do no harm. Where the sign changes far from any triangle there is a hole: the
+   solid gets a surface there, and the distances around are lowered to it. */
 
 #include "geometry/sdf_grid.h"
 
-#include "base/scratch.h"
 #include "geometry/winding_number.h"
 
 /* Samples along the edge of a block. */
 #define SAMPLING_BLOCK 4
-/* From the centre of a block to its corner samples, in cells. */
-#define SAMPLING_BLOCK_RADIUS 2.6f
-/* Blocks with a sample this near to the surface are exact, in cells. */
-#define SAMPLING_BAND 1.5f
-/* Winding numbers farther than this from one half hold for a whole block away from the surface. */
+/* A block whose centre is farther than this from the surface, in cells, lies on one side of it; its samples are within
+   2.6. */
+#define SAMPLING_NEAR 4.1f
+/* Winding numbers farther than this from one half hold for the whole of such a block. */
 #define SAMPLING_CLEAR 0.25f
 /* So far from a triangle its two sides are looked at, in cells. */
 #define SAMPLING_SIDE 0.05f
@@ -31,9 +27,8 @@ typedef struct sampling_grid {
     const plii_soup* soup;
     plii_winding winding;
     int counts[3];
-    size_t strides[3];
+    size_t strides[3], count;
     float* distances;
-    int* nearest; /* triangle of each sample; -1 - triangle where the distance is exact */
     bool* is_inside;
     float highest_winding; /* of all samples, absolute */
 } sampling_grid;
@@ -46,8 +41,11 @@ static pli_vec3 sampling_point(int i, int j, int k) {
     return pli_vec3_make((float)i, (float)j, (float)k);
 }
 
-static size_t sampling_index(const sampling_grid* grid, int i, int j, int k) {
-    return (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
+/* Coordinates of a sample along the axes. */
+static void sampling_locate(const sampling_grid* grid, size_t sample, int at[3]) {
+    for (int axis = 0; axis < 3; ++axis) {
+        at[axis] = (int)(sample / grid->strides[axis] % (size_t)grid->counts[axis]);
+    }
 }
 
 // ------------------------------------------------------------------------------------------------ walls inside
@@ -87,23 +85,16 @@ static void sampling_fill_block(sampling_grid* grid, const int first[3]) {
     const float half = 0.5f * (float)(SAMPLING_BLOCK - 1);
     const pli_vec3 centre = pli_vec3_add(sampling_point(first[0], first[1], first[2]), pli_vec3_make(half, half, half));
     float centre_distance;
-    const int centre_nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
-    const bool is_near = centre_distance <= SAMPLING_BLOCK_RADIUS + SAMPLING_BAND;
+    int nearest = plii_soup_nearest(grid->soup, centre, PLI_NULL_INDEX, &centre_distance);
+    const bool is_near = centre_distance <= SAMPLING_NEAR;
     float winding = is_near ? 0.5f : fabsf(plii_winding_at(&grid->winding, centre));
     const bool is_clear = fabsf(winding - 0.5f) > SAMPLING_CLEAR;
-    int nearest = centre_nearest;
     for (int k = first[2]; k < end[2]; ++k) {
         for (int j = first[1]; j < end[1]; ++j) {
             for (int i = first[0]; i < end[0]; ++i) {
-                const size_t at = sampling_index(grid, i, j, k);
+                const size_t at = (size_t)i + grid->strides[1] * (size_t)j + grid->strides[2] * (size_t)k;
                 const pli_vec3 p = sampling_point(i, j, k);
-                if (is_near) {
-                    nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
-                    grid->nearest[at] = -1 - nearest;
-                } else {
-                    grid->nearest[at] = centre_nearest;
-                    grid->distances[at] = plii_soup_distance(grid->soup, centre_nearest, p);
-                }
+                nearest = plii_soup_nearest(grid->soup, p, nearest, &grid->distances[at]);
                 if (!is_clear) { winding = fabsf(plii_winding_at(&grid->winding, p)); }
                 grid->is_inside[at] = sampling_is_solid(winding);
                 grid->highest_winding = plii_max(grid->highest_winding, winding);
@@ -123,61 +114,22 @@ static void sampling_fill_blocks(sampling_grid* grid) {
     }
 }
 
-// ---------------------------------------------------------------------------------------------------- sweeps
-
-/* Whether the nearest triangle of a neighbour is nearer than the sample's own. */
-static void sampling_update(sampling_grid* grid, size_t at, pli_vec3 p, size_t neighbour) {
-    const int other = grid->nearest[neighbour];
-    const int triangle = other < 0 ? -1 - other : other;
-    if (triangle == grid->nearest[at]) { return; }
-    const float distance = plii_soup_distance(grid->soup, triangle, p);
-    if (!(distance < grid->distances[at])) { return; }
-    grid->distances[at] = distance;
-    grid->nearest[at] = triangle;
-}
-
-/* One pass over the grid; bit `axis` of `direction`: backward along that axis. */
-static void sampling_sweep(sampling_grid* grid, int direction) {
-    for (int kk = 0; kk < grid->counts[2]; ++kk) {
-        const int k = (direction & 4) != 0 ? grid->counts[2] - 1 - kk : kk;
-        for (int jj = 0; jj < grid->counts[1]; ++jj) {
-            const int j = (direction & 2) != 0 ? grid->counts[1] - 1 - jj : jj;
-            for (int ii = 0; ii < grid->counts[0]; ++ii) {
-                const int i = (direction & 1) != 0 ? grid->counts[0] - 1 - ii : ii;
-                const size_t at = sampling_index(grid, i, j, k);
-                if (grid->nearest[at] < 0) { continue; }
-                const pli_vec3 p = sampling_point(i, j, k);
-                const int steps[3] = {ii, jj, kk};
-                for (int axis = 0; axis < 3; ++axis) {
-                    if (steps[axis] == 0) { continue; }
-                    const bool is_backward = (direction >> axis & 1) != 0;
-                    sampling_update(grid, at, p, is_backward ? at + grid->strides[axis] : at - grid->strides[axis]);
-                }
-            }
-        }
-    }
-}
-
 // ----------------------------------------------------------------------------------------------------- holes
 
 /* Both sides of a change of sign that no triangle explains. */
 static bool sampling_find_holes(sampling_grid* grid) {
     bool has_holes = false;
-    for (int k = 0; k < grid->counts[2]; ++k) {
-        for (int j = 0; j < grid->counts[1]; ++j) {
-            for (int i = 0; i < grid->counts[0]; ++i) {
-                const size_t at = sampling_index(grid, i, j, k);
-                const int sample[3] = {i, j, k};
-                for (int axis = 0; axis < 3; ++axis) {
-                    if (sample[axis] + 1 == grid->counts[axis]) { continue; }
-                    const size_t next = at + grid->strides[axis];
-                    if (grid->is_inside[at] == grid->is_inside[next]) { continue; }
-                    if (grid->distances[at] + grid->distances[next] <= SAMPLING_HOLE) { continue; }
-                    grid->distances[at] = plii_min(grid->distances[at], 0.5f);
-                    grid->distances[next] = plii_min(grid->distances[next], 0.5f);
-                    has_holes = true;
-                }
-            }
+    for (size_t i = 0; i < grid->count; ++i) {
+        int at[3];
+        sampling_locate(grid, i, at);
+        for (int axis = 0; axis < 3; ++axis) {
+            if (at[axis] + 1 == grid->counts[axis]) { continue; }
+            const size_t next = i + grid->strides[axis];
+            if (grid->is_inside[i] == grid->is_inside[next]) { continue; }
+            if (grid->distances[i] + grid->distances[next] <= SAMPLING_HOLE) { continue; }
+            grid->distances[i] = plii_min(grid->distances[i], 0.5f);
+            grid->distances[next] = plii_min(grid->distances[next], 0.5f);
+            has_holes = true;
         }
     }
     return has_holes;
@@ -188,26 +140,24 @@ static bool sampling_find_holes(sampling_grid* grid) {
    1986). */
 static void sampling_lower(sampling_grid* grid, bool is_backward) {
     const float lengths[4] = {0.0f, 1.0f, 1.41421356f, 1.73205081f};
-    for (int kk = 0; kk < grid->counts[2]; ++kk) {
-        const int k = is_backward ? grid->counts[2] - 1 - kk : kk;
-        for (int jj = 0; jj < grid->counts[1]; ++jj) {
-            const int j = is_backward ? grid->counts[1] - 1 - jj : jj;
-            for (int ii = 0; ii < grid->counts[0]; ++ii) {
-                const int i = is_backward ? grid->counts[0] - 1 - ii : ii;
-                float* distance = &grid->distances[sampling_index(grid, i, j, k)];
-                /* The 13 neighbours before this one are the first of the 27 samples around it. */
-                for (int n = 0; n < 13; ++n) {
-                    const int sign = is_backward ? -1 : 1;
-                    const int dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
-                    const int x = i + sign * dx, y = j + sign * dy, z = k + sign * dz;
-                    if (x < 0 || y < 0 || z < 0 || x >= grid->counts[0] || y >= grid->counts[1] ||
-                        z >= grid->counts[2]) {
-                        continue;
-                    }
-                    const float length = lengths[dx * dx + dy * dy + dz * dz];
-                    *distance = plii_min(*distance, grid->distances[sampling_index(grid, x, y, z)] + length);
-                }
+    const int sign = is_backward ? -1 : 1;
+    for (size_t i = 0; i < grid->count; ++i) {
+        int at[3];
+        const size_t sample = is_backward ? grid->count - 1 - i : i;
+        sampling_locate(grid, sample, at);
+        /* The 13 neighbours before this one are the first of the 27 samples around it. */
+        for (int n = 0; n < 13; ++n) {
+            const int d[3] = {sign * (n % 3 - 1), sign * (n / 3 % 3 - 1), sign * (n / 9 - 1)};
+            ptrdiff_t step = 0;
+            bool is_there = true;
+            for (int axis = 0; axis < 3; ++axis) {
+                step += d[axis] * (ptrdiff_t)grid->strides[axis];
+                is_there = is_there && at[axis] + d[axis] >= 0 && at[axis] + d[axis] < grid->counts[axis];
             }
+            if (!is_there) { continue; }
+            const float length = lengths[d[0] * d[0] + d[1] * d[1] + d[2] * d[2]];
+            const float across = grid->distances[(ptrdiff_t)sample + step] + length;
+            grid->distances[sample] = plii_min(grid->distances[sample], across);
         }
     }
 }
@@ -215,17 +165,14 @@ static void sampling_lower(sampling_grid* grid, bool is_backward) {
 // ------------------------------------------------------------------------------------------------------- all
 
 /* False when nothing is inside. */
-static bool sampling_fill(sampling_grid* grid, size_t count) {
+static bool sampling_fill(sampling_grid* grid) {
     sampling_fill_blocks(grid);
     if (grid->highest_winding < SAMPLING_ENCLOSED) { return false; }
-    for (int direction = 0; direction < 8; ++direction) {
-        sampling_sweep(grid, direction);
-    }
     if (sampling_find_holes(grid)) {
         sampling_lower(grid, false);
         sampling_lower(grid, true);
     }
-    for (size_t i = 0; i < count; ++i) {
+    for (size_t i = 0; i < grid->count; ++i) {
         if (grid->is_inside[i]) { grid->distances[i] = -grid->distances[i]; }
     }
     return true;
@@ -233,23 +180,18 @@ static bool sampling_fill(sampling_grid* grid, size_t count) {
 
 pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling) {
     if (soup->count == 0) { return PLI_ERROR_INVALID_MESH; }
-    sampling_grid grid = {.soup = soup, .distances = sampling->samples};
-    size_t count = 1;
+    sampling_grid grid = {.soup = soup, .distances = sampling->samples, .count = 1};
     for (int axis = 0; axis < 3; ++axis) {
         grid.counts[axis] = sampling->counts[axis];
-        grid.strides[axis] = count;
-        count *= (size_t)sampling->counts[axis];
+        grid.strides[axis] = grid.count;
+        grid.count *= (size_t)sampling->counts[axis];
     }
-    plii_scratch scratch = {.context = soup->context};
-    grid.nearest = plii_scratch_take(&scratch, count * sizeof *grid.nearest);
-    grid.is_inside = plii_scratch_take(&scratch, count * sizeof *grid.is_inside);
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (!scratch.is_short && plii_winding_build(&grid.winding, soup)) {
-        status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid, count)
-                     ? PLI_OK
-                     : PLI_ERROR_INVALID_MESH;
+    if (PLII_ALLOCATE(soup->context, &grid.is_inside, grid.count) && plii_winding_build(&grid.winding, soup)) {
+        status = sampling_hide_inner_triangles(soup, &grid.winding) && sampling_fill(&grid) ? PLI_OK
+                                                                                            : PLI_ERROR_INVALID_MESH;
     }
     plii_winding_free(&grid.winding);
-    plii_scratch_free(&scratch);
+    PLII_RELEASE(soup->context, grid.is_inside, grid.count);
     return status;
 }

@@ -1,5 +1,4 @@
-#ifndef PLII_SDF_GRID_H
-#define PLII_SDF_GRID_H
+#pragma once
 
 /* Signed distances to a solid that triangles enclose, at the points of a grid. */
 
@@ -14,5 +13,3 @@ typedef struct plii_sdf_grid {
 /* Fills the samples, for which the caller has made room; hides triangles of the soup that lie inside of the solid.
    @return PLI_ERROR_OUT_OF_MEMORY, or PLI_ERROR_INVALID_MESH when nothing is inside; without a message */
 pli_status plii_sdf_grid_run(plii_soup* soup, const plii_sdf_grid* sampling);
-
-#endif

@@ -188,7 +188,7 @@ PLII_SIMD_INLINE bool spatial_hash_scan(const spatial_hash_search* search, const
         const plii_float4 squared = spatial_hash_squared_distances(hash, first, p);
         const int left = run->end - first;
         const unsigned in_run = left < PLII_LANES ? lanes_left[left] : 15u;
-        const unsigned bits = (unsigned)plii_lanes_bits(plii_lanes_less(squared, limit)) & in_run;
+        const unsigned bits = (unsigned)plii_lanes_bits(squared < limit) & in_run;
         float distances[PLII_LANES];
         plii_float4_store(distances, squared);
         int count = pairs->count;

@@ -1,5 +1,4 @@
-#ifndef PLII_SPATIAL_HASH_H
-#define PLII_SPATIAL_HASH_H
+#pragma once
 
 /* Pairs of points that are near each other, in linear time: points are counted into the cells of an unbounded grid and
    laid out densely. The table of cells is the grid itself where that is small enough, so that neighbours are near in
@@ -68,5 +67,3 @@ bool plii_spatial_hash_find_near(pli_context* context, const plii_spatial_hash* 
                                  plii_node_pairs* pairs);
 /* Whether two points lie in the same cell. */
 bool plii_spatial_hash_same_cell(const plii_spatial_hash* hash, pli_vec3 a, pli_vec3 b);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_SUPPORT_POINTS_H
-#define PLII_SUPPORT_POINTS_H
+#pragma once
 
 /* Farthest points of deforming sets of nodes. The coordinates of a set are packed when it is first asked in a step, and
    several are looked at at once. Sets of a few nodes are not kept here at all. */
@@ -38,17 +37,5 @@ void plii_support_points_update(const pli_vec4* positions, plii_support_points* 
 int plii_support_points_query(const plii_support_points* set, pli_vec3 direction);
 /* How far the set reaches along `direction`. */
 float plii_support_points_reach(const plii_support_points* set, pli_vec3 direction);
-/* True when a line from `hub` to a node passes `point` within `distance`, so that the hull does where it holds the hub;
-   false says nothing. The vector from the nearest of these lines to `point` goes to `gap`; zero where nothing is kept.
- */
-bool plii_support_points_has_near(const plii_support_points* set, pli_vec3 hub, pli_vec3 point, float distance,
-                                  pli_vec3* gap);
-#define PLII_SUPPORT_BATCH 64
-/* Of the batch of nodes that begins at index `first`, those that lie less than `limit` above the plane through `foot`,
-   in the order of the set; returns how many. */
-int plii_support_points_find_below(const plii_support_points* set, int first, pli_vec3 foot, pli_vec3 normal,
-                                   float limit, pli_vec3 points[PLII_SUPPORT_BATCH], float heights[PLII_SUPPORT_BATCH]);
 void plii_support_points_release(pli_context* context, plii_support_points* set);
 size_t plii_support_points_bytes(const plii_support_points* set);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_TRIANGLE_SOUP_H
-#define PLII_TRIANGLE_SOUP_H
+#pragma once
 
 /* Triangles without connections, for questions that do not need any, with a tree over them. */
 
@@ -30,5 +29,3 @@ void plii_soup_free(plii_soup* soup);
    PLI_NULL_INDEX, the search is faster the nearer the guess is. */
 int plii_soup_nearest(const plii_soup* soup, pli_vec3 point, int guess, float* distance);
 float plii_soup_distance(const plii_soup* soup, int triangle, pli_vec3 point);
-
-#endif

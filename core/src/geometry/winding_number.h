@@ -1,5 +1,4 @@
-#ifndef PLII_WINDING_NUMBER_H
-#define PLII_WINDING_NUMBER_H
+#pragma once
 
 /* How often a surface goes round a point: 1 inside of a closed surface that faces outward and 0 outside; with holes
    or doubled parts something in between that changes gradually. */
@@ -26,5 +25,3 @@ void plii_winding_free(plii_winding* winding);
 
 /* At a point, in logarithmic time. */
 float plii_winding_at(const plii_winding* winding, pli_vec3 point);
-
-#endif

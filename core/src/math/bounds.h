@@ -1,5 +1,4 @@
-#ifndef PLII_BOUNDS_H
-#define PLII_BOUNDS_H
+#pragma once
 
 /* Boxes along the axes. */
 
@@ -28,5 +27,3 @@ static inline bool plii_bounds_contain(pli_bounds outer, pli_bounds inner) {
 
 /* Bounds of a box after a rigid motion. */
 pli_bounds plii_bounds_transform(pli_bounds local, pli_transform pose);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_DEFINITION_H
-#define PLII_DEFINITION_H
+#pragma once
 
 /* Checks of what the user fills in: a definition has to come from its default function, and each of its fields has
    limits in a table. Errors name the field, its value and the limits. */
@@ -43,5 +42,3 @@ pli_status plii_check_made(pli_context* context, const void* def, size_t cookie_
 #define PLII_TRY_DEF(context, type, def, fields, function)                                                             \
     PLII_TRY(PLII_CHECK_MADE(context, type, def, function));                                                           \
     PLII_TRY(PLII_CHECK_FIELDS(context, def, fields, function))
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_DVEC3_H
-#define PLII_DVEC3_H
+#pragma once
 
 /* Vectors in double, for geometry whose decisions must survive cancellation. */
 
@@ -45,5 +44,3 @@ static inline plii_dvec3 plii_dvec3_rotate(const pli_mat3* m, plii_dvec3 v) {
 static inline double plii_dvec3_length(plii_dvec3 a) {
     return sqrt(plii_dvec3_dot(a, a));
 }
-
-#endif

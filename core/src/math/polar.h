@@ -1,5 +1,4 @@
-#ifndef PLII_POLAR_H
-#define PLII_POLAR_H
+#pragma once
 
 #include "math/vec.h"
 
@@ -11,5 +10,3 @@ pli_mat3 plii_polar_factor_of_bullet(pli_mat3 a);
    flaw: a matrix whose norms are below about 3e-4 or above about 3e3 comes back unchanged. Where it gives none, a flat
    matrix (rank 2) gets the rotation of the flat part and what has no factor gets `fallback`. Always finite. */
 pli_mat3 plii_polar_factor(pli_mat3 a, pli_mat3 fallback);
-
-#endif

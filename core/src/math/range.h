@@ -1,5 +1,4 @@
-#ifndef PLII_RANGE_H
-#define PLII_RANGE_H
+#pragma once
 
 /* Where numbers from outside are held against the limits of limits.h. */
 
@@ -54,5 +53,3 @@ pli_status plii_check_finite_points(pli_context* context, int count, const pli_v
                                     const char* function);
 /* PLI_OK, or the error of a mass that is neither 0 nor within the limits. */
 pli_status plii_check_mass(pli_context* context, float mass, const char* name, const char* function);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_ROTATION_FIT_H
-#define PLII_ROTATION_FIT_H
+#pragma once
 
 #include "math/vec.h"
 
@@ -8,5 +7,3 @@
    is one close to the start; a matrix that is not finite counts as zero. quaternion: the start, such as the result of
    the last step; any length, identity when useless. Replaced by the result, unit, on the start's side. */
 pli_mat3 plii_rotation_fit(const pli_mat3* matrix, pli_quat* quaternion);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_ROTATION_FIT_WARM_H
-#define PLII_ROTATION_FIT_WARM_H
+#pragma once
 
 #include "math/vec.h"
 
@@ -10,5 +9,3 @@
    What turns out not to be near, or has no one nearest rotation, is left to plii_rotation_fit. A result depends only on
    its own matrix and start. */
 void plii_rotation_fit_warm(int count, const pli_mat3* matrices, pli_quat* quaternions, pli_mat3* rotations);
-
-#endif

@@ -1,5 +1,4 @@
-#ifndef PLII_SIMD_FLOAT4_H
-#define PLII_SIMD_FLOAT4_H
+#pragma once
 
 /* Four floats at a time: the record of a node, or one component of four nodes. Results are those of the same operations
    one by one, which IEEE 754 rounds correctly, so they have the same bits everywhere. Operators are the compiler's, by
@@ -60,30 +59,6 @@ PLII_SIMD_INLINE plii_float4 plii_float4_all(float value) {
 PLII_SIMD_INLINE plii_float4 plii_lanes_xyzw(float x, float y, float z, float w) {
     return (plii_float4){x, y, z, w};
 }
-PLII_SIMD_INLINE plii_float4 plii_float4_add(plii_float4 a, plii_float4 b) {
-    return a + b;
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_sub(plii_float4 a, plii_float4 b) {
-    return a - b;
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_mul(plii_float4 a, plii_float4 b) {
-    return a * b;
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_div(plii_float4 a, plii_float4 b) {
-    return a / b;
-}
-PLII_SIMD_INLINE plii_float4 plii_float4_negate(plii_float4 a) {
-    return -a;
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_less(plii_float4 a, plii_float4 b) {
-    return a < b;
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_less_equal(plii_float4 a, plii_float4 b) {
-    return a <= b;
-}
-PLII_SIMD_INLINE plii_mask4 plii_lanes_both(plii_mask4 a, plii_mask4 b) {
-    return a & b;
-}
 /* Of bits: operations of floats and of integers are in different parts of a processor. */
 #if defined(__SSE2__)
 PLII_SIMD_INLINE plii_float4 plii_lanes_select(plii_mask4 mask, plii_float4 yes, plii_float4 no) {
@@ -100,10 +75,6 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_where(plii_mask4 mask, plii_float4 value
     return (plii_float4)(mask & (plii_mask4)value);
 }
 #endif
-/* `value` where a > b, else 0. */
-PLII_SIMD_INLINE plii_float4 plii_float4_where_greater(plii_float4 a, plii_float4 b, plii_float4 value) {
-    return plii_lanes_where(a > b, value);
-}
 /* copysignf */
 PLII_SIMD_INLINE plii_float4 plii_lanes_with_sign(plii_float4 size, plii_float4 sign) {
     return plii_lanes_select((plii_mask4)plii_float4_all(-0.0f), sign, size);
@@ -318,5 +289,3 @@ PLII_SIMD_INLINE void plii_vec3x4_to(pli_vec3* vectors, plii_vec3x4 v) {
     plii_float4_store(target + 4, PLII_SHUFFLE(yz, xy, 0, 2, 5, 7));
     plii_float4_store(target + 8, PLII_SHUFFLE(zx, yz, 1, 3, 5, 7));
 }
-
-#endif

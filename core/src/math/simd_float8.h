@@ -1,5 +1,4 @@
-#ifndef PLII_SIMD_FLOAT8_H
-#define PLII_SIMD_FLOAT8_H
+#pragma once
 
 /* Eight floats at a time: one register where the compiler has AVX2, else two of simd_float4.h, with the same results.
    What is worth it is compiled with AVX2 in a source file of its own and chosen at run time. */
@@ -22,6 +21,9 @@ PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
 PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
     return _mm256_extractf128_ps(a, 1);
 }
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return _mm256_set1_ps(value);
+}
 PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
     return _mm256_loadu_ps(source);
 }
@@ -32,16 +34,15 @@ PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
         return a op b;                                                                                                 \
     }
-PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
-    return _mm256_sqrt_ps(a);
-}
-/* plii_lanes_min and plii_lanes_max */
-PLII_SIMD_INLINE plii_float8 plii_float8_min(plii_float8 a, plii_float8 b) {
-    return _mm256_min_ps(a, b);
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_max(plii_float8 a, plii_float8 b) {
-    return _mm256_max_ps(a, b);
-}
+/* Functions of one register, or of both halves. */
+#define PLII_FLOAT8_UNARY(name, of_eight, of_four)                                                                     \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a) {                                                   \
+        return of_eight;                                                                                               \
+    }
+#define PLII_FLOAT8_BINARY(name, of_eight, of_four)                                                                    \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
+        return of_eight;                                                                                               \
+    }
 /* `value` where a > b, else 0. */
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
     return _mm256_and_ps((plii_float8)(a > b), value);
@@ -53,13 +54,6 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 /* Bit k where a < b in lane k. */
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return _mm256_movemask_ps((plii_float8)(a < b));
-}
-/* Of two records: w, w, w, w, and x, y, z, 0. */
-PLII_SIMD_INLINE plii_float8 plii_float8_all_w(plii_float8 a) {
-    return _mm256_shuffle_ps(a, a, 0xff);
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_xyz(plii_float8 a) {
-    return _mm256_blend_ps(a, _mm256_setzero_ps(), 0x88);
 }
 /* plii_float4_transpose of both halves. */
 PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
@@ -88,6 +82,9 @@ PLII_SIMD_INLINE plii_float4 plii_float8_low(plii_float8 a) {
 PLII_SIMD_INLINE plii_float4 plii_float8_high(plii_float8 a) {
     return a.high;
 }
+PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
+    return (plii_float8){plii_float4_all(value), plii_float4_all(value)};
+}
 PLII_SIMD_INLINE plii_float8 plii_float8_load(const float* source) {
     return (plii_float8){plii_float4_load(source), plii_float4_load(source + PLII_LANES)};
 }
@@ -99,18 +96,16 @@ PLII_SIMD_INLINE void plii_float8_store(float* target, plii_float8 a) {
     PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
         return (plii_float8){a.low op b.low, a.high op b.high};                                                        \
     }
-PLII_SIMD_INLINE plii_float8 plii_float8_sqrt(plii_float8 a) {
-    return (plii_float8){plii_float4_sqrt(a.low), plii_float4_sqrt(a.high)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_min(plii_float8 a, plii_float8 b) {
-    return (plii_float8){plii_lanes_min(a.low, b.low), plii_lanes_min(a.high, b.high)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_max(plii_float8 a, plii_float8 b) {
-    return (plii_float8){plii_lanes_max(a.low, b.low), plii_lanes_max(a.high, b.high)};
-}
+#define PLII_FLOAT8_UNARY(name, of_eight, of_four)                                                                     \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a) {                                                   \
+        return (plii_float8){of_four(a.low), of_four(a.high)};                                                         \
+    }
+#define PLII_FLOAT8_BINARY(name, of_eight, of_four)                                                                    \
+    PLII_SIMD_INLINE plii_float8 plii_float8_##name(plii_float8 a, plii_float8 b) {                                    \
+        return (plii_float8){of_four(a.low, b.low), of_four(a.high, b.high)};                                          \
+    }
 PLII_SIMD_INLINE plii_float8 plii_float8_where_greater(plii_float8 a, plii_float8 b, plii_float8 value) {
-    return (plii_float8){plii_float4_where_greater(a.low, b.low, value.low),
-                         plii_float4_where_greater(a.high, b.high, value.high)};
+    return (plii_float8){plii_lanes_where(a.low > b.low, value.low), plii_lanes_where(a.high > b.high, value.high)};
 }
 PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 b, plii_float8 yes, plii_float8 no) {
     return (plii_float8){plii_lanes_select(a.low < b.low, yes.low, no.low),
@@ -118,12 +113,6 @@ PLII_SIMD_INLINE plii_float8 plii_float8_select_less(plii_float8 a, plii_float8 
 }
 PLII_SIMD_INLINE int plii_float8_less_bits(plii_float8 a, plii_float8 b) {
     return plii_lanes_bits(a.low < b.low) | plii_lanes_bits(a.high < b.high) << PLII_LANES;
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_all_w(plii_float8 a) {
-    return (plii_float8){plii_lanes_all_w(a.low), plii_lanes_all_w(a.high)};
-}
-PLII_SIMD_INLINE plii_float8 plii_float8_xyz(plii_float8 a) {
-    return (plii_float8){plii_lanes_xyz(a.low), plii_lanes_xyz(a.high)};
 }
 PLII_SIMD_INLINE void plii_float8_transpose4(plii_float8 r[4]) {
     plii_float4 low[4] = {r[0].low, r[1].low, r[2].low, r[3].low};
@@ -142,6 +131,12 @@ PLII_FLOAT8_OPERATOR(add, +)
 PLII_FLOAT8_OPERATOR(sub, -)
 PLII_FLOAT8_OPERATOR(mul, *)
 PLII_FLOAT8_OPERATOR(div, /)
+PLII_FLOAT8_BINARY(min, _mm256_min_ps(a, b), plii_lanes_min)
+PLII_FLOAT8_BINARY(max, _mm256_max_ps(a, b), plii_lanes_max)
+PLII_FLOAT8_UNARY(sqrt, _mm256_sqrt_ps(a), plii_float4_sqrt)
+/* Of two records: w, w, w, w, and x, y, z, 0. */
+PLII_FLOAT8_UNARY(all_w, _mm256_shuffle_ps(a, a, 0xff), plii_lanes_all_w)
+PLII_FLOAT8_UNARY(xyz, _mm256_blend_ps(a, _mm256_setzero_ps(), 0x88), plii_lanes_xyz)
 
 /* Of what is called in many places: inline where vectors stay in registers, elsewhere it would only be large. */
 #if defined(__AVX2__)
@@ -149,10 +144,6 @@ PLII_FLOAT8_OPERATOR(div, /)
 #else
 #define PLII_SIMD_LARGE static
 #endif
-
-PLII_SIMD_INLINE plii_float8 plii_float8_all(float value) {
-    return plii_float8_of(plii_float4_all(value), plii_float4_all(value));
-}
 
 /* Eight vectors by components. */
 typedef struct plii_vec3x8 {
@@ -236,4 +227,26 @@ PLII_SIMD_INLINE void plii_nodes8_scatter(pli_vec4* records, const uint32_t* sca
     plii_simd_store_two(records, scaled_indices + 6, r[3]);
 }
 
-#endif
+/* Two records, or the last one alone. */
+PLII_SIMD_INLINE plii_float8 plii_float8_from(const pli_vec4* records, int first, bool are_two) {
+    return are_two ? plii_float8_load(&records[first].x)
+                   : plii_float8_of(plii_float4_from(&records[first]), plii_float4_all(0.0f));
+}
+PLII_SIMD_INLINE void plii_float8_to(pli_vec4* records, int first, bool are_two, plii_float8 a) {
+    if (are_two) {
+        plii_float8_store(&records[first].x, a);
+    } else {
+        plii_float4_to(&records[first], plii_float8_low(a));
+    }
+}
+
+/* A range of records by name##_at, two at a time; the copy of the task is one that no store can change. */
+#define PLII_RECORDS_RANGE(name, task_type)                                                                            \
+    static void name(int begin, int end, void* data) {                                                                 \
+        const task_type task = *(const task_type*)data;                                                                \
+        int i = begin;                                                                                                 \
+        for (; i + 1 < end; i += 2) {                                                                                  \
+            name##_at(&task, i, true);                                                                                 \
+        }                                                                                                              \
+        if (i < end) { name##_at(&task, i, false); }                                                                   \
+    }

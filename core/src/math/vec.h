@@ -1,5 +1,4 @@
-#ifndef PLII_VEC_H
-#define PLII_VEC_H
+#pragma once
 
 /* Vector and matrix helpers of the core. Where Bullet's float results are to be met bit for bit, the order of the
    operations is part of the contract. */
@@ -90,5 +89,3 @@ pli_mat3 plii_mat3_cross(pli_vec3 v);
 float plii_mat3_determinant(pli_mat3 m);
 /* Adjugate over determinant by the first row, no check for singularity (btMatrix3x3::inverse). */
 pli_mat3 plii_mat3_inverse(pli_mat3 m);
-
-#endif

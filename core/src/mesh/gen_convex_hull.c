@@ -2,6 +2,7 @@
    are the corners of the hull in the order of the points. */
 
 #include "geometry/convex_hull.h"
+#include "math/bounds.h"
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
@@ -50,8 +51,7 @@ pli_status pli_mesh_create_convex_hull(pli_context* context, int point_count, co
     if (point_count > 0) {
         pli_bounds bounds = {points[0], points[0]};
         for (int i = 1; i < point_count; ++i) {
-            bounds.min = plii_vec3_min(bounds.min, points[i]);
-            bounds.max = plii_vec3_max(bounds.max, points[i]);
+            bounds = plii_bounds_add(bounds, points[i]);
         }
         tolerance = tolerance_ratio * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
     }

@@ -5,7 +5,6 @@
 #include "mesh/mesh_impl.h"
 #include "pliant/generate.h"
 
-#include <limits.h>
 #include <string.h>
 
 pli_patch_def pli_patch_def_default(void) {
@@ -21,25 +20,14 @@ pli_patch_def pli_patch_def_default(void) {
     };
 }
 
-static pli_status patch_check(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function) {
-    PLII_TRY(PLII_CHECK_MADE(context, pli_patch_def, def, function));
-    const pli_vec3 corners[4] = {def->corner_00, def->corner_10, def->corner_01, def->corner_11};
-    PLII_TRY(plii_check_finite_points(context, 4, corners, "point", function));
-    if (def->columns < 2 || def->rows < 2) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "a patch of %d x %d nodes, it must be 2 x 2 or more", def->columns, def->rows);
-    }
-    if ((int64_t)def->columns * def->rows > INT_MAX) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "a patch of %d x %d nodes is too large",
-                         def->columns, def->rows);
-    }
-    if ((def->pins & ~allowed_pins) != 0) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
-                         "the pins 0x%x name nodes that this patch does not pin",
-                         (unsigned)(def->pins & ~allowed_pins));
-    }
-    return PLI_OK;
-}
+static const plii_field patch_fields[] = {
+    PLII_FIELD(pli_patch_def, corner_00, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_patch_def, corner_10, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_patch_def, corner_01, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_patch_def, corner_11, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_patch_def, columns, 2, 1 << 30),
+    PLII_FIELD(pli_patch_def, rows, 2, 1 << 30),
+};
 
 static int patch_node(const pli_patch_def* def, int x, int y) {
     return y * def->columns + x;
@@ -50,7 +38,12 @@ static int patch_node(const pli_patch_def* def, int x, int y) {
 static pli_status patch_begin(pli_context* context, const pli_patch_def* def, int allowed_pins, const char* function,
                               pli_mesh** mesh) {
     PLII_TRY(plii_check_mesh_create(context, mesh, function));
-    PLII_TRY(patch_check(context, def, allowed_pins, function));
+    PLII_TRY_DEF(context, pli_patch_def, def, patch_fields, function);
+    if ((def->pins & ~allowed_pins) != 0) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function,
+                         "the pins 0x%x name nodes that this patch does not pin",
+                         (unsigned)(def->pins & ~allowed_pins));
+    }
     const int64_t columns = def->columns, rows = def->rows;
     const int64_t cells = (columns - 1) * (rows - 1);
     const int64_t links = columns * (rows - 1) + rows * (columns - 1) + (def->diagonals ? cells : 0);

@@ -153,74 +153,27 @@ static bool text_is_digit(char c) {
     return c >= '0' && c <= '9';
 }
 
-/* strtof reads the decimal separator of the locale, so it is given that one. */
-static bool text_parse_slowly(const char* word, int length, float* value) {
+/* strtof would also take hexadecimal numbers, "inf" and "nan", and the decimal separator of the locale only. */
+bool plii_parse_float(const char* word, int length, float* value) {
     char copy[1024];
     const char* separator = localeconv()->decimal_point;
     const size_t separator_length = strlen(separator);
-    if ((size_t)length + separator_length >= sizeof copy) { return false; }
     size_t used = 0;
     for (int i = 0; i < length; ++i) {
+        if (used + separator_length >= sizeof copy) { return false; }
         if (word[i] == '.') {
             memcpy(copy + used, separator, separator_length);
             used += separator_length;
-        } else {
+        } else if (text_is_digit(word[i]) || memchr("+-eE", word[i], 4) != NULL) {
             copy[used++] = word[i];
+        } else {
+            return false;
         }
     }
     copy[used] = '\0';
     char* end = NULL;
     *value = strtof(copy, &end);
-    return end == copy + used && plii_is_finite(*value);
-}
-
-/* A product or quotient of two exact doubles is rounded correctly, and rounding it again to float is right unless it
-   lies in the middle between two floats. False where that, or more than 19 digits, needs strtof. */
-static bool text_scale_exactly(uint64_t digits, int exponent, float* value) {
-    static const double powers[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
-                                    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-    if (digits > UINT64_C(1) << 53 || exponent < -22 || exponent > 22) { return false; }
-    const double scaled = exponent < 0 ? (double)digits / powers[-exponent] : (double)digits * powers[exponent];
-    uint64_t bits;
-    memcpy(&bits, &scaled, sizeof bits);
-    const bool is_normal = scaled >= (double)FLT_MIN && scaled < (double)FLT_MAX;
-    if (digits != 0 && (!is_normal || (bits & UINT64_C(0x1fffffff)) == UINT64_C(0x10000000))) { return false; }
-    *value = (float)scaled;
-    return true;
-}
-
-bool plii_parse_float(const char* word, int length, float* value) {
-    const char* at = word;
-    const char* const end = word + length;
-    const bool is_negative = at < end && *at == '-';
-    if (at < end && (*at == '-' || *at == '+')) { ++at; }
-    uint64_t digits = 0;
-    int digit_count = 0, kept_count = 0, exponent = 0;
-    for (bool has_point = false; at < end && (text_is_digit(*at) || (*at == '.' && !has_point)); ++at) {
-        if (*at == '.') {
-            has_point = true;
-            continue;
-        }
-        ++digit_count;
-        if (digits != 0 || *at != '0') { ++kept_count; }
-        if (kept_count <= 19) { digits = digits * 10 + (uint64_t)(*at - '0'); }
-        exponent -= has_point;
-    }
-    if (digit_count == 0) { return false; }
-    if (at < end && (*at == 'e' || *at == 'E')) {
-        int written = 0;
-        if (!plii_parse_int(at + 1, (int)(end - at - 1), &written) || written < -100000 || written > 100000) {
-            return false;
-        }
-        exponent += written;
-        at = end;
-    }
-    if (at != end) { return false; }
-    if (kept_count <= 19 && text_scale_exactly(digits, exponent, value)) {
-        if (is_negative) { *value = -*value; }
-        return true;
-    }
-    return text_parse_slowly(word, length, value);
+    return used > 0 && end == copy + used && plii_is_finite(*value);
 }
 
 bool plii_parse_int(const char* word, int length, int* value) {

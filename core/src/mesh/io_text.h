@@ -1,5 +1,4 @@
-#ifndef PLII_IO_TEXT_H
-#define PLII_IO_TEXT_H
+#pragma once
 
 /* A text file in memory, read word by word, with the line number for messages. Numbers are read alike in every
    locale. */
@@ -48,5 +47,3 @@ pli_status plii_text_read_int(plii_text* text, const char* what, int* value);
 /* Whole words as numbers, correctly rounded; false when they are none, or too large. */
 bool plii_parse_float(const char* word, int length, float* value);
 bool plii_parse_int(const char* word, int length, int* value);
-
-#endif

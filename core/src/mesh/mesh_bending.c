@@ -9,8 +9,6 @@
 #include <limits.h>
 #include <stdlib.h>
 
-enum { BENDING_FEW = 64 }; /* nodes that are sorted by insertion */
-
 typedef struct bending_work {
     plii_scratch scratch;
     int node_count;
@@ -37,20 +35,6 @@ static bool bending_create(bending_work* work, const pli_mesh* mesh) {
 static int bending_compare(const void* a, const void* b) {
     const int *first = a, *second = b;
     return (*first > *second) - (*first < *second);
-}
-static void bending_sort(int* nodes, int count) {
-    if (count > BENDING_FEW) {
-        qsort(nodes, (size_t)count, sizeof *nodes, bending_compare);
-        return;
-    }
-    for (int i = 1; i < count; ++i) {
-        const int node = nodes[i];
-        int k = i;
-        for (; k > 0 && nodes[k - 1] > node; --k) {
-            nodes[k] = nodes[k - 1];
-        }
-        nodes[k] = node;
-    }
 }
 
 /* Nodes in the queue. */
@@ -96,7 +80,7 @@ static int64_t bending_count(bending_work* work, int distance) {
 static void bending_append(bending_work* work, pli_mesh* mesh, int distance, int material) {
     for (int i = 0; i < work->node_count; ++i) {
         const bending_found found = bending_search(work, i, distance, -i - 1);
-        bending_sort(found.nodes, found.count);
+        qsort(found.nodes, (size_t)found.count, sizeof *found.nodes, bending_compare);
         for (int k = 0; k < found.count; ++k) {
             mesh->links[mesh->link_count++] =
                 (pli_link){.nodes = {found.nodes[k], i}, .material = material, .is_bending = true};

@@ -1,5 +1,4 @@
-#ifndef PLII_MESH_IMPL_H
-#define PLII_MESH_IMPL_H
+#pragma once
 
 #include "base/context.h"
 #include "math/range.h"
@@ -57,5 +56,3 @@ pli_status plii_mesh_create_reserved(pli_context* context, int64_t nodes, int64_
 
 /* Bullet's permutation of links and faces; cannot fail. */
 void plii_mesh_shuffle(pli_mesh* mesh);
-
-#endif

@@ -1,17 +1,7 @@
 /* Motion, volume and bounds of a mesh, in the operation order of btSoftBody's transform, scale and getVolume. */
 
+#include "math/bounds.h"
 #include "mesh/mesh_impl.h"
-
-/* PLI_OK, or the error of a node that would be too far out. */
-static pli_status transform_check(const pli_mesh* mesh, int node, pli_vec3 moved, const char* function) {
-    if (plii_is_point(moved)) { return PLI_OK; }
-    if (!plii_vec3_is_finite(moved)) {
-        return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float", node);
-    }
-    return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
-                     "node %d would be at (%g, %g, %g), coordinates go to %g", node, (double)moved.x, (double)moved.y,
-                     (double)moved.z, (double)PLI_MAX_COORDINATE);
-}
 
 /* Moves all nodes or, if one would be too far out, none. */
 static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const char* function) {
@@ -19,7 +9,15 @@ static pli_status transform_apply(pli_mesh* mesh, pli_transform transform, const
         return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "the transform is not finite");
     }
     for (int i = 0; i < mesh->node_count; ++i) {
-        PLII_TRY(transform_check(mesh, i, pli_transform_point(transform, mesh->positions[i]), function));
+        const pli_vec3 moved = pli_transform_point(transform, mesh->positions[i]);
+        if (plii_is_point(moved)) { continue; }
+        if (!plii_vec3_is_finite(moved)) {
+            return plii_fail(mesh->context, PLI_ERROR_NOT_FINITE, function, "node %d would leave the range of float",
+                             i);
+        }
+        return plii_fail(mesh->context, PLI_ERROR_INVALID_VALUE, function,
+                         "node %d would be at (%g, %g, %g), coordinates go to %g", i, (double)moved.x, (double)moved.y,
+                         (double)moved.z, (double)PLI_MAX_COORDINATE);
     }
     for (int i = 0; i < mesh->node_count; ++i) {
         mesh->positions[i] = pli_transform_point(transform, mesh->positions[i]);
@@ -50,13 +48,8 @@ pli_status pli_mesh_scale(pli_mesh* mesh, pli_vec3 factors) {
         return PLII_FAIL(mesh->context, PLI_ERROR_NOT_FINITE, "the factors are (%g, %g, %g)", (double)factors.x,
                          (double)factors.y, (double)factors.z);
     }
-    for (int i = 0; i < mesh->node_count; ++i) {
-        PLII_TRY(transform_check(mesh, i, pli_vec3_mul(mesh->positions[i], factors), __func__));
-    }
-    for (int i = 0; i < mesh->node_count; ++i) {
-        mesh->positions[i] = pli_vec3_mul(mesh->positions[i], factors);
-    }
-    return PLI_OK;
+    const pli_transform scale = {plii_mat3_diagonal(factors.x, factors.y, factors.z), {0, 0, 0}};
+    return transform_apply(mesh, scale, __func__);
 }
 
 float pli_mesh_volume(const pli_mesh* mesh) {
@@ -78,8 +71,7 @@ pli_bounds pli_mesh_bounds(const pli_mesh* mesh) {
     if (plii_check_mesh(mesh, __func__) != PLI_OK || mesh->node_count == 0) { return bounds; }
     bounds.min = bounds.max = mesh->positions[0];
     for (int i = 1; i < mesh->node_count; ++i) {
-        bounds.min = plii_vec3_min(bounds.min, mesh->positions[i]);
-        bounds.max = plii_vec3_max(bounds.max, mesh->positions[i]);
+        bounds = plii_bounds_add(bounds, mesh->positions[i]);
     }
     return bounds;
 }

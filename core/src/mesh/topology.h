@@ -1,5 +1,4 @@
-#ifndef PLII_TOPOLOGY_H
-#define PLII_TOPOLOGY_H
+#pragma once
 
 /* What bodies share with their mesh. */
 
@@ -19,5 +18,3 @@ typedef struct plii_topology {
 /* With one reference, zeroed; NULL when out of memory. */
 plii_topology* plii_topology_create(pli_context* context, int face_count, int tetra_count, bool has_materials);
 void plii_topology_release(pli_context* context, plii_topology* topology);
-
-#endif

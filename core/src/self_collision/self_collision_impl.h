@@ -1,5 +1,4 @@
-#ifndef PLII_SELF_COLLISION_IMPL_H
-#define PLII_SELF_COLLISION_IMPL_H
+#pragma once
 
 /* Self-collision as solvers see it: solvers differ in where they keep nodes, and in how often a step solves. */
 
@@ -61,5 +60,3 @@ pli_vec3 plii_self_direction(int a, int b);
 
 /* Positions at rest of new nodes, after those of old ones. */
 void plii_self_carry_rest(const pli_body* body, const plii_topology_change* change, pli_vec3* rest);
-
-#endif

@@ -20,9 +20,8 @@ static plii_self_nodes self_faces_nodes(pli_body* body, const plii_self_faces_st
     return (plii_self_nodes){NULL, body->positions, state->starts};
 }
 
-static void self_faces_run_prepare(pli_body* body, void* data, const plii_step* step) {
+static void self_faces_run_prepare(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
-    (void)step;
     for (int i = 0; i < body->node_count; ++i) {
         state->starts[i] = body->previous[i];
     }
@@ -31,14 +30,13 @@ static void self_faces_run_prepare(pli_body* body, void* data, const plii_step* 
     plii_self_faces_restart(body, state, &nodes, state->travel);
 }
 
-static void self_faces_run_position(pli_body* body, void* data, const plii_step* step) {
+static void self_faces_run_position(pli_body* body, void* data) {
     const plii_self_nodes nodes = self_faces_nodes(body, data);
-    (void)step;
     plii_self_faces_solve(data, &nodes);
 }
 
 /* After velocities were taken from positions: they follow. */
-static void self_faces_run_finish(pli_body* body, void* data, const plii_step* step) {
+static void self_faces_run_finish(pli_body* body, void* data) {
     plii_self_faces_state* state = data;
     if (body->solver_class->has_substeps) { return; }
     const plii_self_nodes nodes = self_faces_nodes(body, state);
@@ -49,7 +47,7 @@ static void self_faces_run_finish(pli_body* body, void* data, const plii_step* s
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 change = pli_vec3_sub(plii_xyz(body->positions[i]), state->was[i]);
         plii_set_xyz(&body->velocities[i],
-                     pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, step->inverse_dt)));
+                     pli_vec3_add(plii_xyz(body->velocities[i]), pli_vec3_scale(change, body->step.inverse_dt)));
     }
 }
 
@@ -80,7 +78,10 @@ static const plii_feature_array self_faces_arrays[] = {
     {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true},
     {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE},
     {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE},
-    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1},
+    {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
+    {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
+    {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
+    {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3},
     {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE},
     {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity)},
@@ -156,9 +157,8 @@ pli_status pli_body_enable_self_faces(pli_body* body, const pli_self_faces_def* 
     if (body->topology->face_count == 0) {
         return PLII_FAIL(body->context, PLI_ERROR_INVALID_MESH, "the body has no faces");
     }
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_faces_class, &data));
-    plii_self_faces_state* state = data;
+    plii_self_faces_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_faces_class, (void**)&state));
     state->def = used;
     state->reach = 0.0f;
     return PLI_OK;

@@ -11,41 +11,22 @@
 
 // --------------------------------------------------------------------------------------------------------------- edges
 
-static void self_faces_edge(const int face[3], int k, int* a, int* b) {
-    const int i = face[k], j = face[(k + 1) % 3];
-    *a = i < j ? i : j;
-    *b = i < j ? j : i;
-}
-
 /* Sorted by the first node, then looked for among those of the same node. */
 void plii_self_faces_find_edges(const pli_body* body, plii_self_faces_state* state) {
-    const plii_topology* topology = body->topology;
-    int* rows = state->rows;
-    for (int i = 0; i <= body->node_count; ++i) {
-        rows[i] = 0;
+    const int corner_count = 3 * body->topology->face_count;
+    for (int c = 0; c < corner_count; ++c) {
+        const int* face = body->topology->faces[c / 3];
+        const int a = face[c % 3], b = face[(c + 1) % 3];
+        state->firsts[c] = a < b ? a : b;
+        state->seconds[c] = a < b ? b : a;
     }
-    int a = 0, b = 0;
-    for (int f = 0; f < topology->face_count; ++f) {
-        for (int k = 0; k < 3; ++k) {
-            self_faces_edge(topology->faces[f], k, &a, &b);
-            ++rows[a];
-        }
-    }
-    (void)plii_csr_sum(body->node_count, rows);
-    for (int f = topology->face_count - 1; f >= 0; --f) {
-        for (int k = 2; k >= 0; --k) {
-            self_faces_edge(topology->faces[f], k, &a, &b);
-            int* edge = state->edges[--rows[a]];
-            edge[0] = a;
-            edge[1] = b;
-        }
-    }
+    plii_csr_sort(body->node_count, corner_count, state->firsts, state->rows, state->corners);
     int kept = 0;
     double length = 0.0;
     for (int i = 0; i < body->node_count; ++i) {
         const int begin = kept;
-        for (int k = rows[i]; k < rows[i + 1]; ++k) {
-            const int other = state->edges[k][1];
+        for (int k = state->rows[i]; k < state->rows[i + 1]; ++k) {
+            const int other = state->seconds[state->corners[k]];
             bool is_new = other != i;
             for (int m = begin; m < kept && is_new; ++m) {
                 is_new = state->edges[m][1] != other;

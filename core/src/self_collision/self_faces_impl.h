@@ -1,5 +1,4 @@
-#ifndef PLII_SELF_FACES_IMPL_H
-#define PLII_SELF_FACES_IMPL_H
+#pragma once
 
 /* Self-collision of faces: state shared by the feature (self_faces.c), the search for pairs (self_faces_find.c) and
    their solve (self_faces_solve.c). */
@@ -28,7 +27,8 @@ typedef struct plii_self_faces_state {
     pli_vec4* starts;       /* [node_count] at the start of the step */
     pli_vec3* was;          /* [node_count] before motions are cut short */
     pli_vec3* last;         /* [node_count] where `moved` has counted to */
-    int* rows;              /* [node_count + 1] of edges by their first node */
+    int *firsts, *seconds;  /* [3 * face_count] nodes of the edges of all faces, while these are looked for, */
+    int *rows, *corners;    /* [node_count + 1], [3 * face_count] and these by their first node */
     int (*edges)[2];        /* [3 * face_count], of which edge_count are in use */
     int edge_count;
     pli_bounds* boxes;
@@ -51,5 +51,3 @@ void plii_self_faces_restart(pli_body* body, plii_self_faces_state* state, const
 void plii_self_faces_solve(plii_self_faces_state* state, const plii_self_nodes* nodes);
 /* After all constraints of a step or substep: cuts motions short. */
 void plii_self_faces_finish(const pli_body* body, plii_self_faces_state* state, const plii_self_nodes* nodes);
-
-#endif

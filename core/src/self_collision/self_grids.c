@@ -78,9 +78,8 @@ static bool self_grids_solve(pli_body* body, self_grids_state* state, float shif
     return is_built;
 }
 
-static void self_grids_run(pli_body* body, void* data, const plii_step* step) {
+static void self_grids_run(pli_body* body, void* data) {
     self_grids_state* state = data;
-    (void)step;
     for (int i = 0; i < body->node_count; ++i) {
         state->positions[i] = plii_xyz(body->positions[i]);
     }
@@ -125,9 +124,8 @@ pli_status pli_body_enable_self_grids(pli_body* body, const pli_self_grids_def* 
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_grids_def used = def != NULL ? *def : pli_self_grids_def_default();
     PLII_TRY_DEF(body->context, pli_self_grids_def, &used, self_grids_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_grids_class, &data));
-    self_grids_state* state = data;
+    self_grids_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_grids_class, (void**)&state));
     state->def = used;
     return PLI_OK;
 }

@@ -24,8 +24,8 @@
 /* How far a node is off its path, squared; share: of the travel since the search. */
 PLII_SIMD_INLINE float self_nodes_stray_squared(const plii_self_node_pairs* state, int node, float share) {
     const plii_float4 at = plii_float4_from(&state->at[node]), from = plii_float4_from(&state->searched[node]);
-    const plii_float4 motion = plii_float4_mul(plii_float4_all(share), plii_float4_from(&state->travel[node]));
-    const plii_float4 stray = plii_float4_sub(plii_float4_sub(at, from), motion);
+    const plii_float4 motion = share * plii_float4_from(&state->travel[node]);
+    const plii_float4 stray = at - from - motion;
     return plii_lanes_dot(stray, stray);
 }
 
@@ -85,7 +85,7 @@ static bool self_nodes_reserve(const pli_body* body, plii_self_node_pairs* state
    cost more. */
 static void self_nodes_keep(plii_self_node_pairs* state, int a, int b, float distance_squared, float half) {
     const plii_float4 motion = plii_float4_from(&state->travel[a]), other_travel = plii_float4_from(&state->travel[b]);
-    const plii_float4 against = plii_float4_sub(other_travel, motion);
+    const plii_float4 against = other_travel - motion;
     const float limit =
         state->thickness + (state->travel[a].w + state->travel[b].w) + half * sqrtf(plii_lanes_dot(against, against));
     state->pairs[state->count] = (plii_self_pair){a, b, state->thickness};

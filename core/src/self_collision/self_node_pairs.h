@@ -1,5 +1,4 @@
-#ifndef PLII_SELF_NODE_PAIRS_H
-#define PLII_SELF_NODE_PAIRS_H
+#pragma once
 
 /* Pairs of a body's nodes that could touch before the next search. Each node has a path, along which it is expected to
    go on, and a margin for what constraints change; a pair that could touch on its paths, or within the margins, is
@@ -60,5 +59,3 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
    The motion of a node times `rate` is its velocity. */
 void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state,
                                  const plii_self_nodes* nodes, float rate, float now, float left);
-
-#endif

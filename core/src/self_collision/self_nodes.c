@@ -26,7 +26,7 @@ static void self_nodes_copy_positions(const pli_body* body, self_nodes_state* st
     for (int i = 0; i < body->node_count; ++i) {
         const plii_float4 base =
             nodes->bases != NULL ? plii_lanes_xyz(plii_float4_from(&nodes->bases[i])) : plii_float4_all(0.0f);
-        const plii_float4 at = plii_float4_add(plii_float4_sub(base, origin), plii_float4_from(&nodes->offsets[i]));
+        const plii_float4 at = base - origin + plii_float4_from(&nodes->offsets[i]);
         plii_float4_to(&state->pairs.local[i], at);
     }
 }
@@ -54,9 +54,8 @@ static void self_nodes_report(pli_body* body, self_nodes_state* state) {
 
 /* At the start of a step without substeps, in which constraints move nodes from the ends of their paths. Positions are
    the solver's own; those of the last search are others where that was in a step with substeps. */
-static void self_nodes_run_prepare(pli_body* body, void* data, const plii_step* step) {
+static void self_nodes_run_prepare(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    (void)step;
     const pli_vec3 origin = state->origin;
     const bool had_origin = pli_vec3_length_squared(origin) > 0.0f;
     self_nodes_start_report(body, state);
@@ -90,8 +89,7 @@ static void self_nodes_begin_substeps(pli_body* body, void* data) {
 // ------------------------------------------------------------------------------------------------------ the solve
 
 static bool self_nodes_is_too_fast(const self_nodes_state* state, const plii_self_nodes* nodes, int node) {
-    const plii_float4 motion =
-        plii_float4_sub(plii_float4_from(&nodes->offsets[node]), plii_float4_from(&nodes->starts[node]));
+    const plii_float4 motion = plii_float4_from(&nodes->offsets[node]) - plii_float4_from(&nodes->starts[node]);
     const float limit = state->def.speed_limit_ratio * state->def.thickness;
     return plii_lanes_dot(motion, motion) > limit * limit;
 }
@@ -113,15 +111,15 @@ static void self_nodes_limit(const pli_body* body, self_nodes_state* state, cons
 
 static void self_nodes_move(const plii_self_nodes* nodes, pli_vec4* at, int node, plii_float4 move) {
     pli_vec4* offset = &nodes->offsets[node];
-    plii_float4_to(offset, plii_float4_add(plii_float4_from(offset), move));
-    if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_add(plii_float4_from(&at[node]), move)); }
+    plii_float4_to(offset, plii_float4_from(offset) + move);
+    if (at != nodes->offsets) { plii_float4_to(&at[node], plii_float4_from(&at[node]) + move); }
 }
 
 static void self_nodes_rub(const plii_self_nodes* nodes, pli_vec4* at, int a, int b, float share_a, float friction) {
     const pli_vec3 motion = pli_vec3_sub(plii_self_motion(nodes, b), plii_self_motion(nodes, a));
     const plii_float4 lanes = plii_lanes_from_vec3(&motion);
-    self_nodes_move(nodes, at, a, plii_float4_mul(lanes, plii_float4_all(friction * share_a)));
-    self_nodes_move(nodes, at, b, plii_float4_mul(lanes, plii_float4_all(friction * (share_a - 1.0f))));
+    self_nodes_move(nodes, at, a, lanes * (friction * share_a));
+    self_nodes_move(nodes, at, b, lanes * (friction * (share_a - 1.0f)));
 }
 
 /* Of a pair that is too near. True when one of them can move. */
@@ -137,14 +135,14 @@ static bool self_nodes_part(const plii_self_nodes* nodes, pli_vec4* at, plii_sel
         distance = 1.0f;
     }
     const float scale = gap / (distance * weight);
-    self_nodes_move(nodes, at, pair.a, plii_float4_mul(along, plii_float4_all(-scale * weight_a)));
-    self_nodes_move(nodes, at, pair.b, plii_float4_mul(along, plii_float4_all(scale * weight_b)));
+    self_nodes_move(nodes, at, pair.a, along * (-scale * weight_a));
+    self_nodes_move(nodes, at, pair.b, along * (scale * weight_b));
     if (friction > 0.0f) { self_nodes_rub(nodes, at, pair.a, pair.b, weight_a / weight, friction); }
     return true;
 }
 
 static plii_float4 self_nodes_apart(const pli_vec4* at, const plii_self_pair* pair) {
-    return plii_float4_sub(plii_float4_from(&at[pair->b]), plii_float4_from(&at[pair->a]));
+    return plii_float4_from(&at[pair->b]) - plii_float4_from(&at[pair->a]);
 }
 
 /* ratio: of distances, squared. */
@@ -199,11 +197,12 @@ static void self_nodes_part_all(self_nodes_state* state, const plii_self_nodes* 
     }
 }
 
-static void self_nodes_run_position(pli_body* body, void* data, const plii_step* step) {
+static void self_nodes_run_position(pli_body* body, void* data) {
     self_nodes_state* state = data;
     const plii_self_nodes nodes = plii_self_nodes_of_body(body);
     state->pairs.at = nodes.offsets;
-    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, step->inverse_dt, step->dt, 0.0f);
+    plii_self_node_pairs_update(body, self_nodes_graph(body), &state->pairs, &nodes, body->step.inverse_dt,
+                                body->step.dt, 0.0f);
     self_nodes_report(body, state);
     self_nodes_part_all(state, &nodes, state->def.friction);
 }
@@ -226,7 +225,7 @@ static void self_nodes_sweep(pli_body* body, void* data, const plii_substep* sub
 }
 
 static void self_nodes_add(pli_vec4* target, plii_float4 change, float scale) {
-    const plii_float4 sum = plii_float4_add(plii_float4_from(target), plii_float4_mul(change, plii_float4_all(scale)));
+    const plii_float4 sum = plii_float4_from(target) + change * scale;
     plii_float4_to(target, sum);
 }
 
@@ -238,16 +237,15 @@ static void self_nodes_finish(pli_body* body, void* data, const plii_substep* su
     for (int i = 0; i < state->touching_count; ++i) {
         const int a = state->touching[i].a, b = state->touching[i].b;
         const plii_float4 at_a = plii_float4_from(&state->pairs.at[a]), at_b = plii_float4_from(&state->pairs.at[b]);
-        const plii_float4 apart = plii_lanes_xyz(plii_float4_sub(at_b, at_a));
-        const plii_float4 relative = plii_lanes_xyz(plii_float4_sub(plii_float4_from(&v[b]), plii_float4_from(&v[a])));
+        const plii_float4 apart = plii_lanes_xyz(at_b - at_a);
+        const plii_float4 relative = plii_lanes_xyz(plii_float4_from(&v[b]) - plii_float4_from(&v[a]));
         const float squared = plii_lanes_dot(apart, apart), parting = plii_lanes_dot(relative, apart);
         if (!(squared > 0.0f)) { continue; }
         const float weight_a = state->pairs.at[a].w, weight_b = state->pairs.at[b].w;
         const float inverse = 1.0f / (squared * (weight_a + weight_b)), friction = state->def.friction;
         const float along = ((parting > 0.0f ? 1.0f : 0.0f) - friction) * parting;
         /* change * squared */
-        const plii_float4 change = plii_float4_add(plii_float4_mul(apart, plii_float4_all(along)),
-                                                   plii_float4_mul(relative, plii_float4_all(friction * squared)));
+        const plii_float4 change = apart * along + relative * (friction * squared);
         self_nodes_add(&v[a], change, weight_a * inverse);
         self_nodes_add(&v[b], change, -weight_b * inverse);
     }
@@ -255,9 +253,8 @@ static void self_nodes_finish(pli_body* body, void* data, const plii_substep* su
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static void self_nodes_run_update(pli_body* body, void* data, const plii_step* step) {
+static void self_nodes_run_update(pli_body* body, void* data) {
     self_nodes_state* state = data;
-    (void)step;
     if (body->solver_class->has_substeps) { return; }
     state->report.limited_nodes = 0;
     if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
@@ -347,9 +344,8 @@ pli_status pli_body_enable_self_collision(pli_body* body, const pli_self_collisi
     PLII_TRY(plii_check_body_idle(body, __func__));
     const pli_self_collision_def used = def != NULL ? *def : pli_self_collision_def_default();
     PLII_TRY_DEF(body->context, pli_self_collision_def, &used, self_nodes_fields, __func__);
-    void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &self_nodes_class, &data));
-    self_nodes_state* state = data;
+    self_nodes_state* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &self_nodes_class, (void**)&state));
     state->def = used;
     return PLI_OK;
 }

@@ -14,10 +14,10 @@ static plii_float4 box_distances_of_four(plii_vec3x4 h, plii_vec3x4 p, plii_vec3
     const plii_vec3x4 q = plii_vec3x4_sub(size, h);
     const plii_vec3x4 m = {plii_lanes_max(q.x, zero), plii_lanes_max(q.y, zero), plii_lanes_max(q.z, zero)};
     const plii_float4 squared = plii_vec3x4_dot(m, m), length = plii_float4_sqrt(squared);
-    const plii_mask4 is_outside = plii_lanes_less_equal(plii_float4_all(PLII_SHAPE_TINY_SQUARED), squared);
-    const plii_vec3x4 outward = plii_vec3x4_scale(m, plii_float4_div(one, length));
-    const plii_mask4 on_x = plii_lanes_both(plii_lanes_less_equal(q.y, q.x), plii_lanes_less_equal(q.z, q.x));
-    const plii_mask4 y_before_z = plii_lanes_less_equal(q.z, q.y);
+    const plii_mask4 is_outside = plii_float4_all(PLII_SHAPE_TINY_SQUARED) <= squared;
+    const plii_vec3x4 outward = plii_vec3x4_scale(m, one / length);
+    const plii_mask4 on_x = (q.y <= q.x) & (q.z <= q.x);
+    const plii_mask4 y_before_z = q.z <= q.y;
     const plii_vec3x4 side = {plii_lanes_select(on_x, one, zero),
                               plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, one, zero)),
                               plii_lanes_select(on_x, zero, plii_lanes_select(y_before_z, zero, one))};

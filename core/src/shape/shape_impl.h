@@ -1,5 +1,4 @@
-#ifndef PLII_SHAPE_IMPL_H
-#define PLII_SHAPE_IMPL_H
+#pragma once
 
 #include "base/context.h"
 #include "math/vec.h"
@@ -50,7 +49,16 @@ static inline pli_bounds plii_shape_source_bounds(const pli_shape* shape) {
     return def->bounds(def->user);
 }
 
+/* Trilinear between samples at the corners of a cell, once around its lower face and once around its upper one, in the
+   operations of btSparseSdf; the gradient per cell. */
+static inline float plii_shape_interpolate(const float d[8], pli_vec3 f, pli_vec3* gradient) {
+    gradient->x = plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], f.y), plii_lerp(d[5] - d[4], d[6] - d[7], f.y), f.z);
+    gradient->y = plii_lerp(plii_lerp(d[3] - d[0], d[2] - d[1], f.x), plii_lerp(d[7] - d[4], d[6] - d[5], f.x), f.z);
+    gradient->z = plii_lerp(plii_lerp(d[4] - d[0], d[5] - d[1], f.x), plii_lerp(d[7] - d[3], d[6] - d[2], f.x), f.y);
+    const float low = plii_lerp(plii_lerp(d[0], d[1], f.x), plii_lerp(d[3], d[2], f.x), f.y);
+    const float high = plii_lerp(plii_lerp(d[4], d[5], f.x), plii_lerp(d[7], d[6], f.x), f.y);
+    return plii_lerp(low, high, f.z);
+}
+
 /* Some unit vector at a right angle to `v`, which is not zero. */
 pli_vec3 plii_shape_perpendicular(pli_vec3 v);
-
-#endif

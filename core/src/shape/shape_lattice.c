@@ -125,15 +125,11 @@ static float lattice_interpolate(const lattice_cell* cell, lattice_position x, l
                         cell->samples[i + 1][j][k + 1],
                         cell->samples[i + 1][j + 1][k + 1],
                         cell->samples[i][j + 1][k + 1]};
-    const float fx = x.fraction, fy = y.fraction, fz = z.fraction;
-    const pli_vec3 gradient =
-        pli_vec3_make(plii_lerp(plii_lerp(d[1] - d[0], d[2] - d[3], fy), plii_lerp(d[5] - d[4], d[6] - d[7], fy), fz),
-                      plii_lerp(plii_lerp(d[3] - d[0], d[2] - d[1], fx), plii_lerp(d[7] - d[4], d[6] - d[5], fx), fz),
-                      plii_lerp(plii_lerp(d[4] - d[0], d[5] - d[1], fx), plii_lerp(d[7] - d[3], d[6] - d[2], fx), fy));
+    pli_vec3 gradient;
+    const pli_vec3 fractions = pli_vec3_make(x.fraction, y.fraction, z.fraction);
+    const float distance = plii_shape_interpolate(d, fractions, &gradient);
     *normal = plii_vec3_safe_normalize(gradient);
-    const float low = plii_lerp(plii_lerp(d[0], d[1], fx), plii_lerp(d[3], d[2], fx), fy);
-    const float high = plii_lerp(plii_lerp(d[4], d[5], fx), plii_lerp(d[7], d[6], fx), fy);
-    return plii_lerp(low, high, fz);
+    return distance;
 }
 
 static void lattice_distances(const void* user, int count, const pli_vec3* points, float max_distance, float* distances,

@@ -43,14 +43,8 @@ static float sampled_mesh_interpolate(const plii_sdf_grid* sampling, pli_vec3 p,
     const size_t row = (size_t)sampling->counts[0], layer = row * (size_t)sampling->counts[1];
     const float* low = sampling->samples + i + row * j + layer * k;
     const float* high = low + layer;
-    /* Along x on the four edges of the cell, then along y, then along z. */
-    const float e0 = plii_lerp(low[0], low[1], f.x), e1 = plii_lerp(low[row], low[row + 1], f.x);
-    const float e2 = plii_lerp(high[0], high[1], f.x), e3 = plii_lerp(high[row], high[row + 1], f.x);
-    const float x0 = plii_lerp(low[1] - low[0], low[row + 1] - low[row], f.y);
-    const float x1 = plii_lerp(high[1] - high[0], high[row + 1] - high[row], f.y);
-    const float below = plii_lerp(e0, e1, f.y), above = plii_lerp(e2, e3, f.y);
-    *gradient = pli_vec3_make(plii_lerp(x0, x1, f.z), plii_lerp(e1 - e0, e3 - e2, f.z), above - below);
-    return plii_lerp(below, above, f.z);
+    const float corners[8] = {low[0], low[1], low[row + 1], low[row], high[0], high[1], high[row + 1], high[row]};
+    return plii_shape_interpolate(corners, f, gradient);
 }
 
 static pli_vec3 sampled_mesh_unit(pli_vec3 v) {

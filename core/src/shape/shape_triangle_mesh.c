@@ -5,6 +5,7 @@
    a border is solid. A part with a border is a floor: its border never has an inside, and behind its faces only the
    first `thickness` is inside; farther behind there is nothing. */
 
+#include "base/edge_map.h"
 #include "base/scratch.h"
 #include "base/union_find.h"
 #include "geometry/bvh.h"
@@ -229,21 +230,6 @@ static bool surface_weld(surface_data* surface, int point_count, const pli_vec3*
     return true;
 }
 
-/* One side of a triangle. Triangles without an area have sides too, or their neighbours would seem to end there. */
-typedef struct surface_side {
-    int low, high; /* vertices */
-    int triangle;  /* PLI_NULL_INDEX for a triangle without an area */
-    int edge;
-} surface_side;
-
-static int surface_compare_sides(const void* left, const void* right) {
-    const surface_side *a = left, *b = right;
-    if (a->low != b->low) { return a->low < b->low ? -1 : 1; }
-    if (a->high != b->high) { return a->high < b->high ? -1 : 1; }
-    if (a->triangle != b->triangle) { return a->triangle < b->triangle ? -1 : 1; }
-    return (a->edge > b->edge) - (a->edge < b->edge);
-}
-
 static pli_vec3 surface_unit_or(pli_vec3 v, pli_vec3 other) {
     const float length = pli_vec3_length(v);
     return length > 1e-6f ? plii_vec3_divide(v, length) : other;
@@ -254,61 +240,54 @@ static float surface_corner_angle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return atan2f(pli_vec3_length(pli_vec3_cross(u, v)), pli_vec3_dot(u, v));
 }
 
-/* Triangles with an area, their normals, the weighted sums at the vertices, and the sides of all. */
-static int surface_add_triangles(surface_data* surface, int triangle_count, const int* triangles,
-                                 const int* vertex_of_point, surface_side* sides) {
-    int side_count = 0;
+/* Triangles with an area, their normals and the weighted sums at the vertices; the edges of all, with the number of
+   triangles in `flags`, and the sums of their normals. Triangles without an area have edges too, or their neighbours
+   would seem to end there. False when out of memory. */
+static bool surface_add_triangles(surface_data* surface, int triangle_count, const int* triangles,
+                                  const int* vertex_of_point, plii_edge_map* edges, pli_vec3* edge_sums) {
     for (int i = 0; i < triangle_count; ++i) {
         const int v[3] = {vertex_of_point[triangles[3 * i]], vertex_of_point[triangles[3 * i + 1]],
                           vertex_of_point[triangles[3 * i + 2]]};
         const pli_vec3 a = surface->vertices[v[0]].position, b = surface->vertices[v[1]].position,
                        c = surface->vertices[v[2]].position;
         const plii_triangle_size size = plii_measure_triangle(a, b, c);
-        int index = PLI_NULL_INDEX;
-        if (size.is_usable) {
-            index = surface->triangle_count++;
-            surface_triangle* triangle = &surface->triangles[index];
-            triangle->normal = size.normal;
-            const float angles[3] = {surface_corner_angle(a, b, c), surface_corner_angle(b, c, a),
-                                     surface_corner_angle(c, a, b)};
-            for (int k = 0; k < 3; ++k) {
-                surface_vertex* vertex = &surface->vertices[v[k]];
-                triangle->vertices[k] = v[k];
-                vertex->normal = pli_vec3_add(vertex->normal, pli_vec3_scale(triangle->normal, angles[k]));
-            }
-        }
+        const pli_vec3 normal = size.is_usable ? size.normal : pli_vec3_make(0, 0, 0);
         for (int k = 0; k < 3; ++k) {
-            const int from = v[k], to = v[(k + 1) % 3];
-            if (from == to) { continue; }
-            sides[side_count++] = (surface_side){
-                .low = from < to ? from : to, .high = from < to ? to : from, .triangle = index, .edge = k};
+            if (v[k] == v[(k + 1) % 3]) { continue; }
+            plii_edge* edge = plii_edge_map_add(edges, v[k], v[(k + 1) % 3]);
+            if (edge == NULL) { return false; }
+            edge->flags += 1;
+            edge_sums[edge - edges->edges] = pli_vec3_add(edge_sums[edge - edges->edges], normal);
+        }
+        if (!size.is_usable) { continue; }
+        surface_triangle* triangle = &surface->triangles[surface->triangle_count++];
+        triangle->normal = normal;
+        const float angles[3] = {surface_corner_angle(a, b, c), surface_corner_angle(b, c, a),
+                                 surface_corner_angle(c, a, b)};
+        for (int k = 0; k < 3; ++k) {
+            surface_vertex* vertex = &surface->vertices[v[k]];
+            triangle->vertices[k] = v[k];
+            vertex->normal = pli_vec3_add(vertex->normal, pli_vec3_scale(normal, angles[k]));
         }
     }
-    return side_count;
+    return true;
 }
 
 /* Normals and flags of the edges; borders of the vertices; `parents` becomes the forest of connected parts. */
-static void surface_join_sides(surface_data* surface, surface_side* sides, int side_count, int* parents) {
-    qsort(sides, (size_t)side_count, sizeof *sides, surface_compare_sides);
-    int end = 0;
-    for (int begin = 0; begin < side_count; begin = end) {
-        const int low = sides[begin].low, high = sides[begin].high;
-        pli_vec3 sum = {0, 0, 0};
-        for (end = begin; end < side_count && sides[end].low == low && sides[end].high == high; ++end) {
-            if (sides[end].triangle == PLI_NULL_INDEX) { continue; }
-            sum = pli_vec3_add(sum, surface->triangles[sides[end].triangle].normal);
-        }
-        const bool is_border = end - begin == 1;
-        plii_union_join(parents, low, high);
-        if (is_border) {
-            surface->vertices[low].is_border = true;
-            surface->vertices[high].is_border = true;
-        }
-        for (int i = begin; i < end; ++i) {
-            if (sides[i].triangle == PLI_NULL_INDEX) { continue; }
-            surface_triangle* triangle = &surface->triangles[sides[i].triangle];
-            triangle->edge_normals[sides[i].edge] = surface_unit_or(sum, triangle->normal);
-            triangle->is_edge_border[sides[i].edge] = is_border;
+static void surface_join_edges(surface_data* surface, const plii_edge_map* edges, const pli_vec3* edge_sums,
+                               int* parents) {
+    plii_union_start(surface->vertex_count, parents);
+    for (int i = 0; i < edges->count; ++i) {
+        const plii_edge* edge = &edges->edges[i];
+        plii_union_join(parents, edge->a, edge->b);
+        if (edge->flags == 1) { surface->vertices[edge->a].is_border = surface->vertices[edge->b].is_border = true; }
+    }
+    for (int i = 0; i < surface->triangle_count; ++i) {
+        surface_triangle* triangle = &surface->triangles[i];
+        for (int k = 0; k < 3; ++k) {
+            const plii_edge* edge = plii_edge_map_find(edges, triangle->vertices[k], triangle->vertices[(k + 1) % 3]);
+            triangle->edge_normals[k] = surface_unit_or(edge_sums[edge - edges->edges], triangle->normal);
+            triangle->is_edge_border[k] = edge->flags == 1;
         }
     }
 }
@@ -353,22 +332,23 @@ static bool surface_build_tree(surface_data* surface) {
 static bool surface_build(surface_data* surface, int point_count, const pli_vec3* points, int triangle_count,
                           const int* triangles) {
     plii_scratch scratch = {.context = surface->context};
+    plii_edge_map edges = {.table.context = surface->context};
     int* map = PLII_TAKE(&scratch, int, point_count); /* vertex of point, then forest of parts */
-    surface_side* sides = PLII_TAKE(&scratch, surface_side, (size_t)triangle_count * 3);
+    pli_vec3* edge_sums = PLII_TAKE(&scratch, pli_vec3, (size_t)triangle_count * 3);
     bool* is_open = PLII_TAKE(&scratch, bool, point_count); /* by root of a part */
     bool is_built = !scratch.is_short && PLII_ALLOCATE(surface->context, &surface->vertices, point_count) &&
                     PLII_ALLOCATE(surface->context, &surface->triangles, triangle_count) &&
-                    surface_weld(surface, point_count, points, map);
+                    surface_weld(surface, point_count, points, map) &&
+                    surface_add_triangles(surface, triangle_count, triangles, map, &edges, edge_sums);
     if (is_built) {
-        const int side_count = surface_add_triangles(surface, triangle_count, triangles, map, sides);
-        plii_union_start(surface->vertex_count, map);
-        surface_join_sides(surface, sides, side_count, map);
+        surface_join_edges(surface, &edges, edge_sums, map);
         for (int i = 0; i < surface->vertex_count; ++i) {
             surface->vertices[i].normal = surface_unit_or(surface->vertices[i].normal, pli_vec3_make(1, 0, 0));
         }
         surface_find_open_parts(surface, map, is_open);
         is_built = surface->triangle_count == 0 || surface_build_tree(surface);
     }
+    plii_edge_map_free(&edges);
     plii_scratch_free(&scratch);
     return is_built;
 }

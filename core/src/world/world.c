@@ -70,6 +70,10 @@ void* pli_world_get_user_data(const pli_world* world) {
     return plii_check_world(world, __func__) == PLI_OK ? world->def.user_data : NULL;
 }
 
+pli_vec3 pli_world_get_gravity(const pli_world* world) {
+    return plii_check_world(world, __func__) == PLI_OK ? world->def.gravity : pli_vec3_make(0, 0, 0);
+}
+
 pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     PLII_TRY(plii_check_world_change(world, __func__));
     PLII_TRY(plii_check_vec3_within(world->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
@@ -282,9 +286,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->dt = dt;
     world->event_count = 0;
     for (int i = 0; i < world->rigid_count; ++i) {
-        world->rigids[i]->was_touched = false;
-        world->rigids[i]->needs_reintegration = false;
-        world->rigids[i]->path.has_begun = false;
+        plii_rigid_begin_step(world->rigids[i]);
     }
     plii_world_profile(world, "predict", NULL, true);
     /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
@@ -374,7 +376,7 @@ static void world_run_joint_stage(pli_world* world, plii_stage stage) {
         pli_body* body = world->bodies[i];
         if (body->is_frozen) { continue; }
         world_begin_body(world, body);
-        plii_run_stage(body, &body->pipeline, stage, &body->step);
+        plii_run_stage(body, stage);
     }
 }
 

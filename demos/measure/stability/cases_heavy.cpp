@@ -50,6 +50,7 @@ StabilityCase heavy_case(const std::string& name, const char* figure_name) {
 void watch_by(StabilityCase& which, HeavyRules rules) {
     rules.seconds = static_cast<double>(which.seconds);
     if (which.step_seconds) { rules.step_seconds = which.step_seconds(1); }
+    rules.substeps = *which.substeps;
     which.watch = watch_heavy(rules);
 }
 

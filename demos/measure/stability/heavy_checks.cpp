@@ -116,7 +116,7 @@ private:
                     halfway(from.positions[node], to.positions[node]),
                     pli_vec3_scale(pli_vec3_sub(to.positions[node], from.positions[node]), rate));
             }
-            if (bodies_.link_stiffness[i] > 0.0) { sum.springs += bodies_.link_stiffness[i] * link_squares(from, to); }
+            if (bodies_.link_stiffness[i] > 0.0) { sum.springs += springs(bodies_.link_stiffness[i], from, to); }
         }
         for (size_t i = 0; i < now.rigids.size(); ++i) {
             if (!(bodies_.rigids[i].mass > 0.0)) { continue; }
@@ -127,8 +127,8 @@ private:
         return sum;
     }
 
-    // Half the sum of the squares of stretches, m^2.
-    static double link_squares(const SoftState& before, const SoftState& now) {
+    double springs(double stiffness, const SoftState& before, const SoftState& now) const {
+        const double square = bodies_.substep_seconds * bodies_.substep_seconds;
         double sum = 0;
         for (size_t link = 0; link < now.rest_lengths.size(); ++link) {
             const auto a = static_cast<size_t>(now.link_nodes[2 * link]);
@@ -136,7 +136,8 @@ private:
             const double length = distance(halfway(before.positions[a], now.positions[a]),
                                            halfway(before.positions[b], now.positions[b]));
             const double stretch = length - static_cast<double>(now.rest_lengths[link]);
-            sum += 0.5 * stretch * stretch;
+            const auto weight = static_cast<double>(now.inverse_masses[a]) + static_cast<double>(now.inverse_masses[b]);
+            sum += 0.5 * stretch * stretch / (1 / stiffness + weight * square);
         }
         return sum;
     }

@@ -21,6 +21,9 @@ struct CheckedBodies {
     pli_vec3 gravity{0, -10, 0};
     std::vector<CheckedRigid> rigids;
     std::vector<double> link_stiffness; // N/m by soft body, 0: the solver has no springs
+    // Of XPBD with one sweep in each, else 0. A stretched link of two nodes gives back what a spring with the
+    // compliance 1/k + (w_a + w_b) h^2 would, however stiff it should be.
+    double substep_seconds = 0;
 };
 
 struct CheckedState {

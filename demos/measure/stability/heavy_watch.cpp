@@ -24,9 +24,10 @@ CheckedRigid checked_rigid(const Engine& engine, int index) {
     return rigid;
 }
 
-CheckedBodies checked_bodies(const Engine& engine, Column column, double step_seconds) {
+CheckedBodies checked_bodies(const Engine& engine, Column column, const HeavyRules& rules) {
     CheckedBodies bodies;
-    bodies.step_seconds = step_seconds;
+    bodies.step_seconds = static_cast<double>(rules.step_seconds);
+    if (column == Column::xpbd) { bodies.substep_seconds = bodies.step_seconds / rules.substeps; }
     bodies.gravity = engine.description().gravity;
     for (int i = 0; i < engine.rigid_count(); ++i) {
         bodies.rigids.push_back(checked_rigid(engine, i));
@@ -54,7 +55,7 @@ public:
     explicit HeavyWatcher(const HeavyRules& rules) : rules_(rules) {}
 
     void start(const Engine& engine, Column column) override {
-        const CheckedBodies bodies = checked_bodies(engine, column, static_cast<double>(rules_.step_seconds));
+        const CheckedBodies bodies = checked_bodies(engine, column, rules_);
         add_checks(bodies, engine.description());
         before_ = state_of(engine);
         for (const CheckPointer& check : checks_) {

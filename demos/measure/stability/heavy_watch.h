@@ -10,6 +10,7 @@ namespace demos {
 // Which checks a case has. Reach and stretch are always checked, energy where the scene moves no rigid body.
 struct HeavyRules {
     float step_seconds = frame_seconds;
+    int substeps = 1;              // of XPBD
     double seconds = 0;            // of the run
     double figure_from = 0;        // s, of the stretch
     bool has_passage = true;       // nodes stay out of rigid bodies

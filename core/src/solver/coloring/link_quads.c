@@ -28,12 +28,10 @@ typedef struct link_quads_search {
 
 // ------------------------------------------------------------------------------------------------------------ orders
 
+/* Of two different nodes; as plii_link_pair_nodes. */
 static uint8_t link_quads_pair(int a, int b) {
-    for (uint8_t k = 0; k < PLII_LINK_PAIRS; ++k) {
-        const uint8_t* nodes = plii_link_pair_nodes[k];
-        if ((nodes[0] == a && nodes[1] == b) || (nodes[0] == b && nodes[1] == a)) { return k; }
-    }
-    return 0;
+    static const uint8_t pairs[4][4] = {{0, 0, 2, 4}, {0, 0, 5, 3}, {2, 5, 0, 1}, {4, 3, 1, 0}};
+    return pairs[a][b];
 }
 
 /* Quads get the nodes in the order that uses the first pairs, so that quads of one kind have the same pairs. */
@@ -67,7 +65,7 @@ static void link_quads_make_orders(link_quads_search* search) {
 // ------------------------------------------------------------------------------------------------------------ search
 
 static bool link_quads_is_open(const link_quads_search* search, int link) {
-    return search->quads->is_used[link] == 0 && plii_link_tag_of(search->body, link) == search->tag;
+    return search->quads->is_used[link] == 0 && plii_link_tag_of(search->quads->tags, link) == search->tag;
 }
 
 /* The links that a node shows, from the first one that is not used. */
@@ -188,7 +186,7 @@ static void link_quads_pass(link_quads_search* search, int least) {
             if (half.neighbour < node || quads->is_used[half.link] != 0) { continue; }
             search->a = node;
             search->b = half.neighbour;
-            search->tag = plii_link_tag_of(search->body, half.link);
+            search->tag = plii_link_tag_of(search->quads->tags, half.link);
             int others[2];
             if (link_quads_others(search, least, others)) {
                 link_quads_add(search, others);
@@ -203,12 +201,12 @@ static void link_quads_pass(link_quads_search* search, int least) {
 
 /* After those of quads. */
 static void link_quads_list_singles(const pli_body* body, plii_link_quads* quads) {
-    int* single = &quads->links[quads->in_quads];
+    int single = quads->in_quads;
     for (int node = 0; node < body->node_count; ++node) {
         for (int i = quads->begin[node]; i < quads->begin[node + 1]; ++i) {
             const plii_half_link half = quads->halves[i];
             if (half.neighbour > node && quads->is_used[half.link] == 0) {
-                *single++ = half.link;
+                quads->links[single++] = half.link;
                 quads->single_count += 1;
             }
         }

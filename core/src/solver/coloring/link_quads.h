@@ -1,5 +1,4 @@
-#ifndef PLII_LINK_QUADS_H
-#define PLII_LINK_QUADS_H
+#pragma once
 
 /* Sets of up to six links that have four nodes between them: whoever solves them one after the other reads and writes
    those nodes once. */
@@ -19,11 +18,12 @@ enum { PLII_LINK_SINGLE = 1, PLII_LINK_PATH = 7, PLII_LINK_TWO_TRIANGLES = 31, P
 
 typedef struct plii_link_quad {
     int nodes[4];   /* one that no link has is the first one again */
-    int first_link; /* into the links of the quads: one for each pair that has one, in the order of pairs; of one tag */
+    int first_link; /* into the links of the quads: one for each pair that has one, in the order of pairs */
     uint8_t pairs;  /* bit k: pair k has a link */
 } plii_link_quad;
 
 typedef struct plii_link_quads {
+    const plii_link_tag* tags; /* [link_count] the links of a quad have one; or NULL */
     int quad_count, in_quads, single_count;
     plii_link_quad* quads;  /* [link_count / 3] */
     int* links;             /* [link_count] in_quads links of quads, then single_count others by their smaller node */
@@ -37,8 +37,6 @@ typedef struct plii_link_quads {
 /* Fills in what `quads` has room for. Without `is_wanted` all links are single. */
 void plii_link_quads_find(const pli_body* body, bool is_wanted, plii_link_quads* quads);
 
-static inline plii_link_tag plii_link_tag_of(const pli_body* body, int link) {
-    return body->link_tags != NULL ? body->link_tags[link] : (plii_link_tag)0;
+static inline plii_link_tag plii_link_tag_of(const plii_link_tag* tags, int link) {
+    return tags != NULL ? tags[link] : (plii_link_tag)0;
 }
-
-#endif

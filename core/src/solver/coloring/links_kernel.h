@@ -1,37 +1,35 @@
-#ifndef PLII_LINKS_KERNEL_H
-#define PLII_LINKS_KERNEL_H
+#pragma once
 
 /* Lengths of links by colours, eight at a time, as the position-based solver and XPBD want them; one kernel per
    instruction set, from links_kernel.inl. */
 
 #include "solver/coloring/link_coloring.h"
 
-/* In place of a rest length: nothing moves. */
+/* In place of a rest length under XPBD: nothing moves. */
 #define PLII_LINKS_NO_LINK (-INFINITY)
 
-/* Of links of one tag. */
+/* Of links of one tag under XPBD: see plii_xpbd_multiplier; both are 0 for rigid links. */
 typedef struct plii_link_softness {
-    float inverse_stiffness; /* on positions */
-    float alpha, gamma;      /* under XPBD: see plii_xpbd_multiplier; both are 0 for rigid links */
+    float alpha, gamma;
 } plii_link_softness;
 
 typedef struct plii_links_task {
     const pli_body* body;
     const plii_link_colors* colors;
-    const plii_link_softness* softness; /* [2 * material_count] of a material, then of its bending links */
-    const float* rest;                  /* by slot; squared on positions, m^2, else m */
-    pli_vec4* moved;                    /* positions, or displacements under XPBD; w = inverse mass */
+    const float* rest;    /* by slot; squared on positions, m^2, and above 0, else m */
+    const float* weights; /* by slot, of links on positions: 1 / mass term, kg, 0 where nothing moves; NULL: XPBD */
+    pli_vec4* moved;      /* positions, or displacements under XPBD; w = inverse mass */
     /* XPBD only. */
-    const float* vectors;                /* see plii_links_start; NULL: links on positions */
+    const plii_link_softness* softness;  /* [2 * material_count] of a material, then of its bending links */
+    const float* vectors;                /* see plii_links_start */
     const pli_vec4* start_displacements; /* the displacements at the start of the substep */
     float* multipliers;                  /* by slot */
     bool reads_multipliers, writes_multipliers;
 } plii_links_task;
 
-/* From node to node of each link at the start of a step, from where the displacements of XPBD count: x of a row, y, z;
-   of the serial list vectors. */
+/* From node to node of each link at the start of a step, from where the displacements of XPBD count: x of a row, y, z.
+ */
 typedef struct plii_links_start {
-    const pli_body* body;
     const plii_link_colors* colors;
     const pli_vec4* positions;
     float* vectors; /* [3 * slot count] */
@@ -39,15 +37,11 @@ typedef struct plii_links_start {
 
 typedef struct plii_links_kernel {
     void (*groups)(const plii_links_task* task, int begin, int end);           /* all of one colour */
-    void (*serial)(const plii_links_task* task);                               /* the serial list */
     void (*gather_vectors)(const plii_links_start* start, int begin, int end); /* groups */
 } plii_links_kernel;
 
 extern const plii_links_kernel plii_links_kernel_base, plii_links_kernel_avx2;
 
-const plii_links_kernel* plii_links_kernel_of(pli_simd simd);
-/* All colours, with the threads of the context, then the serial list. */
+/* All colours, with the threads of the context. */
 void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_task* task);
 void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start);
-
-#endif

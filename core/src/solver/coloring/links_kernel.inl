@@ -1,5 +1,5 @@
-/* The length constraint on eight links at once: that of btSoftBody::PSolve_Links, but for the mass term, which is
-   multiplied by the inverse of the stiffness, and that of XPBD. The including file gives the kernel
+/* The length constraint on eight links at once: that of btSoftBody::PSolve_Links, with the inverse of the mass term
+   taken ahead, and that of XPBD. The including file gives the kernel
    its name, and the build the instruction set.
 
    A link is a long chain of operations, so a few groups are solved round by round: there is always enough to do that
@@ -19,16 +19,10 @@ enum { LINKS_POSITIONS, LINKS_RIGID, LINKS_SOFT, LINKS_DAMPED };
 /* The factor of a constraint: nodes a and b of a link go apart by it, times the difference between them and their
    inverse masses. */
 
-/* Of links with nothing to move, or without length, and of lanes without a link nothing moves. */
-PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_squared, plii_float8 mass,
-                                                       plii_float8 rest_squared, float inverse_stiffness) {
-    const plii_float8 mass_term = plii_float8_mul(mass, plii_float8_all(inverse_stiffness));
-    const plii_float8 sum = plii_float8_add(rest_squared, length_squared);
-    const plii_float8 divisor = plii_float8_mul(mass_term, sum);
-    /* The quotient, which takes longest, waits for no comparison. */
-    const plii_float8 factor = plii_float8_div(plii_float8_sub(rest_squared, length_squared), divisor);
-    const plii_float8 positive = plii_float8_where_greater(sum, plii_float8_all(PLII_EPSILON), divisor);
-    return plii_float8_where_greater(positive, plii_float8_all(0.0f), factor);
+PLII_SIMD_INLINE plii_float8 links_factor_on_positions(plii_float8 length_squared, plii_float8 weight,
+                                                       plii_float8 rest_squared) {
+    const plii_float8 missing = plii_float8_sub(rest_squared, length_squared);
+    return plii_float8_mul(plii_float8_div(missing, plii_float8_add(rest_squared, length_squared)), weight);
 }
 
 /* 0 where it is not finite: there a - a is no number. */
@@ -120,17 +114,19 @@ PLII_SIMD_INLINE links_measure links_measured(const links_quads* quads, int a, i
     own.delta = plii_vec3x8_sub(quads->moved[b], quads->moved[a]);
     if (law->kind != LINKS_POSITIONS) { own.delta = plii_vec3x8_add(links_apart(task, slot), own.delta); }
     const plii_float8 length_squared = plii_vec3x8_dot(own.delta, own.delta);
-    const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
     const plii_float8 rest = plii_float8_load(task->rest + slot);
+    if (law->kind == LINKS_POSITIONS) {
+        own.factor = links_factor_on_positions(length_squared, plii_float8_load(task->weights + slot), rest);
+        return own;
+    }
+    const plii_float8 mass = plii_float8_add(quads->masses[a], quads->masses[b]);
     plii_float8 motion = length_squared;
     if (law->kind == LINKS_DAMPED) {
         motion = plii_vec3x8_dot(own.delta,
                                  plii_vec3x8_sub(plii_vec3x8_sub(quads->moved[b], quads->start_displacements[b]),
                                                  plii_vec3x8_sub(quads->moved[a], quads->start_displacements[a])));
     }
-    own.factor = law->kind == LINKS_POSITIONS
-                     ? links_factor_on_positions(length_squared, mass, rest, law->softness->inverse_stiffness)
-                     : links_factor_of_xpbd(length_squared, motion, mass, rest, law, slot);
+    own.factor = links_factor_of_xpbd(length_squared, motion, mass, rest, law, slot);
     return own;
 }
 PLII_SIMD_INLINE void links_move(links_quads* quads, int a, int b, const links_measure* measure) {
@@ -171,24 +167,27 @@ PLII_SIMD_INLINE void links_round(links_quads* quads, int round, int pairs, cons
 /* Of single links only two nodes count. Nodes that no link has are like the first one, which is stored last. */
 PLII_SIMD_INLINE void links_gather_all(links_quads* quads, const plii_links_task* task, links_indices scaled_indices,
                                        int pairs, int kind) {
-    links_gather(quads, 0, task, scaled_indices[0], kind);
-    links_gather(quads, 1, task, scaled_indices[1], kind);
-    if (pairs == PLII_LINK_SINGLE) { return; }
-    links_gather(quads, 2, task, scaled_indices[2], kind);
-    links_gather(quads, 3, task, scaled_indices[3], kind);
+    const int count = pairs == PLII_LINK_SINGLE ? 2 : 4;
+#pragma GCC unroll 4
+    for (int k = 0; k < count; ++k) {
+        links_gather(quads, k, task, scaled_indices[k], kind);
+    }
 }
 PLII_SIMD_INLINE void links_scatter_all(const links_quads* quads, const plii_links_task* task,
                                         links_indices scaled_indices, int pairs) {
-    if (pairs != PLII_LINK_SINGLE) {
-        links_scatter(quads, 3, task, scaled_indices[3]);
-        links_scatter(quads, 2, task, scaled_indices[2]);
+    const int count = pairs == PLII_LINK_SINGLE ? 2 : 4;
+#pragma GCC unroll 4
+    for (int k = count - 1; k >= 0; --k) {
+        links_scatter(quads, k, task, scaled_indices[k]);
     }
-    links_scatter(quads, 1, task, scaled_indices[1]);
-    links_scatter(quads, 0, task, scaled_indices[0]);
 }
 
 PLII_SIMD_INLINE const plii_link_softness* links_softness(const plii_links_task* task, plii_link_tag tag) {
     return &task->softness[2 * (tag & (PLII_LINK_TAG_BENDING - 1)) + ((tag & PLII_LINK_TAG_BENDING) != 0)];
+}
+
+PLII_SIMD_INLINE links_law links_law_of(const plii_links_task* task, plii_link_tag tag, int kind) {
+    return (links_law){task, kind != LINKS_POSITIONS ? links_softness(task, tag) : NULL, kind};
 }
 
 /* Groups with links between the same nodes, of one constraint; their rows and scaled indices follow each other. */
@@ -201,23 +200,23 @@ PLII_SIMD_INLINE void links_batch(const plii_links_task* task, const plii_link_g
     const ptrdiff_t stride = PLII_LINK_LANES * links_before(pairs, PLII_LINK_PAIRS);
     links_quads quads[LINKS_BATCH];
     for (int i = 0; i < count; ++i) {
-        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        const links_law law = links_law_of(task, groups[i].tag, kind);
         links_gather_all(&quads[i], task, scaled_indices + node_count * i, pairs, kind);
         links_round(&quads[i], 0, pairs, &law, slot + i * stride);
     }
     for (int i = 0; i < count && !are_single; ++i) {
-        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        const links_law law = links_law_of(task, groups[i].tag, kind);
         links_round(&quads[i], 1, pairs, &law, slot + i * stride);
     }
     for (int i = 0; i < count; ++i) {
-        const links_law law = {task, links_softness(task, groups[i].tag), kind};
+        const links_law law = links_law_of(task, groups[i].tag, kind);
         if (!are_single) { links_round(&quads[i], 2, pairs, &law, slot + i * stride); }
         links_scatter_all(&quads[i], task, scaled_indices + node_count * i, pairs);
     }
 }
 
 PLII_SIMD_INLINE int links_kind(const plii_links_task* task, plii_link_tag tag) {
-    if (task->vectors == NULL) { return LINKS_POSITIONS; }
+    if (task->weights != NULL) { return LINKS_POSITIONS; }
     const plii_link_softness* softness = links_softness(task, tag);
     if (!(softness->alpha > 0.0f)) { return LINKS_RIGID; }
     return softness->gamma > 0.0f ? LINKS_DAMPED : LINKS_SOFT;
@@ -265,38 +264,6 @@ static void links_groups(const plii_links_task* task, int begin, int end) {
     }
 }
 
-/* One link after the other, in all lanes; only in the last one, which is stored last, there is a link. */
-static void links_serial(const plii_links_task* task) {
-    const plii_link_colors* colors = task->colors;
-    enum { LAST = PLII_LINK_LANES - 1 };
-    uint32_t scaled_indices[2][PLII_LINK_LANES];
-    float rest[PLII_LINK_LANES], multipliers[PLII_LINK_LANES] = {0.0f}, vectors[3 * PLII_LINK_LANES] = {0.0f};
-    const plii_link_colors one = {.scaled_indices = scaled_indices};
-    plii_links_task own = *task;
-    own.colors = &one;
-    own.rest = rest;
-    own.multipliers = multipliers;
-    own.vectors = task->vectors != NULL ? vectors : NULL;
-    for (int lane = 0; lane < LAST; ++lane) {
-        rest[lane] = PLII_LINKS_NO_LINK;
-    }
-    for (int i = 0; i < colors->serial_count; ++i) {
-        const int link = colors->serial_links[i], slot = plii_link_colors_first_serial_slot(colors) + i;
-        const plii_link_group group = {.tag = plii_link_tag_of(task->body, link), .pairs = PLII_LINK_SINGLE};
-        for (int lane = 0; lane < PLII_LINK_LANES; ++lane) {
-            scaled_indices[0][lane] = plii_scaled_index(task->body->links[link].nodes[0]);
-            scaled_indices[1][lane] = plii_scaled_index(task->body->links[link].nodes[1]);
-        }
-        rest[LAST] = task->rest[slot];
-        if (task->multipliers != NULL) { multipliers[LAST] = task->multipliers[slot]; }
-        for (int k = 0; k < 3 && task->vectors != NULL; ++k) {
-            vectors[k * PLII_LINK_LANES + LAST] = task->vectors[3 * slot + k];
-        }
-        links_first_batch(&own, &group, 1);
-        if (task->multipliers != NULL) { task->multipliers[slot] = multipliers[LAST]; }
-    }
-}
-
 // -------------------------------------------------------------------------------------------------- start of a step
 
 /* Of pair `pair` of the nodes, where they have links; returns where those of the next pair go. */
@@ -321,10 +288,9 @@ static void links_gather_vectors(const plii_links_start* start, int begin, int e
         if (group->pairs == PLII_LINK_SINGLE) { continue; }
         nodes[2] = plii_nodes8_gather(start->positions, scaled_indices[2]);
         nodes[3] = plii_nodes8_gather(start->positions, scaled_indices[3]);
-        vectors = links_gather_row(vectors, nodes, group->pairs, 1);
-        vectors = links_gather_row(vectors, nodes, group->pairs, 2);
-        vectors = links_gather_row(vectors, nodes, group->pairs, 3);
-        vectors = links_gather_row(vectors, nodes, group->pairs, 4);
-        links_gather_row(vectors, nodes, group->pairs, 5);
+#pragma GCC unroll 5
+        for (int k = 1; k < PLII_LINK_PAIRS; ++k) {
+            vectors = links_gather_row(vectors, nodes, group->pairs, k);
+        }
     }
 }

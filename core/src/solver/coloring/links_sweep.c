@@ -2,21 +2,10 @@
 
 #include "solver/coloring/links_kernel.h"
 
-#include <string.h>
-
 enum {
     LINKS_SHARED = 16384, /* links; a body of fewer is done before threads have met after every colour */
     LINKS_GRAIN = 64      /* groups, some 2 us: what a range costs where processors are far apart */
 };
-
-const plii_links_kernel* plii_links_kernel_of(pli_simd simd) {
-#if PLIANT_SIMD_X86
-    if (simd == PLI_SIMD_AVX2) { return &plii_links_kernel_avx2; }
-#else
-    (void)simd;
-#endif
-    return &plii_links_kernel_base;
-}
 
 /* Of one of the two. */
 typedef struct links_part {
@@ -46,7 +35,6 @@ void plii_links_sweep_colors(pli_context* context, const plii_links_kernel* kern
         part.first_group = color->first_group;
         plii_parallel_for(context, links_range, &part, color->group_count, links_grain(task, color->group_count));
     }
-    if (colors->serial_count > 0) { kernel->serial(task); }
 }
 
 static void links_start_range(int begin, int end, void* data) {
@@ -55,14 +43,6 @@ static void links_start_range(int begin, int end, void* data) {
 }
 
 void plii_links_start_colors(pli_context* context, const plii_links_kernel* kernel, const plii_links_start* start) {
-    const plii_link_colors* colors = start->colors;
     links_part part = {.kernel = kernel, .start = start};
-    plii_parallel_for(context, links_start_range, &part, colors->group_count, LINKS_SHARED / PLII_LINK_LANES);
-    float* vectors = start->vectors + 3 * plii_link_colors_first_serial_slot(colors);
-    for (int i = 0; i < colors->serial_count; ++i) {
-        const int* nodes = start->body->links[colors->serial_links[i]].nodes;
-        const pli_vec3 vector =
-            pli_vec3_sub(plii_xyz(start->positions[nodes[1]]), plii_xyz(start->positions[nodes[0]]));
-        memcpy(&vectors[3 * i], &vector, sizeof vector);
-    }
+    plii_parallel_for(context, links_start_range, &part, start->colors->group_count, LINKS_SHARED / PLII_LINK_LANES);
 }

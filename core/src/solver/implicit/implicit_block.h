@@ -1,5 +1,4 @@
-#ifndef PLII_IMPLICIT_BLOCK_H
-#define PLII_IMPLICIT_BLOCK_H
+#pragma once
 
 /* Diagonal 3x3 blocks of the implicit system. */
 
@@ -33,5 +32,3 @@ static inline plii_dvec3 plii_implicit_block_mul(const plii_implicit_block* bloc
     const double z2 = x.z / block->inverse_d[2];
     return plii_dvec3_make(z0, block->l10 * z0 + z1, block->l20 * z0 + block->l21 * z1 + z2);
 }
-
-#endif

@@ -8,6 +8,8 @@
 #include <string.h>
 
 enum { IMPLICIT_MAX_ROUNDS = 8 };
+#define IMPLICIT_POINT_STIFFNESS 10.0    /* of points of faces, relative to that of their nodes */
+#define IMPLICIT_HOLD_STIFFNESS 1e3      /* of what holds rigid bodies directly, relative to them */
 #define IMPLICIT_FRICTION_TOLERANCE 1e-3 /* change of friction in a round, relative to all impulses */
 
 /* The directions held at one node, and by whom. */
@@ -28,15 +30,15 @@ static void gradient_add_axis(gradient_filter* filter, plii_dvec3 axis) {
 }
 
 static bool gradient_is_rigid(const plii_implicit_constraint* constraint) {
-    return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0;
+    return constraint->rows > 0 && !constraint->is_pinned && constraint->influence >= 1.0 && !constraint->is_point;
 }
 
 /* Of the node of constraint `begin`. A node between several bodies follows one that does not move, if there is one. */
 static gradient_filter gradient_make_filter(const plii_implicit_constraints* constraints, int begin) {
     gradient_filter filter = {.begin = begin, .end = begin, .rigid = PLI_NULL_INDEX};
     bool is_led = false;
-    for (; filter.end < constraints->count && constraints->items[filter.end].node == constraints->items[begin].node;
-         ++filter.end) {
+    const int node = constraints->items[begin].nodes[0], count = constraints->node_bound_count;
+    for (; filter.end < count && constraints->items[filter.end].nodes[0] == node; ++filter.end) {
         const plii_implicit_constraint* constraint = &constraints->items[filter.end];
         if (!gradient_is_rigid(constraint)) { continue; }
         if (!is_led || !constraints->rigids[constraint->rigid].is_dynamic) {
@@ -61,9 +63,14 @@ static plii_dvec3 gradient_held_part(const gradient_filter* filter, plii_dvec3 x
     return sum;
 }
 
-/* Impulse per velocity of constraints that give way: anchors of partial influence, and all on pinned nodes. */
+/* Impulse per velocity of constraints that give way: anchors of partial influence, all on pinned nodes, and points of
+   faces, whose impulses are those of the round before and this. */
 static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, plii_dvec3 x) {
     if (constraint->rows == 0 || gradient_is_rigid(constraint)) { return (plii_dvec3){0}; }
+    if (constraint->is_point) {
+        const double stiffness = constraint->is_pinned ? IMPLICIT_HOLD_STIFFNESS : IMPLICIT_POINT_STIFFNESS;
+        return plii_implicit_point_impulse(constraint, plii_dvec3_scale(x, stiffness));
+    }
     if (!constraint->is_pinned) {
         return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, x),
                                 constraint->influence / (1.0 - constraint->influence));
@@ -76,6 +83,14 @@ static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, pli
     return plii_implicit_block_mul(&constraint->block, held);
 }
 
+/* x += what an impulse at the point is to its nodes. */
+static void gradient_spread(const plii_implicit_constraint* constraint, plii_dvec3 impulse, plii_dvec3* x) {
+    for (int k = 0; k < constraint->node_count && !constraint->is_pinned; ++k) {
+        const int node = constraint->nodes[k];
+        x[node] = plii_dvec3_add_scaled(x[node], impulse, constraint->weights[k]);
+    }
+}
+
 // ------------------------------------------------------------------------------------------- what the constraints
 // change
 
@@ -83,9 +98,9 @@ static plii_dvec3 gradient_yield(const plii_implicit_constraint* constraint, pli
 static void gradient_lead(plii_implicit_system* system) {
     const plii_implicit_constraints* constraints = system->constraints;
     gradient_filter filter;
-    for (int i = 0; i < constraints->count; i = filter.end) {
+    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
-        plii_dvec3 *x = &system->direction[constraints->items[i].node], lead = {0};
+        plii_dvec3 *x = &system->direction[constraints->items[i].nodes[0]], lead = {0};
         if (filter.count == 0) { continue; }
         if (filter.rigid != PLI_NULL_INDEX) {
             lead = plii_implicit_point_change(constraints->rigids[filter.rigid].direction, filter.arm);
@@ -98,10 +113,10 @@ static void gradient_lead(plii_implicit_system* system) {
 static void gradient_reduce(const plii_implicit_constraints* constraints, double* (*sum)(plii_implicit_rigid*),
                             plii_dvec3* y) {
     gradient_filter filter;
-    for (int i = 0; i < constraints->count; i = filter.end) {
+    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
         if (filter.count == 0) { continue; }
-        plii_dvec3* of_node = &y[constraints->items[i].node];
+        plii_dvec3* of_node = &y[constraints->items[i].nodes[0]];
         const plii_dvec3 held = gradient_held_part(&filter, *of_node);
         if (filter.rigid != PLI_NULL_INDEX) {
             plii_implicit_add_push(sum(&constraints->rigids[filter.rigid]), filter.arm, held, 1.0);
@@ -139,13 +154,12 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
             impulse = plii_dvec3_add_scaled(constraint->impulse, constraint->normal,
                                             -plii_dvec3_dot(constraint->normal, constraint->impulse));
         } else if (constraint->rows > 0 && !gradient_is_rigid(constraint)) {
-            const plii_dvec3 x = constraint->is_pinned ? (plii_dvec3){0} : system->solution[constraint->node];
-            impulse =
-                gradient_yield(constraint, plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), x));
+            const plii_dvec3 goal = plii_implicit_constraint_goal(constraints, constraint);
+            impulse = gradient_yield(
+                constraint, plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, system->solution)));
+            if (constraint->is_point) { impulse = plii_dvec3_add(impulse, constraint->impulse); }
         }
-        if (!constraint->is_pinned) {
-            system->residual[constraint->node] = plii_dvec3_add(system->residual[constraint->node], impulse);
-        }
+        gradient_spread(constraint, impulse, system->residual);
         plii_implicit_add_push(constraints->rigids[constraint->rigid].residual, constraint->arm, impulse, -1.0);
     }
     gradient_reduce(constraints, gradient_residual_of, system->residual);
@@ -168,14 +182,12 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
         const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (constraint->rows == 0 || gradient_is_rigid(constraint)) { continue; }
-        plii_dvec3 relative = constraint->is_pinned ? (plii_dvec3){0} : system->direction[constraint->node];
+        plii_dvec3 relative = plii_implicit_constraint_point(constraint, system->direction);
         if (rigid->is_dynamic) {
             relative = plii_dvec3_sub(relative, plii_implicit_point_change(rigid->direction, constraint->arm));
         }
         const plii_dvec3 impulse = gradient_yield(constraint, relative);
-        if (!constraint->is_pinned) {
-            system->spare[constraint->node] = plii_dvec3_add(system->spare[constraint->node], impulse);
-        }
+        gradient_spread(constraint, impulse, system->spare);
         if (rigid->is_dynamic) { plii_implicit_add_push(rigid->product, constraint->arm, impulse, -1.0); }
     }
     gradient_reduce(constraints, gradient_product_of, system->spare);
@@ -225,7 +237,7 @@ static void gradient_factorise_rigids(plii_implicit_system* system) {
         }
     }
     gradient_filter filter;
-    for (int i = 0; i < constraints->count; i = filter.end) {
+    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
         for (int k = 0; k < 6 && filter.count > 0 && filter.rigid != PLI_NULL_INDEX; ++k) {
             double unit[6] = {0}, column[6] = {0};
@@ -256,9 +268,9 @@ static double gradient_precondition(plii_implicit_system* system) {
         system->spare[i] = plii_implicit_block_solve(&system->blocks[i], system->residual[i]);
     }
     gradient_filter filter;
-    for (int i = 0; i < constraints->count; i = filter.end) {
+    for (int i = 0; i < constraints->node_bound_count; i = filter.end) {
         filter = gradient_make_filter(constraints, i);
-        const int node = constraints->items[i].node;
+        const int node = constraints->items[i].nodes[0];
         if (constraints->items[i].is_pinned) { continue; }
         system->spare[node] = gradient_free_part(&system->blocks[node], &filter, system->spare[node]);
     }
@@ -308,6 +320,14 @@ static void gradient_choose_direction(plii_implicit_system* system, double beta)
     gradient_lead(system);
 }
 
+/* They are much stiffer than all else, and solved at once. */
+static bool gradient_has_holds(const plii_implicit_constraints* constraints) {
+    for (int i = constraints->node_bound_count; i < constraints->count; ++i) {
+        if (constraints->items[i].is_pinned && constraints->items[i].rows > 0) { return true; }
+    }
+    return false;
+}
+
 /* With the present conditions. Gives the number of iterations; *first is the largest residual so far. */
 static int gradient_solve(const pli_body* body, plii_implicit_system* system, int iterations, double tolerance,
                           double* first, double* last) {
@@ -315,7 +335,7 @@ static int gradient_solve(const pli_body* body, plii_implicit_system* system, in
     gradient_start_residual(body, system);
     double rz = gradient_precondition(system);
     gradient_choose_direction(system, 0.0);
-    *first = fmax(*first, rz);
+    if (!gradient_has_holds(system->constraints)) { *first = fmax(*first, rz); }
     const double goal = tolerance * tolerance * *first;
     int done = 0;
     while (done < iterations && rz > goal) {
@@ -368,27 +388,60 @@ static void gradient_judge_contact(const plii_implicit_constraints* constraints,
     }
 }
 
+/* The same of a point of a face, whose impulse goes on from the one that it has, with what is left of the error. */
+static void gradient_judge_point(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
+                                 const plii_dvec3* x) {
+    const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint),
+                     off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
+    const plii_dvec3 impulse = plii_dvec3_add(constraint->impulse, gradient_yield(constraint, off));
+    const double pressing = plii_dvec3_dot(n, impulse), limit = constraint->friction * pressing;
+    const int rows = constraint->rows;
+    constraint->impulse = (plii_dvec3){0};
+    if (rows == 0) {
+        constraint->rows = !(plii_dvec3_dot(n, off) > 0.0) ? 0 : constraint->friction > 0.0 ? 3 : 1;
+        return;
+    }
+    constraint->rows = pressing > 0.0 ? 3 : 0;
+    if (!(pressing > 0.0)) { return; }
+    plii_dvec3 across = plii_dvec3_add_scaled(impulse, n, -pressing);
+    const plii_dvec3 back = plii_dvec3_add_scaled(off, n, -plii_dvec3_dot(n, off));
+    const bool slides = rows == 1 && (plii_dvec3_dot(back, across) > 0.0 || !(constraint->friction > 0.0));
+    if (slides) { across = back; }
+    const double length = plii_dvec3_length(across);
+    if (slides || length > limit) {
+        constraint->rows = 1;
+        across = plii_dvec3_scale(across, length > 0.0 ? limit / length : 0.0);
+    }
+    constraint->impulse = plii_dvec3_add_scaled(across, n, pressing);
+}
+
 /* Which conditions hold after a solution; meets them. True when they are the ones that the solution was made for, and
    so is friction. */
 static bool gradient_judge(plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
+    const int count = constraints->node_bound_count;
     double change = 0.0, scale = 0.0;
     bool is_same = true;
     for (int i = 0; i < constraints->count; ++i) {
         plii_implicit_constraint* constraint = &constraints->items[i];
-        if (!constraint->is_pinned) { system->spare[constraint->node] = plii_implicit_swept(system, constraint->node); }
+        const int node = constraint->nodes[0];
+        if (!constraint->is_pinned && i < count) { system->spare[node] = plii_implicit_swept(system, node); }
         constraint->rows_before = constraint->rows;
         constraint->impulse_before = constraint->impulse;
     }
-    for (int begin = 0, end = 0; begin < constraints->count; begin = end) {
+    for (int i = count; i < constraints->count; ++i) {
+        gradient_judge_point(constraints, &constraints->items[i], system->solution);
+        plii_implicit_push(constraints, &constraints->items[i], constraints->items[i].impulse, system->spare);
+    }
+    for (int begin = 0, end = 0; begin < count; begin = end) {
         plii_implicit_constraint* constraint = &constraints->items[begin];
         end = gradient_make_filter(constraints, begin).end;
         if (end - begin > 1 || constraint->is_anchor || constraint->is_pinned) {
             plii_implicit_project_node(constraints, begin, end, system->spare);
-            system->solution[constraint->node] = system->spare[constraint->node];
+            system->solution[constraint->nodes[0]] = system->spare[constraint->nodes[0]];
         } else {
-            plii_dvec3* x = &system->solution[constraint->node];
-            gradient_judge_contact(constraints, constraint, *x, system->spare[constraint->node]);
+            plii_dvec3* x = &system->solution[constraint->nodes[0]];
+            gradient_judge_contact(constraints, constraint, *x, system->spare[constraint->nodes[0]]);
             const plii_dvec3 off = plii_dvec3_sub(plii_implicit_constraint_goal(constraints, constraint), *x);
             const plii_dvec3 held = constraint->rows == 3
                                         ? off
@@ -396,11 +449,12 @@ static bool gradient_judge(plii_implicit_system* system) {
             if (constraint->rows > 0) { *x = plii_dvec3_add(*x, held); }
         }
     }
+    plii_implicit_share_nodes(constraints);
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         is_same = is_same && constraint->rows == constraint->rows_before;
         const plii_dvec3 more = plii_dvec3_sub(constraint->impulse, constraint->impulse_before);
-        change += constraint->rows == 1 ? plii_dvec3_dot(more, more) : 0.0;
+        change += constraint->rows == 1 || i >= count ? plii_dvec3_dot(more, more) : 0.0;
         scale += plii_dvec3_dot(constraint->impulse, constraint->impulse);
     }
     return is_same && change <= IMPLICIT_FRICTION_TOLERANCE * IMPLICIT_FRICTION_TOLERANCE * scale;

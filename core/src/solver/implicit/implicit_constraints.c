@@ -11,36 +11,9 @@
 /* Pinned nodes count as so many times heavier than the rigid body that they are anchored to. */
 #define IMPLICIT_PINNED_RATIO 1e6
 #define IMPLICIT_IMMOVABLE 1e30
+#define IMPLICIT_HOLD_RECOVERY 0.1 /* s, in which a body comes out of what holds it */
 
 // ------------------------------------------------------------------------------------------------- rigid bodies
-
-static int implicit_constraints_find_rigid(const plii_implicit_constraints* constraints, const pli_rigid* rigid) {
-    for (int i = constraints->rigid_count - 1; i >= 0; --i) {
-        if (constraints->rigids[i].rigid == rigid) { return i; }
-    }
-    return PLI_NULL_INDEX;
-}
-
-bool plii_implicit_constraints_find_contacts(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid) {
-    if (implicit_constraints_find_rigid(constraints, rigid) != PLI_NULL_INDEX) { return true; }
-    if (!PLII_RESERVE(body->context, &constraints->rigids, &constraints->rigid_capacity,
-                      constraints->rigid_count + 1)) {
-        return false;
-    }
-    plii_implicit_rigid* touched = &constraints->rigids[constraints->rigid_count++];
-    *touched = (plii_implicit_rigid){.rigid = rigid, .pose = rigid->state.pose, .pose_version = rigid->pose_version};
-    return true;
-}
-
-void plii_implicit_constraints_clear(plii_implicit_constraints* constraints, const pli_rigid* rigid) {
-    const int index = implicit_constraints_find_rigid(constraints, rigid);
-    if (index == PLI_NULL_INDEX) { return; }
-    for (int i = index; i + 1 < constraints->rigid_count; ++i) {
-        constraints->rigids[i] = constraints->rigids[i + 1];
-    }
-    constraints->rigid_count -= 1;
-    constraints->count = 0;
-}
 
 /* Inverse of a symmetric 3x3 matrix that may have zero rows where axes are locked. */
 static void implicit_invert_inertia(double a[3][3], double inertia[6]) {
@@ -62,25 +35,35 @@ static double implicit_axis_mass(float inverse_mass, float factor) {
     return inverse > 0.0 ? 1.0 / inverse : IMPLICIT_IMMOVABLE;
 }
 
-static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched) {
-    const pli_rigid* rigid = touched->rigid;
-    touched->moves_by_host = rigid->pose_version != touched->pose_version;
+static void implicit_constraints_prepare_rigid(plii_implicit_rigid* touched, pli_rigid* rigid) {
+    *touched = (plii_implicit_rigid){.rigid = rigid};
     touched->is_dynamic = rigid->state.inverse_mass > 0.0f;
-    memset(touched->change, 0, sizeof touched->change);
     if (!touched->is_dynamic) { return; }
     touched->mass[0] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.x);
     touched->mass[1] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.y);
     touched->mass[2] = implicit_axis_mass(rigid->state.inverse_mass, rigid->linear_factor.z);
     const double factor[3] = {sqrt(fabs((double)rigid->angular_factor.x)), sqrt(fabs((double)rigid->angular_factor.y)),
                               sqrt(fabs((double)rigid->angular_factor.z))};
-    double inverse_inertia[3][3];
     for (int i = 0; i < 3; ++i) {
         const pli_vec3 row = rigid->state.inverse_inertia_world.rows[i];
-        inverse_inertia[i][0] = (double)row.x * factor[i] * factor[0];
-        inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
-        inverse_inertia[i][2] = (double)row.z * factor[i] * factor[2];
+        touched->inverse_inertia[i][0] = (double)row.x * factor[i] * factor[0];
+        touched->inverse_inertia[i][1] = (double)row.y * factor[i] * factor[1];
+        touched->inverse_inertia[i][2] = (double)row.z * factor[i] * factor[2];
     }
-    implicit_invert_inertia(inverse_inertia, touched->inertia);
+    implicit_invert_inertia(touched->inverse_inertia, touched->inertia);
+}
+
+/* PLI_NULL_INDEX without memory. */
+static int implicit_constraints_find_rigid(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid) {
+    const int count = constraints->rigid_count;
+    for (int i = count - 1; i >= 0; --i) {
+        if (constraints->rigids[i].rigid == rigid) { return i; }
+    }
+    if (!PLII_RESERVE(body->context, &constraints->rigids, &constraints->rigid_capacity, count + 1)) {
+        return PLI_NULL_INDEX;
+    }
+    implicit_constraints_prepare_rigid(&constraints->rigids[constraints->rigid_count++], rigid);
+    return count;
 }
 
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints) {
@@ -93,7 +76,7 @@ void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraint
         pli_rigid_state* state = &touched->rigid->state;
         state->linear_velocity = pli_vec3_add(state->linear_velocity, linear);
         state->angular_velocity = pli_vec3_add(state->angular_velocity, angular);
-        if (touched->moves_by_host) { touched->rigid->needs_reintegration = true; }
+        if (plii_rigid_is_moved_by_host(touched->rigid)) { touched->rigid->needs_reintegration = true; }
     }
 }
 
@@ -102,7 +85,7 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
     pli_rigid* rigid = touched->rigid;
     const double h = (double)body->step.dt;
-    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[constraint->node]));
+    const plii_dvec3 x = plii_dvec3_from(plii_xyz(body->positions[constraint->nodes[0]]));
     plii_dvec3 off = plii_dvec3_sub(constraint->goal_position, x);
     if (touched->is_dynamic) {
         off = plii_dvec3_add_scaled(off, plii_implicit_point_change(touched->change, constraint->arm), h);
@@ -115,7 +98,7 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     }
     if (!(distance > 0.0) || !plii_is_finite((float)distance)) { return; }
     const pli_vec3 unit = plii_dvec3_to_float(direction), arm = plii_dvec3_to_float(constraint->arm);
-    const double node_weight = (double)body->positions[constraint->node].w;
+    const double node_weight = (double)body->positions[constraint->nodes[0]].w;
     double rigid_weight = 0.0;
     if (touched->is_dynamic) {
         const pli_vec3 moment = pli_vec3_cross(arm, unit);
@@ -123,7 +106,7 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
         rigid_weight = (double)rigid->state.inverse_mass + (double)pli_vec3_dot(moment, spin);
     }
     const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
-    plii_set_xyz(&body->positions[constraint->node],
+    plii_set_xyz(&body->positions[constraint->nodes[0]],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
     if (!touched->is_dynamic) { return; }
     const pli_vec3 linear = rigid->state.linear_velocity, angular = rigid->state.angular_velocity;
@@ -139,6 +122,11 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 
 // --------------------------------------------------------------------------------------------------- conditions
 
+/* Points of faces, of PLI_NULL_INDEX, come last. */
+static bool implicit_constraint_is_after(const plii_node_constraint* a, const plii_node_constraint* b) {
+    return (unsigned)a->node > (unsigned)b->node;
+}
+
 /* Merges neighbouring sorted runs until there is one; constraints of a node keep their order. `to` is as long as
  * `from`. */
 static void implicit_constraints_sort(plii_node_constraint* from, plii_node_constraint* to, int count) {
@@ -148,7 +136,8 @@ static void implicit_constraints_sort(plii_node_constraint* from, plii_node_cons
             const int end = middle + width < count ? middle + width : count;
             int a = begin, b = middle;
             for (int i = begin; i < end; ++i) {
-                to[i] = b >= end || (a < middle && from[a].node <= from[b].node) ? from[a++] : from[b++];
+                to[i] = b >= end || (a < middle && !implicit_constraint_is_after(&from[a], &from[b])) ? from[a++]
+                                                                                                      : from[b++];
             }
         }
         for (int i = 0; i < count; ++i) {
@@ -159,7 +148,7 @@ static void implicit_constraints_sort(plii_node_constraint* from, plii_node_cons
 
 static bool implicit_constraints_are_sorted(const plii_node_constraint* constraints, int count) {
     for (int i = 1; i < count; ++i) {
-        if (constraints[i].node < constraints[i - 1].node) { return false; }
+        if (implicit_constraint_is_after(&constraints[i - 1], &constraints[i])) { return false; }
     }
     return true;
 }
@@ -190,8 +179,10 @@ static int implicit_constraints_list(pli_body* body, plii_implicit_constraints* 
     if (!implicit_constraints_are_sorted(constraints->listed, kept)) {
         implicit_constraints_sort(constraints->listed, constraints->listed + kept, kept);
     }
-    return PLII_RESERVE(body->context, &constraints->items, &constraints->capacity, kept) ? kept
-                                                                                          : constraints->capacity;
+    /* Each may hold its rigid body twice. */
+    return PLII_RESERVE(body->context, &constraints->items, &constraints->capacity, 2 * kept)
+               ? kept
+               : constraints->capacity / 2;
 }
 
 static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
@@ -201,74 +192,254 @@ static plii_implicit_block implicit_pinned_block(const pli_rigid* rigid) {
 
 /* Velocity with which a point that moves with the rigid body leaves where it was at the start of the step, as far as it
    is known yet. */
-static plii_dvec3 implicit_point_velocity(const plii_implicit_rigid* touched, pli_vec3 local, float dt) {
-    const pli_rigid_state* state = &touched->rigid->state;
-    pli_vec3 linear = state->linear_velocity, angular = state->angular_velocity;
-    if (touched->moves_by_host) {
-        linear = pli_vec3_sub(linear, touched->rigid->given_linear_velocity);
-        angular = pli_vec3_sub(angular, touched->rigid->given_angular_velocity);
-    }
-    const pli_transform end = plii_rigid_advance(state->pose, linear, angular, dt);
+static plii_dvec3 implicit_point_velocity(const pli_rigid* rigid, pli_vec3 local, float dt) {
+    const pli_transform begin = rigid->path.begin;
+    const plii_twist velocity = plii_rigid_end_velocity(rigid, dt);
+    const pli_transform end = plii_rigid_advance(rigid->state.pose, velocity.linear, velocity.angular, dt);
     const plii_dvec3 turned = plii_dvec3_sub(plii_dvec3_from(pli_mat3_mul_vec3(end.rotation, local)),
-                                             plii_dvec3_from(pli_mat3_mul_vec3(touched->pose.rotation, local)));
-    plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(state->pose.origin), plii_dvec3_from(touched->pose.origin));
-    moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(linear), (double)dt);
+                                             plii_dvec3_from(pli_mat3_mul_vec3(begin.rotation, local)));
+    plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(rigid->state.pose.origin), plii_dvec3_from(begin.origin));
+    moved = plii_dvec3_add_scaled(moved, plii_dvec3_from(velocity.linear), (double)dt);
     return plii_dvec3_scale(plii_dvec3_add(moved, turned), 1.0 / (double)dt);
 }
 
-static void implicit_constraints_make_item(const pli_body* body, const plii_implicit_rigid* touched,
-                                           const plii_node_constraint* from, plii_dvec3 start,
-                                           plii_implicit_constraint* item) {
+/* Those of a point of a face without the ones that have no weight. */
+static void implicit_constraint_set_nodes(const pli_body* body, const plii_node_constraint* from,
+                                          plii_implicit_constraint* item) {
+    const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
+    const bool is_of_face = from->node == PLI_NULL_INDEX;
+    item->is_pinned = true;
+    for (int k = 0; k < (is_of_face ? 3 : 1); ++k) {
+        const int node = is_of_face ? from->face_nodes[k] : from->node;
+        if (is_of_face && !(weights[k] > 0.0f)) { continue; }
+        item->nodes[item->node_count] = node;
+        item->weights[item->node_count++] = is_of_face ? (double)weights[k] : 1.0;
+        item->is_pinned = item->is_pinned && !(body->positions[node].w > 0.0f);
+    }
+}
+
+/* `start` and `velocity`: of the point that is held, without what the solution adds. */
+static void implicit_constraint_set_target(const pli_body* body, const plii_node_constraint* from, plii_dvec3 start,
+                                           plii_dvec3 velocity, plii_implicit_constraint* item) {
     const double inverse_dt = (double)body->step.inverse_dt, hardness = (double)from->hardness;
+    const pli_rigid* rigid = from->rigid;
     pli_vec3 local = from->pivot;
-    item->is_anchor = from->is_anchor;
-    item->influence = (double)from->influence;
     if (from->is_anchor) {
-        const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(touched->pose, local));
+        const plii_dvec3 pivot = plii_dvec3_from(pli_transform_point(rigid->path.begin, local));
         item->recovery = plii_dvec3_scale(plii_dvec3_sub(pivot, start), hardness * inverse_dt);
         item->target = item->recovery;
     } else {
-        local = pli_transform_inverse_point(touched->pose, plii_xyz(body->positions[from->node]));
+        if (from->node != PLI_NULL_INDEX) {
+            local = pli_transform_inverse_point(rigid->path.begin, plii_xyz(body->positions[from->node]));
+        }
         item->normal = plii_dvec3_from(from->normal);
         item->friction = (double)from->friction;
-        const double gap = plii_dvec3_dot(item->normal, start) + (double)from->offset;
+        const double gap = item->gap = plii_dvec3_dot(item->normal, start) + (double)from->offset;
         const double speed =
             gap > 0.0 ? -gap * inverse_dt : fmin(-gap * hardness * inverse_dt, (double)from->recovery_speed);
         item->target = plii_dvec3_scale(item->normal, speed);
         if (speed > 0.0) { item->recovery = item->target; }
     }
-    item->target = plii_dvec3_add(item->target, implicit_point_velocity(touched, local, body->step.dt));
+    item->surface_velocity = implicit_point_velocity(rigid, local, body->step.dt);
+    item->target = plii_dvec3_add(item->target, item->surface_velocity);
     item->goal_position = plii_dvec3_add_scaled(start, item->target, (double)body->step.dt);
-    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(touched->rigid->state.pose.rotation, local));
+    item->target = plii_dvec3_sub(item->target, velocity);
+    item->arm = plii_dvec3_from(pli_mat3_mul_vec3(rigid->state.pose.rotation, local));
+}
+
+/* False: no memory for the rigid body, or nothing to hold. */
+static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* constraints,
+                                     const plii_node_constraint* from, const plii_dvec3* base, bool is_point) {
+    plii_implicit_constraint* item = &constraints->items[constraints->count];
+    *item = (plii_implicit_constraint){
+        .is_anchor = from->is_anchor, .influence = (double)from->influence, .share = 1.0, .is_point = is_point};
+    implicit_constraint_set_nodes(body, from, item);
+    plii_rigid_touch(from->rigid);
+    if ((item->is_pinned && !(from->rigid->state.inverse_mass > 0.0f)) || !(from->influence > 0.0f)) { return false; }
+    item->rigid = implicit_constraints_find_rigid(body, constraints, from->rigid);
+    if (item->rigid == PLI_NULL_INDEX) { return false; }
+    plii_dvec3 start = {0}, velocity = {0};
+    for (int k = 0; k < item->node_count; ++k) {
+        const int node = item->nodes[k];
+        const pli_vec4 x = base != NULL ? body->previous[node] : body->positions[node];
+        plii_dvec3 v = plii_dvec3_from(plii_xyz(body->velocities[node]));
+        if (base != NULL) { v = plii_dvec3_sub(v, base[node]); }
+        start = plii_dvec3_add_scaled(start, plii_dvec3_from(plii_xyz(x)), item->weights[k]);
+        velocity = plii_dvec3_add_scaled(velocity, v, item->weights[k]);
+    }
+    implicit_constraint_set_target(body, from, start, velocity, item);
+    item->block = item->is_pinned ? implicit_pinned_block(from->rigid) : constraints->blocks[item->nodes[0]];
+    constraints->count += 1;
+    return true;
+}
+
+static bool implicit_is_alone(const plii_node_constraint* listed, int index, int count) {
+    const int node = listed[index].node;
+    return !(index > 0 && listed[index - 1].node == node) && !(index + 1 < count && listed[index + 1].node == node);
+}
+
+/* What else holds a node, if a rigid body that moves presses on it, is a point like those of faces. */
+static bool implicit_is_point(const plii_node_constraint* listed, int index, int count) {
+    const plii_node_constraint* from = &listed[index];
+    if (from->node == PLI_NULL_INDEX) { return true; }
+    return !from->is_anchor && from->rigid->state.inverse_mass > 0.0f && !implicit_is_alone(listed, index, count);
+}
+
+/* What lies in reach matters between bodies only; a sheet that hangs rests better without. */
+static bool implicit_is_far(const pli_body* body, const plii_node_constraint* listed, int index, int count) {
+    const plii_node_constraint* from = &listed[index];
+    if (from->is_anchor || from->node == PLI_NULL_INDEX || !implicit_is_alone(listed, index, count)) { return false; }
+    return pli_vec3_dot(from->normal, plii_xyz(body->positions[from->node])) + from->offset > 0.0f;
+}
+
+/* The first of a node, or where it would be. */
+static int implicit_find_node(const plii_node_constraint* listed, int count, int node) {
+    int begin = 0, end = count;
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if ((unsigned)listed[middle].node < (unsigned)node) {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    return begin;
+}
+
+/* Where nodes of a face touch the same rigid body, their own contacts hold it. */
+static bool implicit_is_covered(const plii_node_constraint* listed, int count, const plii_node_constraint* from) {
+    const float weights[3] = {from->weights.x, from->weights.y, from->weights.z};
+    double covered = 0.0;
+    for (int k = 0; k < 3 && from->node == PLI_NULL_INDEX; ++k) {
+        const int node = from->face_nodes[k];
+        for (int i = implicit_find_node(listed, count, node); i < count && listed[i].node == node; ++i) {
+            if (listed[i].rigid != from->rigid) { continue; }
+            covered += (double)weights[k];
+            break;
+        }
+    }
+    return covered > 0.99;
+}
+
+/* How far a node can go along a unit vector until it meets a surface that nothing moves. */
+static double implicit_room(const plii_implicit_constraints* constraints, int node, plii_dvec3 direction) {
+    int begin = 0, end = constraints->node_bound_count;
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if (constraints->items[middle].nodes[0] < node) {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    double room = (double)INFINITY;
+    for (int i = begin; i < constraints->node_bound_count && constraints->items[i].nodes[0] == node; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        const double approach = -plii_dvec3_dot(constraint->normal, direction);
+        if (constraint->is_anchor || constraints->rigids[constraint->rigid].is_dynamic || !(approach > 0.1)) {
+            continue;
+        }
+        room = fmin(room, fmax(constraint->gap, 0.0) / approach);
+    }
+    return room;
+}
+
+/* Nodes are light: a body that presses them against what nothing moves is held by that directly. */
+static void implicit_constraints_add_hold(const pli_body* body, plii_implicit_constraints* constraints, int index) {
+    const plii_implicit_constraint* from = &constraints->items[index];
+    const plii_implicit_rigid* rigid = &constraints->rigids[from->rigid];
+    if (!from->is_point || from->is_pinned || !rigid->is_dynamic) { return; }
+    const double share = fmin((double)body->step.dt / IMPLICIT_HOLD_RECOVERY, 1.0);
+    double way = from->gap > 0.0 ? from->gap : share * from->gap;
+    for (int k = 0; k < from->node_count; ++k) {
+        way += from->weights[k] * implicit_room(constraints, from->nodes[k], from->normal);
+    }
+    if (!isfinite(way)) { return; }
+    plii_implicit_constraint* hold = &constraints->items[constraints->count++];
+    *hold = *from;
+    hold->is_pinned = true;
+    hold->node_count = 0;
+    hold->target = plii_dvec3_add_scaled(from->surface_velocity, from->normal, -way * (double)body->step.inverse_dt);
+    hold->recovery = (plii_dvec3){0};
 }
 
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
                                       const plii_implicit_block* blocks, const plii_dvec3* base) {
-    const int listed = implicit_constraints_list(body, constraints, with_contacts);
-    constraints->count = 0;
-    for (int i = 0; i < constraints->rigid_count; ++i) {
-        implicit_constraints_prepare_rigid(&constraints->rigids[i]);
-    }
-    for (int i = 0; i < listed; ++i) {
-        const plii_node_constraint* from = &constraints->listed[i];
-        int rigid = implicit_constraints_find_rigid(constraints, from->rigid);
-        if (rigid == PLI_NULL_INDEX) {
-            if (!plii_implicit_constraints_find_contacts(body, constraints, from->rigid)) { continue; }
-            rigid = constraints->rigid_count - 1;
-            implicit_constraints_prepare_rigid(&constraints->rigids[rigid]);
+    const int found = implicit_constraints_list(body, constraints, with_contacts);
+    int listed = 0;
+    for (int i = 0; i < found; ++i) {
+        if (!implicit_is_far(body, constraints->listed, i, found)) {
+            constraints->listed[listed++] = constraints->listed[i];
         }
-        const plii_implicit_rigid* touched = &constraints->rigids[rigid];
-        const bool is_pinned = !(body->positions[from->node].w > 0.0f);
-        if ((is_pinned && !touched->is_dynamic) || !(from->influence > 0.0f)) { continue; }
-        plii_implicit_constraint* item = &constraints->items[constraints->count++];
-        *item = (plii_implicit_constraint){.node = from->node, .rigid = rigid, .is_pinned = is_pinned};
-        const pli_vec4 start = base != NULL ? body->previous[from->node] : body->positions[from->node];
-        implicit_constraints_make_item(body, touched, from, plii_dvec3_from(plii_xyz(start)), item);
-        plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[from->node]));
-        if (base != NULL) { velocity = plii_dvec3_sub(velocity, base[from->node]); }
-        item->target = plii_dvec3_sub(item->target, velocity);
-        item->block = is_pinned ? implicit_pinned_block(touched->rigid) : blocks[from->node];
-        plii_rigid_touch(touched->rigid);
+    }
+    constraints->count = constraints->node_bound_count = constraints->rigid_count = 0;
+    constraints->blocks = blocks;
+    for (int pass = 0; pass < 2; ++pass) {
+        for (int i = 0; i < listed; ++i) {
+            const bool is_point = implicit_is_point(constraints->listed, i, listed);
+            if (is_point != (pass == 1) || implicit_is_covered(constraints->listed, listed, &constraints->listed[i])) {
+                continue;
+            }
+            (void)implicit_constraints_add(body, constraints, &constraints->listed[i], base, is_point);
+        }
+        if (pass == 0) { constraints->node_bound_count = constraints->count; }
+    }
+    const int count = constraints->count;
+    for (int i = constraints->node_bound_count; i < count; ++i) {
+        implicit_constraints_add_hold(body, constraints, i);
+    }
+    plii_implicit_share_nodes(constraints);
+}
+
+double plii_implicit_point_response(const plii_implicit_constraints* constraints,
+                                    const plii_implicit_constraint* constraint, plii_dvec3 unit) {
+    double response = 0.0, push[6] = {0};
+    if (constraint->is_pinned) {
+        plii_implicit_add_velocity(&constraints->rigids[constraint->rigid], constraint->arm, unit, push);
+        return plii_dvec3_dot(unit, plii_implicit_point_change(push, constraint->arm));
+    }
+    for (int k = 0; k < constraint->node_count; ++k) {
+        const int node = constraint->nodes[k];
+        const double load = fmax(constraints->loads[node], constraint->weights[k]);
+        const plii_dvec3 moved = plii_implicit_block_solve(&constraints->blocks[node], unit);
+        response += constraint->weights[k] * load * plii_dvec3_dot(unit, moved);
+    }
+    return response;
+}
+
+void plii_implicit_share_nodes(plii_implicit_constraints* constraints) {
+    const int first = constraints->node_bound_count;
+    double* loads = constraints->loads;
+    if (constraints->count == first) { return; }
+    for (int i = 0; i < constraints->count; ++i) {
+        for (int k = 0; k < constraints->items[i].node_count; ++k) {
+            loads[constraints->items[i].nodes[k]] = 0.0;
+        }
+    }
+    for (int i = first; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        for (int k = 0; k < constraint->node_count && constraint->rows > 0; ++k) {
+            loads[constraint->nodes[k]] += constraint->weights[k];
+        }
+    }
+    for (int i = 0; i < first; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        constraint->share = 1.0 / (1.0 + loads[constraint->nodes[0]]);
+    }
+    for (int i = 0; i < first; ++i) {
+        loads[constraints->items[i].nodes[0]] += constraints->items[i].rows > 0 ? 1.0 : 0.0;
+    }
+    for (int i = first; i < constraints->count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[i];
+        const plii_dvec3 n = constraint->normal;
+        const double along = plii_implicit_point_response(constraints, constraint, n);
+        const plii_dvec3 side =
+            plii_dvec3_cross(n, fabs(n.x) < 0.5 ? plii_dvec3_make(1, 0, 0) : plii_dvec3_make(0, 1, 0));
+        const plii_dvec3 a = plii_dvec3_scale(side, 1.0 / plii_dvec3_length(side)), c = plii_dvec3_cross(n, a);
+        const double across = plii_implicit_point_response(constraints, constraint, a) +
+                              plii_implicit_point_response(constraints, constraint, c);
+        constraint->stiffness = 1.0 / along;
+        constraint->stiffness_across = 2.0 / across;
     }
 }
 

@@ -1,8 +1,10 @@
-#ifndef PLII_IMPLICIT_CONSTRAINTS_H
-#define PLII_IMPLICIT_CONSTRAINTS_H
+#pragma once
 
 /* Anchors and contacts as conditions on the unknowns of the implicit system, and the rigid bodies behind them as
-   further unknowns: six changes of velocity each. docs/solvers.md has the equations. */
+   further unknowns: six changes of velocity each. docs/solvers.md has the equations.
+
+   Those of a node are met one node after the other, with the rigid body or exactly. Points of faces share their nodes:
+   there an impulse grows by what is left of the error, from sweep to sweep. */
 
 #include "body/body_impl.h"
 #include "body/node_constraint.h"
@@ -11,26 +13,29 @@
 /* A rigid body that nodes are held by. */
 typedef struct plii_implicit_rigid {
     pli_rigid* rigid;
-    pli_transform pose; /* when it was met; and that pose's version */
-    unsigned pose_version;
-    bool moves_by_host; /* the host has moved it since */
     bool is_dynamic;
     double mass[3];    /* kg, by axis; what cannot move is very heavy */
     double inertia[6]; /* kg m^2: xx, xy, xz, yy, yz, zz */
-    double change[6];  /* m/s, rad/s: what this body's system adds to the velocities */
+    double inverse_inertia[3][3];
+    double change[6]; /* m/s, rad/s: what this body's system adds to the velocities */
     double residual[6], direction[6], product[6], factor[6][6]; /* of conjugate gradients */
     bool is_solved;
     int group; /* of components, PLI_NULL_INDEX unless it is dynamic and holds a node; while momentum is kept */
 } plii_implicit_rigid;
 
 typedef struct plii_implicit_constraint {
-    int node, rigid;
+    int nodes[3]; /* one, or three of a face */
+    double weights[3];
+    int node_count, rigid;
     bool is_anchor, is_pinned;
+    bool is_point; /* of a face */
     double influence, friction;
     plii_dvec3 normal;
     plii_dvec3 arm;    /* from the centre of mass of the rigid body */
     plii_dvec3 target; /* m/s: change of the node's velocity that the condition asks for, but for the rigid's change */
-    plii_dvec3 recovery; /* m/s: part of the target that takes back an error and is not to stay as speed */
+    plii_dvec3 surface_velocity; /* m/s: of the target, what the rigid body does */
+    double gap;                  /* m, of contacts */
+    plii_dvec3 recovery;         /* m/s: part of the target that takes back an error and is not to stay as speed */
     plii_dvec3
         goal_position;  /* m: where it wants the node at the end of the step, but for the change of the rigid body */
     plii_dvec3 impulse; /* N s on the node */
@@ -38,11 +43,15 @@ typedef struct plii_implicit_constraint {
     plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
     int rows_before;
     plii_implicit_block block;
+    double share;                       /* of its node, as long as points of faces hold that too */
+    double stiffness, stiffness_across; /* kg, of a point of a face: impulse per velocity, normal and tangential */
 } plii_implicit_constraint;
 
 typedef struct plii_implicit_constraints {
-    plii_implicit_constraint* items; /* by node */
-    int count, capacity;
+    plii_implicit_constraint* items; /* those of a node, by node; then points of faces */
+    int node_bound_count, count, capacity;
+    const plii_implicit_block* blocks; /* [node_count] of the system */
+    double* loads;                     /* [node_count] how often a node is held, weighted */
     plii_node_constraint* listed;
     int listed_capacity;
     plii_implicit_rigid* rigids;
@@ -51,9 +60,6 @@ typedef struct plii_implicit_constraints {
 
 // ------------------------------------------------------------------------------------------- implicit_constraints.c
 
-/* Remembers where a rigid body is before its host may move it. False: no memory. */
-bool plii_implicit_constraints_find_contacts(pli_body* body, plii_implicit_constraints* constraints, pli_rigid* rigid);
-void plii_implicit_constraints_clear(plii_implicit_constraints* constraints, const pli_rigid* rigid);
 /* What the features of the body demand now. `base` is what the velocities of the body have in them of the solution
    already, or NULL. Without contacts only anchors are listed. */
 void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints* constraints, bool with_contacts,
@@ -73,11 +79,20 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
 void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x);
 /* Only the node that has constraints begin .. end - 1, with the rigid bodies as they are. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x);
+/* Its nodes follow an impulse, each on its own. */
+void plii_implicit_push(const plii_implicit_constraints* constraints, const plii_implicit_constraint* constraint,
+                        plii_dvec3 impulse, plii_dvec3* x);
 /* Velocity that a constraint asks of its node. */
 plii_dvec3 plii_implicit_constraint_goal(const plii_implicit_constraints* constraints,
                                          const plii_implicit_constraint* constraint);
 /* Cholesky of a 6x6 matrix in place, lower; false if it is not positive definite. */
 bool plii_implicit_factorise6(double m[6][6]);
+/* Velocity of a point of a face per impulse along a unit vector, if all that hold its nodes push alike; 1/kg. Of a
+   pinned one, which does not yield, that of the rigid body. */
+double plii_implicit_point_response(const plii_implicit_constraints* constraints,
+                                    const plii_implicit_constraint* constraint, plii_dvec3 unit);
+/* By what holds its nodes now: nodes of faces have several constraints, which bear what moves a node together. */
+void plii_implicit_share_nodes(plii_implicit_constraints* constraints);
 void plii_implicit_solve6(const double m[6][6], double b[6]);
 
 /* Change of the impulse of a constraint on its node by a motion between node and rigid body. */
@@ -86,6 +101,22 @@ typedef plii_dvec3 plii_implicit_response_fn(const plii_implicit_constraint* con
 void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
                                 double m[6][6]);
 
+/* Of its nodes; what is pinned does not move. */
+static inline plii_dvec3 plii_implicit_constraint_point(const plii_implicit_constraint* constraint,
+                                                        const plii_dvec3* x) {
+    plii_dvec3 sum = {0};
+    for (int k = 0; k < constraint->node_count && !constraint->is_pinned; ++k) {
+        sum = plii_dvec3_add_scaled(sum, x[constraint->nodes[k]], constraint->weights[k]);
+    }
+    return sum;
+}
+/* Impulse on a point of a face that stops it in the directions held. */
+static inline plii_dvec3 plii_implicit_point_impulse(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
+    const double along = plii_dvec3_dot(constraint->normal, moved);
+    const double across = constraint->rows == 3 ? constraint->stiffness_across : 0.0;
+    return plii_dvec3_add_scaled(plii_dvec3_scale(moved, across), constraint->normal,
+                                 along * (constraint->stiffness - across));
+}
 static inline plii_dvec3 plii_implicit_point_change(const double q[6], plii_dvec3 arm) {
     return plii_dvec3_add(plii_dvec3_make(q[0], q[1], q[2]), plii_dvec3_cross(plii_dvec3_make(q[3], q[4], q[5]), arm));
 }
@@ -95,6 +126,18 @@ static inline void plii_implicit_add_push(double b[6], plii_dvec3 arm, plii_dvec
     const double v[6] = {p.x, p.y, p.z, torque.x, torque.y, torque.z};
     for (int i = 0; i < 6; ++i) {
         b[i] += sign * v[i];
+    }
+}
+/* q += M^-1 G^T p. */
+static inline void plii_implicit_add_velocity(const plii_implicit_rigid* rigid, plii_dvec3 arm, plii_dvec3 p,
+                                              double q[6]) {
+    double push[6] = {0};
+    plii_implicit_add_push(push, arm, p, 1.0);
+    for (int i = 0; i < 3; ++i) {
+        q[i] += push[i] / rigid->mass[i];
+        for (int k = 0; k < 3; ++k) {
+            q[3 + i] += rigid->inverse_inertia[i][k] * push[3 + k];
+        }
     }
 }
 /* sum = M q. */
@@ -115,5 +158,3 @@ static inline void plii_implicit_rigid_matrix(const plii_implicit_rigid* rigid, 
         }
     }
 }
-
-#endif

@@ -5,7 +5,7 @@
 
 #include "solver/implicit/implicit_constraints.h"
 
-enum { IMPLICIT_SHARED_PASSES = 8, IMPLICIT_SLIDE_PASSES = 3 };
+enum { IMPLICIT_SHARED_PASSES = 8, IMPLICIT_SLIDE_PASSES = 3, IMPLICIT_POINT_PASSES = 2, IMPLICIT_HOLD_PASSES = 20 };
 
 // -------------------------------------------------------------------------------------------------------- 6x6
 
@@ -95,10 +95,19 @@ static void project_constraint(const plii_implicit_constraints* constraints, pli
     constraint->impulse = project_sliding(constraint, relative, across);
 }
 
+void plii_implicit_push(const plii_implicit_constraints* constraints, const plii_implicit_constraint* constraint,
+                        plii_dvec3 impulse, plii_dvec3* x) {
+    for (int k = 0; k < constraint->node_count && !constraint->is_pinned; ++k) {
+        const int node = constraint->nodes[k];
+        const plii_dvec3 moved = plii_implicit_block_solve(&constraints->blocks[node], impulse);
+        x[node] = plii_dvec3_add_scaled(x[node], moved, constraint->weights[k]);
+    }
+}
+
 /* Several constraints of a node are solved one after the other, each given the impulses of the others. */
 void plii_implicit_project_node(const plii_implicit_constraints* constraints, int begin, int end, plii_dvec3* x) {
     plii_implicit_constraint* items = constraints->items;
-    const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].node];
+    const plii_dvec3 alone = items[begin].is_pinned ? (plii_dvec3){0} : x[items[begin].nodes[0]];
     plii_dvec3 sum = {0};
     for (int i = begin; i < end; ++i) {
         sum = end - begin > 1 ? plii_dvec3_add(sum, items[i].impulse) : sum;
@@ -114,21 +123,73 @@ void plii_implicit_project_node(const plii_implicit_constraints* constraints, in
         }
     }
     if (!items[begin].is_pinned) {
-        x[items[begin].node] = plii_dvec3_add(alone, plii_implicit_block_solve(&items[begin].block, sum));
+        x[items[begin].nodes[0]] = plii_dvec3_add(alone, plii_implicit_block_solve(&items[begin].block, sum));
     }
+}
+
+static void project_nodes(const plii_implicit_constraints* constraints, plii_dvec3* x) {
+    const int count = constraints->node_bound_count;
+    for (int begin = 0, end = 0; begin < count; begin = end) {
+        while (end < count && constraints->items[end].nodes[0] == constraints->items[begin].nodes[0]) {
+            ++end;
+        }
+        plii_implicit_project_node(constraints, begin, end, x);
+    }
+}
+
+/* Adds to the impulse of a point of a face. */
+static void project_add_impulse(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
+                                plii_dvec3 more, plii_dvec3* x) {
+    plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+    constraint->impulse = plii_dvec3_add(constraint->impulse, more);
+    plii_implicit_push(constraints, constraint, more, x);
+    if (constraint->is_pinned) {
+        plii_implicit_add_velocity(rigid, constraint->arm, plii_dvec3_scale(more, -1.0), rigid->change);
+    }
+}
+
+/* From where all impulses have brought it. */
+static void project_point(const plii_implicit_constraints* constraints, plii_implicit_constraint* constraint,
+                          plii_dvec3* x) {
+    const plii_dvec3 n = constraint->normal, goal = plii_implicit_constraint_goal(constraints, constraint);
+    const double pressing = plii_dvec3_dot(n, constraint->impulse);
+    plii_dvec3 off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
+    const double needed = fmax(pressing + constraint->stiffness * plii_dvec3_dot(n, off), 0.0);
+    constraint->rows = needed > 0.0 ? 1 : 0;
+    if (!(needed > 0.0) && !(pressing > 0.0)) { return; }
+    project_add_impulse(constraints, constraint, plii_dvec3_scale(n, needed - pressing), x);
+    off = plii_dvec3_sub(goal, plii_implicit_constraint_point(constraint, x));
+    const plii_dvec3 back = plii_dvec3_add_scaled(off, n, -plii_dvec3_dot(n, off));
+    const double sliding = plii_dvec3_length(back), limit = constraint->friction * needed;
+    plii_dvec3 before = plii_dvec3_add_scaled(constraint->impulse, n, -plii_dvec3_dot(n, constraint->impulse));
+    plii_dvec3 across = before;
+    if (sliding > 0.0) {
+        const plii_dvec3 unit = plii_dvec3_scale(back, 1.0 / sliding);
+        const double response = plii_implicit_point_response(constraints, constraint, unit);
+        across = plii_dvec3_add_scaled(across, unit, sliding / response);
+    }
+    const double length = plii_dvec3_length(across);
+    if (length > limit) {
+        across = plii_dvec3_scale(across, limit / length);
+    } else if (needed > 0.0) {
+        constraint->rows = 3;
+    }
+    project_add_impulse(constraints, constraint, plii_dvec3_sub(across, before), x);
 }
 
 // -------------------------------------------------------------------------------------------------- rigid bodies
 
 /* Change of the impulse of a constraint when its point is moved, as long as the directions held stay the same. */
 static plii_dvec3 project_response(const plii_implicit_constraint* constraint, plii_dvec3 moved) {
+    const double share = constraint->share;
+    if (constraint->rows == 0 || (constraint->is_point && constraint->is_pinned)) { return (plii_dvec3){0}; }
+    if (constraint->is_point) { return plii_implicit_point_impulse(constraint, moved); }
     if (constraint->rows == 3) {
-        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->influence);
+        return plii_dvec3_scale(plii_implicit_block_mul(&constraint->block, moved), constraint->influence * share);
     }
-    if (constraint->rows == 0) { return (plii_dvec3){0}; }
     const double response =
         plii_dvec3_dot(constraint->normal, plii_implicit_block_solve(&constraint->block, constraint->normal));
-    return plii_dvec3_scale(constraint->normal, plii_dvec3_dot(constraint->normal, moved) / response);
+    return plii_dvec3_scale(constraint->normal, share * plii_dvec3_dot(constraint->normal, moved) / response);
 }
 
 void plii_implicit_add_response(const plii_implicit_constraint* constraint, plii_implicit_response_fn* response,
@@ -168,21 +229,38 @@ static void project_rigid(plii_implicit_constraints* constraints, int index, pli
         if (constraint->rigid != index || constraint->rows == 0) { continue; }
         const plii_dvec3 more = project_response(constraint, plii_implicit_point_change(b, constraint->arm));
         constraint->impulse = plii_dvec3_add(constraint->impulse, more);
-        if (!constraint->is_pinned) {
-            x[constraint->node] =
-                plii_dvec3_add(x[constraint->node], plii_implicit_block_solve(&constraint->block, more));
-        }
+        plii_implicit_push(constraints, constraint, more, x);
     }
 }
 
-void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x) {
-    for (int begin = 0, end = 0; begin < constraints->count; begin = end) {
-        while (end < constraints->count && constraints->items[end].node == constraints->items[begin].node) {
-            ++end;
-        }
-        plii_implicit_project_node(constraints, begin, end, x);
+static void project_points(plii_implicit_constraints* constraints, bool are_pinned, int passes, plii_dvec3* x) {
+    const int first = constraints->node_bound_count, count = constraints->count - first;
+    for (int i = 0; i < passes * count; ++i) {
+        plii_implicit_constraint* constraint = &constraints->items[first + i % count];
+        if (constraint->is_pinned == are_pinned) { project_point(constraints, constraint, x); }
     }
+}
+
+static void project_push_all(const plii_implicit_constraints* constraints, int begin, int end, double sign,
+                             plii_dvec3* x) {
+    for (int i = begin; i < end; ++i) {
+        plii_implicit_push(constraints, &constraints->items[i], plii_dvec3_scale(constraints->items[i].impulse, sign),
+                           x);
+    }
+}
+
+/* Points of faces start from all impulses of the sweep before. */
+void plii_implicit_project(plii_implicit_constraints* constraints, plii_dvec3* x) {
+    const int first = constraints->node_bound_count;
+    if (first < constraints->count) {
+        project_push_all(constraints, 0, constraints->count, 1.0, x);
+        project_points(constraints, false, IMPLICIT_POINT_PASSES, x);
+        project_push_all(constraints, 0, first, -1.0, x);
+    }
+    project_nodes(constraints, x);
+    plii_implicit_share_nodes(constraints);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         if (constraints->rigids[i].is_dynamic) { project_rigid(constraints, i, x); }
     }
+    project_points(constraints, true, IMPLICIT_HOLD_PASSES, x);
 }

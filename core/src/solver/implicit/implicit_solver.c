@@ -7,12 +7,16 @@
 #include "base/union_find.h"
 #include "body/pipeline.h"
 #include "body/world_state.h"
+#include "math/bounds.h"
 #include "math/definition.h"
 #include "solver/implicit/implicit_system.h"
 
 #include <string.h>
 
 enum { IMPLICIT_VECTORS = 5 };
+
+/* Of the margin, see plii_solver_class: bodies that lie keep their contacts from step to step. */
+#define IMPLICIT_CONTACT_REACH 0.5f
 
 typedef struct implicit_state {
     pli_implicit_def def;
@@ -100,14 +104,14 @@ static void implicit_join_groups(const plii_link_graph* graph, const plii_implic
         const plii_implicit_constraint* constraint = &constraints->items[i];
         plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
         if (!rigid->is_dynamic || constraint->rows == 0) { continue; }
-        const int component = graph->components[constraint->node];
+        const int component = graph->components[constraint->nodes[0]];
         if (rigid->group == PLI_NULL_INDEX) { rigid->group = component; }
         plii_union_join(system->groups, rigid->group, component);
     }
     for (int i = 0; i < constraints->count; ++i) {
         const plii_implicit_constraint* constraint = &constraints->items[i];
         if (constraints->rigids[constraint->rigid].is_dynamic || constraint->rows == 0) { continue; }
-        const int group = plii_union_root(system->groups, graph->components[constraint->node]);
+        const int group = plii_union_root(system->groups, graph->components[constraint->nodes[0]]);
         implicit_add_masses(&masses[group], (double)INFINITY, (double)INFINITY, (double)INFINITY);
     }
 }
@@ -170,7 +174,7 @@ static void implicit_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+    plii_run_stage(body, PLII_STAGE_FORCES);
 
     plii_implicit_system* system = &state->system;
     *system = (plii_implicit_system){
@@ -187,7 +191,6 @@ static void implicit_predict(pli_body* body, float dt) {
         .direction = state->direction,
     };
     state->report = (pli_implicit_report){0};
-    state->constraints.rigid_count = 0;
     implicit_add_external(body, state, step->dt, system->rhs);
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
     plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
@@ -195,21 +198,12 @@ static void implicit_predict(pli_body* body, float dt) {
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }
     implicit_add_solution(body, system->solution, step->dt);
 
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
+    plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
+    body->bounds = plii_bounds_grow(body->bounds, IMPLICIT_CONTACT_REACH * body->collision_margin);
 }
 
 // -------------------------------------------------------------------------------------------- anchors and contacts
-
-static pli_status implicit_meet_rigid(pli_body* body, void* data, pli_rigid* rigid) {
-    const bool has_room = plii_implicit_constraints_find_contacts(body, &((implicit_state*)data)->constraints, rigid);
-    return has_room ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
-}
-
-static void implicit_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
-    (void)body;
-    plii_implicit_constraints_clear(&((implicit_state*)data)->constraints, rigid);
-}
 
 /* Where the velocity of a node leads, rounded as in implicit_add_solution. */
 static pli_vec3 implicit_reached(const pli_body* body, int node) {
@@ -247,10 +241,18 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
         if (constraint->rows == 0 || constraint->is_pinned || constraints->rigids[constraint->rigid].is_dynamic) {
             continue;
         }
-        const pli_vec3 velocity = plii_xyz(body->velocities[constraint->node]);
-        plii_set_xyz(
-            &body->velocities[constraint->node],
-            pli_vec3_sub(velocity, plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, constraint->influence))));
+        double load = 0.0; /* the parts of all points of faces that move a node are that of one */
+        for (int k = 0; k < constraint->node_count; ++k) {
+            load += constraint->weights[k] * (constraint->is_point ? constraints->loads[constraint->nodes[k]] : 1.0);
+        }
+        for (int k = 0; k < constraint->node_count; ++k) {
+            const int node = constraint->nodes[k];
+            if (!(body->positions[node].w > 0.0f)) { continue; }
+            pli_vec4* velocity = &body->velocities[node];
+            const double share = constraint->influence * constraint->weights[k] / load;
+            plii_set_xyz(velocity, pli_vec3_sub(plii_xyz(*velocity),
+                                                plii_dvec3_to_float(plii_dvec3_scale(constraint->recovery, share))));
+        }
     }
 }
 
@@ -258,38 +260,36 @@ static void implicit_end_recovery(pli_body* body, const plii_implicit_constraint
 
 /* Nodes that pose matching, anchors, contacts and the like moved since implicit_add_solution, by as much over the
    step. */
-static void implicit_follow_corrections(pli_body* body, const plii_step* step) {
+static void implicit_follow_corrections(pli_body* body) {
     for (int i = 0; i < body->node_count; ++i) {
         const pli_vec3 solved = implicit_reached(body, i);
         const plii_dvec3 moved = plii_dvec3_sub(plii_dvec3_from(plii_xyz(body->positions[i])), plii_dvec3_from(solved));
         plii_set_xyz(&body->velocities[i],
                      pli_vec3_add(plii_xyz(body->velocities[i]),
-                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)step->inverse_dt))));
+                                  plii_dvec3_to_float(plii_dvec3_scale(moved, (double)body->step.inverse_dt))));
     }
 }
 
 /* Those that the stage has moved. */
 static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constraints* constraints) {
-    for (int i = 0; i < constraints->count; ++i) {
+    for (int i = 0; i < constraints->node_bound_count; ++i) {
         plii_implicit_constraint* constraint = &constraints->items[i];
-        const pli_vec3 x = plii_xyz(body->positions[constraint->node]),
-                       solved = implicit_reached(body, constraint->node);
+        const pli_vec3 x = plii_xyz(body->positions[constraint->nodes[0]]),
+                       solved = implicit_reached(body, constraint->nodes[0]);
         const bool has_moved = x.x != solved.x || x.y != solved.y || x.z != solved.z;
         if (has_moved && !constraint->is_pinned) { plii_implicit_constraint_reproject(body, constraints, constraint); }
     }
 }
 
 static void implicit_solve(pli_body* body) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_step* step = &body->step;
     implicit_state* state = plii_feature_state(body, &implicit_class);
-    plii_run_stage(body, pipeline, PLII_STAGE_PREPARE, step);
+    plii_run_stage(body, PLII_STAGE_PREPARE);
     implicit_solve_constraints(body, state);
     for (int i = 0; i < body->solver.position_iterations; ++i) {
-        plii_run_stage(body, pipeline, PLII_STAGE_POSITION, step);
+        plii_run_stage(body, PLII_STAGE_POSITION);
         implicit_project_moved_nodes(body, &state->constraints);
     }
-    implicit_follow_corrections(body, step);
+    implicit_follow_corrections(body);
     implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
         for (int i = 0; i < body->node_count; ++i) {
@@ -297,11 +297,14 @@ static void implicit_solve(pli_body* body) {
                          pli_vec3_scale(plii_xyz(body->velocities[i]), 1.0f - body->solver.velocity_damping));
         }
     }
-    plii_run_stage(body, pipeline, PLII_STAGE_FINISH, step);
+    plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
-static const plii_solver_class implicit_solver = {
-    .name = "implicit", .predict = implicit_predict, .solve = implicit_solve, .solves_constraints = true};
+static const plii_solver_class implicit_solver = {.name = "implicit",
+                                                  .predict = implicit_predict,
+                                                  .solve = implicit_solve,
+                                                  .solves_constraints = true,
+                                                  .contact_reach = IMPLICIT_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -332,6 +335,7 @@ static const plii_feature_array implicit_arrays[] = {
     {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE},
     {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS},
     {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true},
+    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE},
     {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
     {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
     {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
@@ -347,8 +351,6 @@ static const plii_feature_class implicit_class = {
     .arrays = implicit_arrays,
     .enable = implicit_enable,
     .disable = implicit_disable,
-    .collide_rigid = implicit_meet_rigid,
-    .on_rigid_removed = implicit_on_rigid_removed,
     .topology_commit = implicit_topology_commit,
 };
 

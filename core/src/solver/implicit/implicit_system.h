@@ -1,5 +1,4 @@
-#ifndef PLII_IMPLICIT_SYSTEM_H
-#define PLII_IMPLICIT_SYSTEM_H
+#pragma once
 
 /* The linear system of one implicit step, W dv = rhs with W = M - h^2 J, and three ways to its solution. Numbers of
    nodes are double: with stiff springs and light nodes the 3x3 blocks have condition numbers far beyond float. */
@@ -50,5 +49,3 @@ double plii_implicit_spectral_radius(plii_implicit_system* system);
 /* Until the residual is `tolerance` of the first one, at most `iterations`. Gives the number of iterations done. */
 int plii_implicit_conjugate_gradient(const pli_body* body, plii_implicit_system* system, int iterations,
                                      double tolerance, bool is_warm, double* residual);
-
-#endif

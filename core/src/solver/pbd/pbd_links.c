@@ -19,20 +19,19 @@ void plii_links_sweep(pli_body* body, void* state) {
         const float mass_term = (first->w + second->w) / materials[material].linear_stiffness;
         if (!(mass_term > 0.0f)) { continue; }
         const plii_float4 a = plii_float4_from(first), b = plii_float4_from(second);
-        const plii_float4 delta = plii_float4_sub(b, a);
+        const plii_float4 delta = b - a;
         const float rest_squared = links[i].rest_length_squared, length_squared = plii_lanes_dot(delta, delta);
         if (!(rest_squared + length_squared > PLII_EPSILON)) { continue; }
         const float k = (rest_squared - length_squared) / (mass_term * (rest_squared + length_squared));
-        const plii_float4 move_a = plii_lanes_xyz(plii_float4_mul(delta, plii_float4_all(k * first->w)));
-        const plii_float4 move_b = plii_lanes_xyz(plii_float4_mul(delta, plii_float4_all(k * second->w)));
-        plii_float4_to(first, plii_float4_sub(a, move_a));
-        plii_float4_to(second, plii_float4_add(b, move_b));
+        const plii_float4 move_a = plii_lanes_xyz(delta * plii_float4_all(k * first->w));
+        const plii_float4 move_b = plii_lanes_xyz(delta * plii_float4_all(k * second->w));
+        plii_float4_to(first, a - move_a);
+        plii_float4_to(second, b + move_b);
     }
 }
 
-static void links_solve(pli_body* body, void* state, const plii_step* step) {
+static void links_solve(pli_body* body, void* state) {
     (void)state;
-    (void)step;
     body->sweep_links(body, body->sweep_links_state);
 }
 

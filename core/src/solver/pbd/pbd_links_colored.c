@@ -1,9 +1,11 @@
-/* Links on positions, colour by colour, with SIMD and threads. The arithmetic of a link is that of
-   btSoftBody::PSolve_Links, but for the mass term, which is multiplied by the inverse of the stiffness. */
+/* Links on positions, colour by colour, with SIMD and threads. The correction of a link is that of
+   btSoftBody::PSolve_Links, with the inverse of the mass term taken ahead. */
 
 #include "body/pipeline.h"
 #include "math/simd_float8.h"
 #include "solver/coloring/links_kernel.h"
+
+#include <float.h>
 
 enum {
     COLORED_LINKS_FEWEST = 2 * PLII_LINK_LANES,
@@ -13,113 +15,85 @@ enum {
 typedef struct colored_links_state {
     const plii_link_colors* colors;
     const plii_links_kernel* kernel;
-    plii_link_slots rest_squared; /* m^2 */
-    uint32_t link_revision;
-    bool is_stale;
-    plii_link_softness* softness; /* [2 * material_count] */
+    float *rest_squared, *weights; /* by slot: see plii_links_task */
+    int rest_capacity, weight_capacity;
+    uint32_t link_revision; /* of both */
 } colored_links_state;
 
+/* Lanes without a link and links between pinned nodes have no weight. Rest lengths above 0 keep sums above 0 that
+   the kernel divides by. */
 static void colored_links_refresh(pli_body* body, colored_links_state* state) {
-    for (int i = 0; i < 2 * body->material_count; ++i) {
-        state->softness[i].inverse_stiffness = 1.0f / body->materials[i / 2].linear_stiffness;
-    }
-    if (!state->is_stale && state->link_revision == body->link_revision) { return; }
-    if (body->link_count > 0) {
-        plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
-                                (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK,
-                                state->rest_squared.values);
+    if (state->link_revision == body->link_revision) { return; }
+    const int slot_count = plii_link_colors_slot_count(state->colors);
+    for (int i = 0; i < slot_count; ++i) {
+        const int link = plii_link_colors_link(state->colors, i);
+        const float mass_term = link != PLI_NULL_INDEX ? plii_link_mass_term(body, link) : 0.0f;
+        state->rest_squared[i] = link != PLI_NULL_INDEX ? fmaxf(body->links[link].rest_length_squared, FLT_MIN) : 1.0f;
+        state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
     }
     state->link_revision = body->link_revision;
-    state->is_stale = false;
 }
 
 static void colored_links_sweep(pli_body* body, void* data) {
     const colored_links_state* state = data;
     const plii_links_task task = {.body = body,
                                   .colors = state->colors,
-                                  .softness = state->softness,
-                                  .rest = state->rest_squared.values,
+                                  .rest = state->rest_squared,
+                                  .weights = state->weights,
                                   .moved = body->positions};
     plii_links_sweep_colors(body->context, state->kernel, &task);
 }
 
-static void colored_links_prepare(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
+/* False when out of memory. A body of few links, whose colours would not fill the lanes, or of some that all meet stays
+   with the ordered sweep: along a chain that comes further per sweep than colours do. */
+static bool colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
+    state->colors = plii_link_colors_of(body, &plii_link_colors_class);
+    const int slot_count = state->colors != NULL ? plii_link_colors_slot_count(state->colors) : 0;
+    const bool is_ready = state->colors != NULL &&
+                          PLII_RESERVE(body->context, &state->rest_squared, &state->rest_capacity, slot_count) &&
+                          PLII_RESERVE(body->context, &state->weights, &state->weight_capacity, slot_count);
+    const bool is_worthwhile = is_ready && body->link_count >= COLORED_LINKS_FEWEST &&
+                               body->link_count >= COLORED_LINKS_LEAST * (int64_t)state->colors->row_count;
+    body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
+    body->sweep_links_state = is_worthwhile ? state : NULL;
+    return is_ready;
+}
+
+static void colored_links_prepare(pli_body* body, void* state) {
+    (void)colored_links_choose_sweep(body, state); /* without memory links keep their order in this step */
     if (body->sweep_links == colored_links_sweep) { colored_links_refresh(body, state); }
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
-static size_t colored_links_softness_size(const pli_body* body) {
-    return 2 * (size_t)body->material_count * sizeof(plii_link_softness);
-}
-/* A body of few links, whose colours would not fill the lanes, or of some that all meet stays with the ordered sweep:
-   along a chain that comes further per sweep than colours do. */
-static void colored_links_choose_sweep(pli_body* body, colored_links_state* state) {
-    const plii_link_colors* colors = state->colors;
-    const int64_t row_count = (int64_t)colors->row_count + colors->serial_count;
-    const bool is_worthwhile =
-        body->link_count >= COLORED_LINKS_FEWEST && body->link_count >= COLORED_LINKS_LEAST * row_count;
-    body->sweep_links = is_worthwhile ? colored_links_sweep : plii_links_sweep;
-    body->sweep_links_state = state;
-    state->is_stale = true;
-}
-
-static void colored_links_release(const pli_body* body, colored_links_state* state) {
-    plii_link_slots_release(body, &state->rest_squared);
-    plii_release(body->context, state->softness, colored_links_softness_size(body));
-}
-
 static pli_status colored_links_enable(pli_body* body, void* data) {
     colored_links_state* state = data;
-    state->colors = plii_feature_state(body, &plii_link_colors_class);
-    state->kernel = plii_links_kernel_of(body->context->simd);
-    state->softness = plii_allocate(body->context, colored_links_softness_size(body));
-    if (!plii_link_slots_make(body, state->colors, 1, &state->rest_squared) || state->softness == NULL) {
-        colored_links_release(body, state);
-        return PLI_ERROR_OUT_OF_MEMORY;
-    }
-    colored_links_choose_sweep(body, state);
-    return PLI_OK;
+    state->kernel = PLII_KERNEL(body->context, &plii_links_kernel);
+    state->link_revision = body->link_revision - 1;
+    return colored_links_choose_sweep(body, state) ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
-static void colored_links_disable(pli_body* body, void* data) {
-    colored_links_release(body, data);
+static void colored_links_disable(pli_body* body, void* state) {
+    (void)state;
     body->sweep_links = plii_links_sweep;
     body->sweep_links_state = NULL;
 }
 
-static size_t colored_links_bytes(const pli_body* body, const void* data) {
-    const colored_links_state* state = data;
-    return state->rest_squared.size + colored_links_softness_size(body);
-}
-
-static int colored_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                         size_t* sizes) {
-    (void)data;
-    sizes[0] = plii_link_slots_max_size(body, change->link_count, 1);
-    return 1;
-}
-
-static void colored_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
-                                          void** blocks) {
-    colored_links_state* state = data;
-    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[0], &state->rest_squared);
-    colored_links_choose_sweep(body, state);
-}
-
+static const plii_feature_array colored_links_arrays[] = {
+    {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true},
+    {PLII_LIST_OF(colored_links_state, weights, weight_capacity), .is_kept = true},
+    {0},
+};
 static const plii_feature_class* const colored_links_needs[] = {&plii_link_colors_class, NULL};
 
 static const plii_feature_class colored_links_class = {
     .name = "colored links",
     .state_size = sizeof(colored_links_state),
     .needs = colored_links_needs,
+    .arrays = colored_links_arrays,
     .stages[PLII_STAGE_PREPARE] = {colored_links_prepare, PLII_ORDER_LINKS},
     .enable = colored_links_enable,
     .disable = colored_links_disable,
-    .bytes = colored_links_bytes,
-    .topology_blocks = colored_links_topology_blocks,
-    .topology_commit = colored_links_topology_commit,
 };
 
 pli_status pli_body_enable_colored_links(pli_body* body) {

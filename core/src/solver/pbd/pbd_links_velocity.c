@@ -14,8 +14,7 @@ typedef struct velocity_links_state {
     velocity_link* links; /* [link_count] */
 } velocity_links_state;
 
-static void velocity_links_prepare(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
+static void velocity_links_prepare(pli_body* body, void* state) {
     velocity_link* links = ((velocity_links_state*)state)->links;
     for (int i = 0; i < body->link_count; ++i) {
         const plii_link* link = &body->links[i];
@@ -26,8 +25,7 @@ static void velocity_links_prepare(pli_body* body, void* state, const plii_step*
     }
 }
 
-static void velocity_links_solve(pli_body* body, void* state, const plii_step* step) {
-    (void)step;
+static void velocity_links_solve(pli_body* body, void* state) {
     const velocity_link* links = ((const velocity_links_state*)state)->links;
     for (int i = 0; i < body->link_count; ++i) {
         const int a = body->links[i].nodes[0], b = body->links[i].nodes[1];
@@ -40,9 +38,8 @@ static void velocity_links_solve(pli_body* body, void* state, const plii_step* s
     }
 }
 
-static void velocity_links_drift(pli_body* body, void* state, const plii_step* step) {
+static void velocity_links_drift(pli_body* body, void* state) {
     (void)state;
-    (void)step;
     body->sweep_links(body, body->sweep_links_state);
 }
 

@@ -1,5 +1,4 @@
-#ifndef PLII_XPBD_IMPL_H
-#define PLII_XPBD_IMPL_H
+#pragma once
 
 /* What the kinds of constraints know of the XPBD solver: where nodes are, and how to take part in its sweeps. */
 
@@ -23,5 +22,3 @@ static inline float plii_xpbd_multiplier(float c, float weight, float compliance
     const float change = (-c - alpha * multiplier - gamma * c_motion) / ((1.0f + gamma) * weight + alpha);
     return weight > 0.0f && plii_is_finite(change) ? change : 0.0f;
 }
-
-#endif

@@ -7,13 +7,13 @@
 
 typedef struct xpbd_links_state {
     pli_xpbd_links_def def;
-    const plii_link_colors* colors;
+    const plii_link_colors* colors; /* NULL: there was no memory for them */
     const plii_links_kernel* kernel;
-    plii_link_slots rest_lengths, multipliers;
-    plii_link_slots vectors;      /* see plii_links_start */
+    float *rest_lengths, *multipliers; /* by slot */
+    float* vectors;                    /* see plii_links_start */
+    int rest_capacity, multiplier_capacity, vector_capacity;
     plii_link_softness* softness; /* [2 * material_count] */
-    uint32_t link_revision;
-    bool is_stale; /* the rest lengths are to be taken anew */
+    uint32_t link_revision;       /* of the rest lengths */
 } xpbd_links_state;
 
 // --------------------------------------------------------------------------------------------------------- solving
@@ -21,16 +21,24 @@ typedef struct xpbd_links_state {
 /* Rest lengths may change between steps. */
 static void xpbd_links_begin(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    if (body->link_count == 0 || (!state->is_stale && state->link_revision == body->link_revision)) { return; }
-    plii_link_slots* rest = &state->rest_lengths;
-    plii_link_colors_gather(state->colors, &body->links[0].rest_length_squared,
-                            (int)(sizeof *body->links / sizeof(float)), PLII_LINKS_NO_LINK, rest->values);
-    const int slot_count = plii_link_colors_slot_count(state->colors);
-    for (int i = 0; i < slot_count; ++i) {
-        if (rest->values[i] >= 0.0f) { rest->values[i] = sqrtf(rest->values[i]); }
+    const plii_link_colors* colors = plii_link_colors_of(body, &plii_tagged_link_colors_class);
+    const int count = colors != NULL ? plii_link_colors_slot_count(colors) : 0;
+    const bool has_memory = PLII_RESERVE(body->context, &state->rest_lengths, &state->rest_capacity, count) &&
+                            PLII_RESERVE(body->context, &state->multipliers, &state->multiplier_capacity, count) &&
+                            PLII_RESERVE(body->context, &state->vectors, &state->vector_capacity, 3 * count);
+    state->colors = has_memory ? colors : NULL;
+    if (state->colors == NULL || count == 0 || state->link_revision == body->link_revision) { return; }
+    for (int i = 0; i < count; ++i) {
+        const int link = plii_link_colors_link(colors, i);
+        state->rest_lengths[i] =
+            link != PLI_NULL_INDEX ? sqrtf(body->links[link].rest_length_squared) : PLII_LINKS_NO_LINK;
     }
     state->link_revision = body->link_revision;
-    state->is_stale = false;
+}
+
+static bool xpbd_links_is_idle(const pli_body* body, const void* state) {
+    (void)body;
+    return ((const xpbd_links_state*)state)->colors == NULL;
 }
 
 /* So may materials. */
@@ -44,7 +52,7 @@ static void xpbd_links_restart(pli_body* body, void* data, const plii_substep* s
         state->softness[i] = (plii_link_softness){.alpha = alpha, .gamma = gamma};
     }
     if (substep->has_new_positions) {
-        const plii_links_start start = {body, state->colors, body->positions, state->vectors.values};
+        const plii_links_start start = {state->colors, body->positions, state->vectors};
         plii_links_start_colors(body->context, state->kernel, &start);
     }
 }
@@ -54,11 +62,11 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
     const plii_links_task task = {.body = body,
                                   .colors = state->colors,
                                   .softness = state->softness,
-                                  .rest = state->rest_lengths.values,
+                                  .rest = state->rest_lengths,
                                   .moved = substep->displacements,
-                                  .vectors = state->vectors.values,
+                                  .vectors = state->vectors,
                                   .start_displacements = substep->start_displacements,
-                                  .multipliers = state->multipliers.values,
+                                  .multipliers = state->multipliers,
                                   .reads_multipliers = !substep->is_first_sweep,
                                   .writes_multipliers = !substep->is_last_sweep};
     plii_links_sweep_colors(body->context, state->kernel, &task);
@@ -68,43 +76,21 @@ static void xpbd_links_sweep(pli_body* body, void* data, const plii_substep* sub
 
 static pli_status xpbd_links_enable(pli_body* body, void* data) {
     xpbd_links_state* state = data;
-    state->colors = plii_feature_state(body, &plii_link_colors_class);
-    state->kernel = plii_links_kernel_of(body->context->simd);
-    state->is_stale = true;
-    const bool is_complete = plii_link_slots_make(body, state->colors, 1, &state->rest_lengths) &&
-                             plii_link_slots_make(body, state->colors, 1, &state->multipliers) &&
-                             plii_link_slots_make(body, state->colors, 3, &state->vectors);
-    return is_complete ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
+    state->kernel = PLII_KERNEL(body->context, &plii_links_kernel);
+    state->link_revision = body->link_revision - 1;
+    xpbd_links_begin(body, state);
+    return state->colors != NULL ? PLI_OK : PLI_ERROR_OUT_OF_MEMORY;
 }
 
 static const plii_feature_array xpbd_links_arrays[] = {
-    {PLII_BLOCK_OF(xpbd_links_state, rest_lengths.values, rest_lengths.size)},
-    {PLII_BLOCK_OF(xpbd_links_state, multipliers.values, multipliers.size)},
-    {PLII_BLOCK_OF(xpbd_links_state, vectors.values, vectors.size)},
+    {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true},
+    {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true},
+    {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true},
     {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2},
     {0},
 };
-enum { XPBD_LINKS_ARRAYS = sizeof xpbd_links_arrays / sizeof *xpbd_links_arrays - 1 };
 
-static int xpbd_links_topology_blocks(const pli_body* body, const void* data, const plii_topology_change* change,
-                                      size_t* sizes) {
-    (void)data;
-    sizes[0] = sizes[1] = plii_link_slots_max_size(body, change->link_count, 1);
-    sizes[2] = plii_link_slots_max_size(body, change->link_count, 3);
-    return 3;
-}
-
-static void xpbd_links_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
-    xpbd_links_state* state = data;
-    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[XPBD_LINKS_ARRAYS],
-                            &state->rest_lengths);
-    plii_link_slots_replace(body, state->colors, change->link_count, 1, blocks[XPBD_LINKS_ARRAYS + 1],
-                            &state->multipliers);
-    plii_link_slots_replace(body, state->colors, change->link_count, 3, blocks[XPBD_LINKS_ARRAYS + 2], &state->vectors);
-    state->is_stale = true;
-}
-
-static const plii_feature_class* const xpbd_links_needs[] = {&plii_link_colors_class, NULL};
+static const plii_feature_class* const xpbd_links_needs[] = {&plii_tagged_link_colors_class, NULL};
 
 static const plii_feature_class xpbd_links_class = {
     .name = "XPBD links",
@@ -112,8 +98,6 @@ static const plii_feature_class xpbd_links_class = {
     .needs = xpbd_links_needs,
     .arrays = xpbd_links_arrays,
     .enable = xpbd_links_enable,
-    .topology_blocks = xpbd_links_topology_blocks,
-    .topology_commit = xpbd_links_topology_commit,
 };
 
 enum { XPBD_LINKS_ORDER = 40 }; /* the last that holds the body together, before tethers and anchors */
@@ -122,6 +106,7 @@ static const plii_substep_class xpbd_links_kind = {
     .order = XPBD_LINKS_ORDER,
     .klass = &xpbd_links_class,
     .begin = xpbd_links_begin,
+    .is_idle = xpbd_links_is_idle,
     .restart = xpbd_links_restart,
     .sweep = xpbd_links_sweep,
 };

@@ -1,5 +1,4 @@
-#ifndef PLII_XPBD_NODES_H
-#define PLII_XPBD_NODES_H
+#pragma once
 
 /* Passes over the nodes between sweeps, one kernel per instruction set, from xpbd_nodes.inl. */
 
@@ -24,5 +23,3 @@ typedef struct plii_xpbd_nodes_kernel {
 } plii_xpbd_nodes_kernel;
 
 extern const plii_xpbd_nodes_kernel plii_xpbd_nodes_base, plii_xpbd_nodes_avx2;
-
-#endif

@@ -4,19 +4,6 @@
 #include "math/simd_float8.h"
 #include "solver/xpbd/xpbd_nodes.h"
 
-/* Two nodes, or the last one alone. */
-PLII_SIMD_INLINE plii_float8 nodes_load(const pli_vec4* records, int node, bool are_two) {
-    return are_two ? plii_float8_load(&records[node].x)
-                   : plii_float8_of(plii_float4_from(&records[node]), plii_float4_all(0.0f));
-}
-PLII_SIMD_INLINE void nodes_store(pli_vec4* records, int node, bool are_two, plii_float8 a) {
-    if (are_two) {
-        plii_float8_store(&records[node].x, a);
-    } else {
-        plii_float4_to(&records[node], plii_float8_low(a));
-    }
-}
-
 /* `yes` for nodes that are not pinned. */
 PLII_SIMD_INLINE plii_float8 nodes_where_free(plii_float8 with_mass, plii_float8 yes, plii_float8 no) {
     return plii_float8_select_less(plii_float8_all(0.0f), plii_float8_all_w(with_mass), yes, no);
@@ -25,25 +12,25 @@ PLII_SIMD_INLINE plii_float8 nodes_where_free(plii_float8 with_mass, plii_float8
 PLII_SIMD_INLINE void nodes_fly(const plii_xpbd_nodes* nodes, int node, bool are_two, plii_float8 velocity,
                                 plii_float8 start_displacements) {
     const plii_float8 dt = plii_float8_all(nodes->dt);
-    const plii_float8 acceleration = nodes_load(nodes->accelerations, node, are_two);
+    const plii_float8 acceleration = plii_float8_from(nodes->accelerations, node, are_two);
     velocity = plii_float8_add(velocity, plii_float8_mul(acceleration, dt));
-    nodes_store(nodes->velocities, node, are_two, velocity);
-    nodes_store(nodes->displacements, node, are_two,
-                plii_float8_add(start_displacements, plii_float8_mul(velocity, dt)));
+    plii_float8_to(nodes->velocities, node, are_two, velocity);
+    plii_float8_to(nodes->displacements, node, are_two,
+                   plii_float8_add(start_displacements, plii_float8_mul(velocity, dt)));
 }
 
 PLII_SIMD_INLINE void nodes_begin_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 predicted = nodes_load(nodes->positions, node, are_two);
+    const plii_float8 predicted = plii_float8_from(nodes->positions, node, are_two);
     const plii_float8 start_displacements = plii_float8_sub(predicted, plii_float8_xyz(predicted)); /* 0, 0, 0, w */
-    nodes_store(nodes->positions, node, are_two,
-                plii_float8_add(start_displacements, nodes_load(nodes->previous, node, are_two)));
-    nodes_store(nodes->start_displacements, node, are_two, start_displacements);
-    nodes_fly(nodes, node, are_two, nodes_load(nodes->velocities, node, are_two), start_displacements);
+    plii_float8_to(nodes->positions, node, are_two,
+                   plii_float8_add(start_displacements, plii_float8_from(nodes->previous, node, are_two)));
+    plii_float8_to(nodes->start_displacements, node, are_two, start_displacements);
+    nodes_fly(nodes, node, are_two, plii_float8_from(nodes->velocities, node, are_two), start_displacements);
 }
 
 PLII_SIMD_INLINE void nodes_move_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    nodes_fly(nodes, node, are_two, nodes_load(nodes->velocities, node, are_two),
-              nodes_load(nodes->start_displacements, node, are_two));
+    nodes_fly(nodes, node, are_two, plii_float8_from(nodes->velocities, node, are_two),
+              plii_float8_from(nodes->start_displacements, node, are_two));
 }
 
 /* m/s; a node that moves so slowly stands still. One that sticks to a surface keeps a ten millionth of its velocity in
@@ -54,9 +41,9 @@ PLII_SIMD_INLINE void nodes_move_at(const plii_xpbd_nodes* nodes, int node, bool
    them its rounding in every substep. Pinned nodes keep theirs. */
 PLII_SIMD_INLINE plii_float8 nodes_velocity(const plii_xpbd_nodes* nodes, int node, bool are_two,
                                             plii_float8 displacement) {
-    const plii_float8 velocity = nodes_load(nodes->velocities, node, are_two);
+    const plii_float8 velocity = plii_float8_from(nodes->velocities, node, are_two);
     const plii_float8 free_motion = plii_float8_mul(velocity, plii_float8_all(nodes->dt));
-    const plii_float8 free = plii_float8_add(nodes_load(nodes->start_displacements, node, are_two), free_motion);
+    const plii_float8 free = plii_float8_add(plii_float8_from(nodes->start_displacements, node, are_two), free_motion);
     const plii_float8 change = plii_float8_sub(displacement, free);
     const plii_float8 added = plii_float8_mul(change, plii_float8_all(nodes->inverse_dt));
     const plii_float8 changed = plii_float8_add(velocity, added);
@@ -70,50 +57,39 @@ PLII_SIMD_INLINE plii_float8 nodes_carry(const plii_xpbd_nodes* nodes, int node,
                                          plii_float8 displacement) {
     plii_float8 start_displacements = displacement;
     if (nodes->follows) {
-        const plii_float8 before = nodes_load(nodes->positions, node, are_two);
+        const plii_float8 before = plii_float8_from(nodes->positions, node, are_two);
         const plii_float8 after = plii_float8_add(before, plii_float8_xyz(displacement));
-        nodes_store(nodes->positions, node, are_two, after);
+        plii_float8_to(nodes->positions, node, are_two, after);
         start_displacements = plii_float8_sub(displacement, plii_float8_sub(after, before));
     }
-    nodes_store(nodes->start_displacements, node, are_two, start_displacements);
+    plii_float8_to(nodes->start_displacements, node, are_two, start_displacements);
     return start_displacements;
 }
 
 PLII_SIMD_INLINE void nodes_finish_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 displacement = nodes_load(nodes->displacements, node, are_two);
-    nodes_store(nodes->velocities, node, are_two, nodes_velocity(nodes, node, are_two, displacement));
+    const plii_float8 displacement = plii_float8_from(nodes->displacements, node, are_two);
+    plii_float8_to(nodes->velocities, node, are_two, nodes_velocity(nodes, node, are_two, displacement));
     nodes_carry(nodes, node, are_two, displacement);
 }
 
 PLII_SIMD_INLINE void nodes_finish_and_move_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 displacement = nodes_load(nodes->displacements, node, are_two);
+    const plii_float8 displacement = plii_float8_from(nodes->displacements, node, are_two);
     const plii_float8 velocity = nodes_velocity(nodes, node, are_two, displacement);
     nodes_fly(nodes, node, are_two, velocity, nodes_carry(nodes, node, are_two, displacement));
 }
 
 PLII_SIMD_INLINE void nodes_damp_at(const plii_xpbd_nodes* nodes, int node, bool are_two) {
-    const plii_float8 velocity = nodes_load(nodes->velocities, node, are_two);
+    const plii_float8 velocity = plii_float8_from(nodes->velocities, node, are_two);
     const plii_float8 damped = plii_float8_mul(velocity, plii_float8_all(nodes->kept));
-    nodes_store(nodes->velocities, node, are_two,
-                nodes_where_free(nodes_load(nodes->positions, node, are_two), damped, velocity));
+    plii_float8_to(nodes->velocities, node, are_two,
+                   nodes_where_free(plii_float8_from(nodes->positions, node, are_two), damped, velocity));
 }
 
-/* A range of nodes; the copy of the task is one that no store can change. */
-#define NODES_RANGE(name)                                                                                              \
-    static void name(int begin, int end, void* task) {                                                                 \
-        const plii_xpbd_nodes nodes = *(const plii_xpbd_nodes*)task;                                                   \
-        int i = begin;                                                                                                 \
-        for (; i + 1 < end; i += 2) {                                                                                  \
-            name##_at(&nodes, i, true);                                                                                \
-        }                                                                                                              \
-        if (i < end) { name##_at(&nodes, i, false); }                                                                  \
-    }
-
-NODES_RANGE(nodes_begin)
-NODES_RANGE(nodes_move)
-NODES_RANGE(nodes_finish)
-NODES_RANGE(nodes_finish_and_move)
-NODES_RANGE(nodes_damp)
+PLII_RECORDS_RANGE(nodes_begin, plii_xpbd_nodes)
+PLII_RECORDS_RANGE(nodes_move, plii_xpbd_nodes)
+PLII_RECORDS_RANGE(nodes_finish, plii_xpbd_nodes)
+PLII_RECORDS_RANGE(nodes_finish_and_move, plii_xpbd_nodes)
+PLII_RECORDS_RANGE(nodes_damp, plii_xpbd_nodes)
 
 #define NODES_KERNEL                                                                                                   \
     { nodes_begin, nodes_move, nodes_finish, nodes_finish_and_move, nodes_damp }

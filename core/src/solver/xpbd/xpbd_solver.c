@@ -5,6 +5,7 @@
 #include "math/simd_float4.h"
 
 #include "body/pipeline.h"
+#include "body/substep_kinds.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 #include "math/definition.h"
@@ -12,47 +13,18 @@
 #include "solver/xpbd/xpbd_nodes.h"
 
 enum {
-    XPBD_MAX_KINDS = 16,
     XPBD_NODES_GRAIN = 2048,
     XPBD_SUBSTEPS_PER_START = 5 /* positions follow the nodes after so many */
 };
 
-/* By order; equals as they came. */
-typedef struct xpbd_kinds {
-    int count;
-    const plii_substep_class* at[XPBD_MAX_KINDS];
-    void* states[XPBD_MAX_KINDS];
-} xpbd_kinds;
-
 typedef struct xpbd_state {
     pli_xpbd_def def;
     bool had_links;                                                /* on positions, before this solver came */
-    xpbd_kinds kinds;                                              /* that only this solver has */
+    plii_substep_kinds kinds;                                      /* that only this solver has */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
 
 static const plii_feature_class xpbd_class;
-
-static void xpbd_insert_kind(xpbd_kinds* kinds, const plii_substep_class* kind, void* kind_state) {
-    int place = kinds->count++;
-    for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
-        kinds->at[place] = kinds->at[place - 1];
-        kinds->states[place] = kinds->states[place - 1];
-    }
-    kinds->at[place] = kind;
-    kinds->states[place] = kind_state;
-}
-
-/* Those of other features too. */
-static xpbd_kinds xpbd_all_kinds(const pli_body* body, const xpbd_state* state) {
-    const plii_pipeline* pipeline = &body->pipeline;
-    xpbd_kinds all = state->kinds;
-    for (int i = 0; i < pipeline->feature_count && all.count < XPBD_MAX_KINDS; ++i) {
-        const plii_feature* feature = &pipeline->features[i];
-        if (feature->klass->substepped != NULL) { xpbd_insert_kind(&all, feature->klass->substepped, feature->state); }
-    }
-    return all;
-}
 
 // -------------------------------------------------------------------------------------------------------- the step
 
@@ -85,11 +57,10 @@ static void xpbd_integrate_free(int begin, int end, void* data) {
         const pli_vec3 a = xpbd_acceleration(prediction, i);
         const plii_float4 acceleration = plii_lanes_xyzw(a.x, a.y, a.z, 0.0f);
         const plii_float4 position = plii_float4_from(&body->positions[i]);
-        const plii_float4 velocity =
-            plii_float4_add(plii_float4_from(&body->velocities[i]), plii_float4_mul(acceleration, dt));
+        const plii_float4 velocity = plii_float4_from(&body->velocities[i]) + acceleration * dt;
         plii_float4_to(&prediction->accelerations[i], acceleration);
         plii_float4_to(&body->previous[i], plii_lanes_xyz(position));
-        plii_float4_to(&body->positions[i], plii_float4_add(position, plii_float4_mul(velocity, dt)));
+        plii_float4_to(&body->positions[i], position + velocity * dt);
     }
 }
 
@@ -98,50 +69,38 @@ static void xpbd_predict(pli_body* body, float dt) {
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FORCES, step);
+    plii_run_stage(body, PLII_STAGE_FORCES);
     xpbd_prediction prediction = {body, state->accelerations, step->dt,
                                   body->world->def.max_force_displacement * step->inverse_dt * step->inverse_dt};
     plii_parallel_for(body->context, xpbd_integrate_free, &prediction, body->node_count, XPBD_NODES_GRAIN);
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_UPDATE, step);
+    plii_run_stage(body, PLII_STAGE_UPDATE);
     plii_solver_update_predicted_bounds(body);
 }
 
-static void xpbd_sweep(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
-    plii_substep_rigids_restart(body, substep);
-    for (int k = 0; k < kinds->count; ++k) {
-        if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
-    }
+static void xpbd_sweep(pli_body* body, const xpbd_state* state, const plii_substep_kinds* kinds,
+                       plii_substep* substep) {
+    plii_substep_kinds_restart(body, kinds, substep);
     for (int s = 0; s < state->def.sweeps; ++s) {
         substep->is_first_sweep = s == 0;
         substep->is_last_sweep = s + 1 == state->def.sweeps;
-        for (int k = 0; k < kinds->count; ++k) {
-            kinds->at[k]->sweep(body, kinds->states[k], substep);
-        }
+        plii_substep_kinds_sweep(body, kinds, substep);
     }
-}
-
-static const plii_xpbd_nodes_kernel* xpbd_nodes_kernel_of(pli_simd simd) {
-#if PLIANT_SIMD_X86
-    if (simd == PLI_SIMD_AVX2) { return &plii_xpbd_nodes_avx2; }
-#else
-    (void)simd;
-#endif
-    return &plii_xpbd_nodes_base;
 }
 
 static void xpbd_run_pass(pli_body* body, plii_xpbd_nodes* nodes, pli_range_fn* range) {
     plii_parallel_for(body->context, range, nodes, body->node_count, XPBD_NODES_GRAIN);
 }
 
-static bool xpbd_has_finish(const xpbd_kinds* kinds) {
+static bool xpbd_has_finish(const plii_substep_kinds* kinds) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k]->finish != NULL) { return true; }
     }
     return false;
 }
 
-static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_kinds* kinds, plii_substep* substep) {
-    const plii_xpbd_nodes_kernel* pass = xpbd_nodes_kernel_of(body->context->simd);
+static void xpbd_substeps(pli_body* body, const xpbd_state* state, const plii_substep_kinds* kinds,
+                          plii_substep* substep) {
+    const plii_xpbd_nodes_kernel* pass = PLII_KERNEL(body->context, &plii_xpbd_nodes);
     plii_xpbd_nodes nodes = {.positions = body->positions,
                              .velocities = body->velocities,
                              .displacements = state->displacements,
@@ -169,22 +128,6 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const xpbd_ki
     plii_substep_rigids_finish(body, substep);
 }
 
-/* Those that have something to do in this step. */
-static xpbd_kinds xpbd_begin_kinds(pli_body* body, const xpbd_state* state) {
-    xpbd_kinds kinds = xpbd_all_kinds(body, state);
-    int busy = 0;
-    for (int k = 0; k < kinds.count; ++k) {
-        const plii_substep_class* kind = kinds.at[k];
-        body->context->pass.feature = kind->klass;
-        if (kind->begin != NULL) { kind->begin(body, kinds.states[k]); }
-        if (kind->is_idle != NULL && kind->is_idle(body, kinds.states[k])) { continue; }
-        kinds.at[busy] = kind;
-        kinds.states[busy++] = kinds.states[k];
-    }
-    kinds.count = busy;
-    return kinds;
-}
-
 static void xpbd_solve(pli_body* body) {
     const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
@@ -193,20 +136,14 @@ static void xpbd_solve(pli_body* body) {
                             .inverse_dt = step->inverse_dt * parts,
                             .displacements = state->displacements,
                             .start_displacements = state->start_displacements};
-    const xpbd_kinds kinds = xpbd_begin_kinds(body, state);
+    plii_substep_kinds kinds = state->kinds;
+    plii_substep_kinds_begin(body, &kinds, false);
     xpbd_substeps(body, state, &kinds, &substep);
-    plii_run_stage(body, &body->pipeline, PLII_STAGE_FINISH, step);
+    plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
-/* A node that rests on a surface and was not found would fall into it for the rest of the step, and come back with
-   speed. */
-#define XPBD_CONTACT_REACH 1.0f
-
-static const plii_solver_class xpbd_solver = {.name = "XPBD",
-                                              .predict = xpbd_predict,
-                                              .solve = xpbd_solve,
-                                              .has_substeps = true,
-                                              .contact_reach = XPBD_CONTACT_REACH};
+static const plii_solver_class xpbd_solver = {
+    .name = "XPBD", .predict = xpbd_predict, .solve = xpbd_solve, .has_substeps = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
@@ -239,14 +176,14 @@ static const plii_feature_class xpbd_class = {
 
 // -------------------------------------------------------------------------------------------- kinds of constraints
 
-static int xpbd_find_kind(const xpbd_kinds* kinds, const plii_substep_class* kind) {
+static int xpbd_find_kind(const plii_substep_kinds* kinds, const plii_substep_class* kind) {
     for (int k = 0; k < kinds->count; ++k) {
         if (kinds->at[k] == kind) { return k; }
     }
     return PLI_NULL_INDEX;
 }
 
-static void xpbd_remove_kind(pli_body* body, xpbd_kinds* kinds, int place) {
+static void xpbd_remove_kind(pli_body* body, plii_substep_kinds* kinds, int place) {
     const plii_substep_class* kind = kinds->at[place];
     kinds->count -= 1;
     for (int k = place; k < kinds->count; ++k) {
@@ -264,7 +201,9 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
     }
     PLII_TRY(plii_feature_enable(body, kind->klass, state));
-    if (xpbd_find_kind(&solver->kinds, kind) == PLI_NULL_INDEX) { xpbd_insert_kind(&solver->kinds, kind, *state); }
+    if (xpbd_find_kind(&solver->kinds, kind) == PLI_NULL_INDEX) {
+        plii_substep_kinds_insert(&solver->kinds, kind, *state);
+    }
     return PLI_OK;
 }
 

@@ -1,0 +1,87 @@
+#include "body/substep_kinds.h"
+
+#include "body/substep_rigid.h"
+#include "body/world_state.h"
+
+void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state) {
+    int place = kinds->count++;
+    for (; place > 0 && kinds->at[place - 1]->order > kind->order; --place) {
+        kinds->at[place] = kinds->at[place - 1];
+        kinds->states[place] = kinds->states[place - 1];
+    }
+    kinds->at[place] = kind;
+    kinds->states[place] = state;
+}
+
+void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    for (int i = 0; i < pipeline->feature_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        const plii_substep_class* kind = feature->klass->substepped;
+        if (kind == NULL || (in_iterations && !kind->is_in_iterations)) { continue; }
+        plii_substep_kinds_insert(kinds, kind, feature->state);
+    }
+    int busy = 0;
+    for (int k = 0; k < kinds->count; ++k) {
+        const plii_substep_class* kind = kinds->at[k];
+        body->context->pass.feature = kind->klass;
+        if (kind->begin != NULL) { kind->begin(body, kinds->states[k]); }
+        if (kind->is_idle != NULL && kind->is_idle(body, kinds->states[k])) { continue; }
+        kinds->at[busy] = kind;
+        kinds->states[busy++] = kinds->states[k];
+    }
+    kinds->count = busy;
+}
+
+void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
+    plii_substep_rigids_restart(body, substep);
+    for (int k = 0; k < kinds->count; ++k) {
+        if (kinds->at[k]->restart != NULL) { kinds->at[k]->restart(body, kinds->states[k], substep); }
+    }
+}
+
+void plii_substep_kinds_sweep(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
+    for (int k = 0; k < kinds->count; ++k) {
+        kinds->at[k]->sweep(body, kinds->states[k], substep);
+    }
+}
+
+// ------------------------------------------------------------------------------------------ position-based steps
+
+typedef struct iterated_sweeps {
+    plii_substep substep;
+    plii_substep_kinds kinds;
+    int done; /* iterations */
+} iterated_sweeps;
+
+static void iterated_sweeps_prepare(pli_body* body, void* data) {
+    iterated_sweeps* state = data;
+    state->done = state->kinds.count = 0;
+    if (!plii_follows_rigids(body) || body->solver.position_iterations == 0) { return; }
+    state->substep = (plii_substep){.dt = body->step.dt,
+                                    .inverse_dt = body->step.inverse_dt,
+                                    .is_absolute = true,
+                                    .has_new_positions = true,
+                                    .displacements = body->positions,
+                                    .start_displacements = body->previous};
+    plii_substep_kinds_begin(body, &state->kinds, true);
+    if (state->kinds.count > 0) { plii_substep_kinds_restart(body, &state->kinds, &state->substep); }
+}
+
+static void iterated_sweeps_iterate(pli_body* body, void* data) {
+    iterated_sweeps* state = data;
+    if (state->kinds.count == 0) { return; }
+    state->substep.is_first_sweep = state->done == 0;
+    state->substep.is_last_sweep = ++state->done == body->solver.position_iterations;
+    plii_substep_kinds_sweep(body, &state->kinds, &state->substep);
+    if (state->substep.is_last_sweep) { plii_substep_rigids_finish(body, &state->substep); }
+}
+
+enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */
+
+const plii_feature_class plii_iterated_sweeps_class = {
+    .name = "iterated sweeps",
+    .state_size = sizeof(iterated_sweeps),
+    .stages = {[PLII_STAGE_PREPARE] = {iterated_sweeps_prepare, ITERATED_SWEEPS_ORDER},
+               [PLII_STAGE_POSITION] = {iterated_sweeps_iterate, ITERATED_SWEEPS_ORDER}},
+};

@@ -1,0 +1,128 @@
+/* Positions and normals for renderers. */
+
+#include "pliant/drawing.h"
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "math/definition.h"
+
+#include <string.h>
+
+// --------------------------------------------------------------------------------------------------------- normals
+
+typedef struct drawn_normals_state {
+    pli_vec3* previous; /* [node_count] at the start of the last step; zero: there was none */
+} drawn_normals_state;
+
+static void drawn_normals_keep(pli_body* body, void* data) {
+    drawn_normals_state* state = data;
+    memcpy(state->previous, body->normals, (size_t)body->node_count * sizeof *state->previous);
+}
+
+static const plii_feature_array drawn_normals_arrays[] = {
+    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE},
+    {0},
+};
+static const plii_feature_class* const drawn_normals_needs[] = {&plii_normals_class, &plii_face_normals_class, NULL};
+
+enum { DRAWN_NORMALS_ORDER = 0 };
+
+static const plii_feature_class drawn_normals_class = {
+    .name = "drawn normals",
+    .state_size = sizeof(drawn_normals_state),
+    .needs = drawn_normals_needs,
+    .arrays = drawn_normals_arrays,
+    .stages = {[PLII_STAGE_FORCES] = {drawn_normals_keep, DRAWN_NORMALS_ORDER}},
+};
+
+pli_status pli_body_enable_normals(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_faces(body, "normals are those of faces", __func__));
+    return plii_feature_enable(body, &drawn_normals_class, NULL);
+}
+
+pli_status pli_body_disable_normals(pli_body* body) {
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &drawn_normals_class);
+}
+
+const pli_vec3* pli_body_get_face_normals(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK ? body->face_normals : NULL;
+}
+
+// -------------------------------------------------------------------------------------------------------- vertices
+
+pli_vertex_buffer_def pli_vertex_buffer_def_default(void) {
+    return (pli_vertex_buffer_def){
+        .stride = 6 * (int)sizeof(float), .normal_offset = 3 * (int)sizeof(float), .cookie = PLII_DEF_COOKIE};
+}
+
+static const plii_field vertex_buffer_fields[] = {
+    PLII_FIELD(pli_vertex_buffer_def, vertex_count, 0, INT_MAX),
+    PLII_FIELD(pli_vertex_buffer_def, stride, 12, INT_MAX),
+    PLII_FIELD(pli_vertex_buffer_def, position_offset, 0, INT_MAX),
+    PLII_FIELD(pli_vertex_buffer_def, normal_offset, -INT_MAX, INT_MAX),
+};
+
+static pli_status vertices_check_offset(const pli_body* body, const pli_vertex_buffer_def* buffer, int offset,
+                                        const char* name, const char* function) {
+    const int size = 3 * (int)sizeof(float), unit = (int)sizeof(float);
+    if (offset <= buffer->stride - size && offset % unit == 0 && buffer->stride % unit == 0) { return PLI_OK; }
+    return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function,
+                     "%s is %d with a stride of %d: multiples of %d, with room for %d bytes, are needed", name, offset,
+                     buffer->stride, unit, size);
+}
+
+static pli_status vertices_check_nodes(const pli_body* body, const pli_vertex_buffer_def* buffer,
+                                       const char* function) {
+    if (buffer->vertex_nodes == NULL) {
+        if (buffer->vertex_count <= body->node_count) { return PLI_OK; }
+        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                         "there are %d vertices for %d nodes, and vertex_nodes is null", buffer->vertex_count,
+                         body->node_count);
+    }
+    for (int i = 0; i < buffer->vertex_count; ++i) {
+        const int node = buffer->vertex_nodes[i];
+        if (node >= 0 && node < body->node_count) { continue; }
+        return plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                         "the node of vertex %d is %d, the body has %d", i, node, body->node_count);
+    }
+    return PLI_OK;
+}
+
+static void vertex_write(char* to, pli_vec3 value) {
+    memcpy(to, &value, sizeof value);
+}
+
+static pli_vec3 vertices_normal(pli_vec3 previous, pli_vec3 present, float factor) {
+    const pli_vec3 sum = pli_vec3_lerp(previous, present, factor);
+    const float length = pli_vec3_length(sum);
+    return length > PLII_EPSILON ? pli_vec3_scale(sum, 1.0f / length) : present;
+}
+
+pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer_def* buffer, float factor) {
+    PLII_TRY(plii_check_body(body, __func__));
+    PLII_TRY_DEF(body->context, pli_vertex_buffer_def, buffer, vertex_buffer_fields, __func__);
+    PLII_TRY(plii_check_between(body->context, factor, 0.0f, 2.0f, "factor", __func__));
+    if (buffer->vertices == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "vertices is null"); }
+    PLII_TRY(vertices_check_offset(body, buffer, buffer->position_offset, "position_offset", __func__));
+    const drawn_normals_state* normals = NULL;
+    if (buffer->normal_offset >= 0) {
+        PLII_TRY(vertices_check_offset(body, buffer, buffer->normal_offset, "normal_offset", __func__));
+        normals = plii_feature_state(body, &drawn_normals_class);
+        if (normals == NULL) {
+            return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE,
+                             "normals are wanted, and pli_body_enable_normals was not called");
+        }
+    }
+    PLII_TRY(vertices_check_nodes(body, buffer, __func__));
+    if (body->is_frozen) { factor = 1.0f; }
+    char* vertex = buffer->vertices;
+    for (int i = 0; i < buffer->vertex_count; ++i, vertex += buffer->stride) {
+        const int node = buffer->vertex_nodes != NULL ? buffer->vertex_nodes[i] : i;
+        vertex_write(vertex + buffer->position_offset,
+                     pli_vec3_lerp(plii_xyz(body->previous[node]), plii_xyz(body->positions[node]), factor));
+        if (normals == NULL) { continue; }
+        vertex_write(vertex + buffer->normal_offset,
+                     vertices_normal(normals->previous[node], body->normals[node], factor));
+    }
+    return PLI_OK;
+}

@@ -1,0 +1,81 @@
+/* What cuts and refinements have made of nodes and faces, for whoever keeps data beside them. */
+
+#include "body/body_impl.h"
+#include "body/pipeline.h"
+#include "pliant/drawing.h"
+
+typedef struct topology_changes_state {
+    int old_node_count, old_face_count;
+    pli_new_node* new_nodes;
+    int new_node_count, new_node_capacity;
+    int* face_parents; /* [face_count] */
+} topology_changes_state;
+
+static void changes_begin(const pli_body* body, topology_changes_state* state) {
+    state->old_node_count = body->node_count;
+    state->old_face_count = body->topology->face_count;
+    state->new_node_count = 0;
+    for (int i = 0; i < state->old_face_count; ++i) {
+        state->face_parents[i] = i;
+    }
+}
+
+static bool changes_topology_reserve(const pli_body* body, void* data, const plii_topology_change* change) {
+    topology_changes_state* state = data;
+    return PLII_RESERVE(body->context, &state->new_nodes, &state->new_node_capacity,
+                        change->node_count - state->old_node_count);
+}
+
+/* Old nodes keep their index, so new ones follow those of before; parents of faces are looked up in those of before. */
+static void changes_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** old_arrays) {
+    topology_changes_state* state = data;
+    const int* old_parents = old_arrays[1];
+    (void)body;
+    for (int i = change->old_node_count; i < change->node_count; ++i) {
+        const plii_node_origin origin = change->node_origins[i - change->old_node_count];
+        state->new_nodes[state->new_node_count++] = (pli_new_node){origin.a, origin.b, origin.share};
+    }
+    for (int i = 0; i < change->face_count; ++i) {
+        state->face_parents[i] = old_parents[change->face_origins[i].parent];
+    }
+}
+
+static const plii_feature_array topology_changes_arrays[] = {
+    {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true},
+    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE},
+    {0},
+};
+
+static const plii_feature_class topology_changes_class = {
+    .name = "topology changes",
+    .state_size = sizeof(topology_changes_state),
+    .arrays = topology_changes_arrays,
+    .topology_reserve = changes_topology_reserve,
+    .topology_commit = changes_topology_commit,
+};
+
+pli_status pli_body_enable_topology_changes(pli_body* body) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &topology_changes_class, &state));
+    changes_begin(body, state);
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_topology_changes(pli_body* body) {
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &topology_changes_class);
+}
+
+pli_topology_changes pli_body_get_topology_changes(const pli_body* body) {
+    const topology_changes_state* state =
+        plii_check_body(body, __func__) == PLI_OK ? plii_feature_state(body, &topology_changes_class) : NULL;
+    if (state == NULL) { return (pli_topology_changes){0}; }
+    return (pli_topology_changes){
+        .old_node_count = state->old_node_count,
+        .new_node_count = state->new_node_count,
+        .new_nodes = state->new_nodes,
+        .old_face_count = state->old_face_count,
+        .face_count = body->topology->face_count,
+        .face_parents = state->face_parents,
+    };
+}

@@ -1,0 +1,252 @@
+/* Heavy rigid bodies on light cloth under the implicit solver: contacts of nodes, of faces and of both hold what
+   statics holds, add no energy and rest. */
+
+#include "sample_mesh.h"
+#include "test_world.h"
+
+#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
+
+static const float dt = 1.0f / 60.0f, radius = 0.3f, margin = 0.02f;
+
+#ifdef NDEBUG
+static const int seconds = 5;
+#else
+static const int seconds = 1; /* unoptimised programs are slow */
+#endif
+
+enum { SIDE = 21, NODES = SIDE * SIDE, KINDS = 3 };
+
+typedef struct contact_kind {
+    const char* name;
+    bool has_nodes, has_faces;
+} contact_kind;
+static const contact_kind kinds[KINDS] = {{"nodes", true, false}, {"faces", false, true}, {"both", true, true}};
+
+static const char* method_name(bool is_exact) {
+    return is_exact ? "gradients" : "sweeps";
+}
+
+/* 2 m x 2 m and 1 kg, level at 0. */
+static pli_body* make_sheet(bool is_pinned, float stiffness, bool is_exact, float damping, const contact_kind* kind) {
+    pli_patch_def patch = pli_patch_def_default();
+    patch.corner_00 = pli_vec3_make(-1, 0, -1);
+    patch.corner_10 = pli_vec3_make(1, 0, -1);
+    patch.corner_01 = pli_vec3_make(-1, 0, 1);
+    patch.corner_11 = pli_vec3_make(1, 0, 1);
+    patch.columns = patch.rows = SIDE;
+    patch.diagonals = true;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
+    CHECK_OK(pli_mesh_set_total_mass(mesh, 1.0f));
+    for (int i = 0; is_pinned && i < NODES; ++i) {
+        const bool ends_row = i % SIDE == 0 || i % SIDE == SIDE - 1, ends_column = i < SIDE || i >= NODES - SIDE;
+        if (ends_row && ends_column) { CHECK_OK(pli_mesh_set_node_mass(mesh, i, 0.0f)); }
+    }
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    pli_body* body = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &body));
+    pli_mesh_destroy(mesh);
+    pli_implicit_def implicit = pli_implicit_def_default();
+    implicit.stiffness = stiffness;
+    if (is_exact) {
+        implicit.method = PLI_IMPLICIT_CONJUGATE_GRADIENT;
+        implicit.sweeps = 100;
+    }
+    CHECK_OK(pli_body_enable_implicit(body, &implicit));
+    pli_solver_settings settings = pli_body_get_solver_settings(body);
+    settings.velocity_damping = damping;
+    CHECK_OK(pli_body_set_solver_settings(body, &settings));
+    pli_rigid_contacts_def nodes = pli_rigid_contacts_def_default();
+    pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
+    nodes.friction = faces.friction = 1.0f;
+    if (kind->has_nodes) { CHECK_OK(pli_body_enable_rigid_contacts(body, &nodes)); }
+    if (kind->has_faces) { CHECK_OK(pli_body_enable_rigid_face_contacts(body, &faces)); }
+    return body;
+}
+
+static pli_rigid* make_rigid(pli_shape* shape, pli_vec3 origin, float mass) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.shapes = &shape;
+    def.shape_count = 1;
+    def.state.pose.origin = origin;
+    if (mass > 0.0f) {
+        const float inertia = 0.4f * mass * radius * radius;
+        def.kind = PLI_RIGID_DYNAMIC;
+        def.state.inverse_mass = 1.0f / mass;
+        def.state.inverse_inertia_world = pli_mat3_identity();
+        for (int i = 0; i < 3; ++i) {
+            def.state.inverse_inertia_world.rows[i] =
+                pli_vec3_scale(def.state.inverse_inertia_world.rows[i], 1.0f / inertia);
+        }
+    }
+    pli_rigid* rigid = NULL;
+    CHECK_OK(pli_rigid_create(world, &def, &rigid));
+    pli_shape_release(shape);
+    return rigid;
+}
+
+static pli_rigid* make_ball(float height, float mass) {
+    pli_shape* sphere = NULL;
+    CHECK_OK(pli_shape_create_sphere(context, radius, &sphere));
+    return make_rigid(sphere, pli_vec3_make(0, height, 0), mass);
+}
+
+static pli_rigid* make_floor(void) {
+    pli_shape* box = NULL;
+    CHECK_OK(pli_shape_create_box(context, pli_vec3_make(50, 1, 50), &box));
+    return make_rigid(box, pli_vec3_make(0, -1.001f - margin, 0), 0.0f);
+}
+
+/* The host gives a body its gravity and damping, and moves it after the step. */
+static pli_rigid_state step_with(pli_rigid* rigid, float damping) {
+    pli_rigid_state state = pli_rigid_get_state(rigid);
+    state.linear_velocity = pli_vec3_scale(state.linear_velocity, 1.0f - damping);
+    state.angular_velocity = pli_vec3_scale(state.angular_velocity, 1.0f - damping);
+    state.linear_velocity.y -= 10.0f * dt;
+    CHECK_OK(pli_rigid_set_state(rigid, &state));
+    CHECK_OK(pli_world_step(world, dt));
+    CHECK_OK(pli_rigid_integrate(rigid, pli_vec3_make(0, 0, 0), dt));
+    return pli_rigid_get_state(rigid);
+}
+
+static float lowest_node(const pli_body* body) {
+    const pli_vec4* positions = pli_body_get_view(body).positions;
+    float lowest = positions[0].y;
+    for (int i = 1; i < NODES; ++i) {
+        lowest = fminf(lowest, positions[i].y);
+    }
+    return lowest;
+}
+
+/* Dropped by 0.2 m on the pinned sheet; the sheet holds it on the side that it came from, and it never gets higher than
+   it was. Gradients bring it to rest, as deep as links of that stiffness let it; few sweeps let it hang 0.15 m lower,
+   where friction keeps it turning. */
+static void drop_ball(bool is_exact, float mass, const contact_kind* kind) {
+    pli_body* body = make_sheet(true, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
+    pli_rigid* ball = make_ball(0.2f + radius, mass);
+    float lowest = 1.0f, least_room = 1.0f, highest = 0.0f;
+    pli_rigid_state state = pli_rigid_get_state(ball);
+    for (int i = 0; i < 60 * seconds; ++i) {
+        state = step_with(ball, 0.05f);
+        lowest = fminf(lowest, state.pose.origin.y);
+        highest = fmaxf(highest, state.pose.origin.y);
+        least_room = fminf(least_room, state.pose.origin.y - lowest_node(body));
+    }
+    const double speed = (double)pli_vec3_length(state.linear_velocity);
+    print_message("%s, %g kg, %s: lowest at %.3f m, at the end %.4f m/s, %.4f m above the cloth at least\n",
+                  method_name(is_exact), (double)mass, kind->name, (double)lowest, speed, (double)least_room);
+    check_at_most(highest, 0.5);
+    assert_true(lowest > (is_exact ? -0.13f : -0.25f));
+    /* Nodes are seen when they are in the margin, and a step at 2 m/s is 3 cm. */
+    assert_true(least_room > radius - (kind->has_faces ? 0.5f : 2.0f) * margin);
+    if (seconds == 5 && is_exact) { check_at_most(speed, kind->has_nodes ? 0.02 : 0.1); }
+    pli_body_destroy(body);
+    pli_rigid_destroy(ball);
+}
+
+static void test_balls_on_a_pinned_sheet(void** unused) {
+    (void)unused;
+    static const float masses[] = {1.0f, 5.0f, 20.0f};
+    for (int method = 0; method < 2; ++method) {
+        for (int m = 0; m < 3; ++m) {
+            for (int k = 0; k < KINDS; ++k) {
+                drop_ball(method == 1, masses[m], &kinds[k]);
+            }
+        }
+    }
+}
+
+/* Cloth on a floor carries any weight on its margin: nodes weigh 2 g, the floor holds the ball. */
+static void test_balls_on_cloth_on_a_floor(void** unused) {
+    (void)unused;
+    static const float masses[] = {1.0f, 1000.0f};
+    make_floor();
+    for (int i = 0; i < 8; ++i) {
+        const bool is_exact = i % 2 == 1;
+        const float mass = masses[i / 2 % 2];
+        const contact_kind* kind = &kinds[i / 4 == 0 ? 0 : 2];
+        pli_body* body = make_sheet(false, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
+        pli_rigid* ball = make_ball(0.2f + radius, mass);
+        pli_rigid_state state = pli_rigid_get_state(ball);
+        float lowest = 1.0f;
+        for (int k = 0; k < 120; ++k) {
+            state = step_with(ball, 0.05f);
+            lowest = fminf(lowest, state.pose.origin.y);
+        }
+        print_message("%s, %g kg, %s: lowest at %.4f m, then at %.5f m with %.2g m/s\n", method_name(is_exact),
+                      (double)mass, kind->name, (double)lowest, (double)state.pose.origin.y,
+                      (double)pli_vec3_length(state.linear_velocity));
+        check_near(state.pose.origin.y, (double)(radius + margin) - 0.001, 1e-3);
+        assert_true(lowest > radius - margin);
+        check_at_most(pli_vec3_length(state.linear_velocity), 1e-3);
+        pli_body_destroy(body);
+        pli_rigid_destroy(ball);
+    }
+}
+
+static void test_a_box_on_cloth_stays(void** unused) {
+    (void)unused;
+    make_floor();
+    for (int i = 0; i < 4; ++i) {
+        const bool is_exact = i % 2 == 1;
+        const contact_kind* kind = &kinds[i / 2 == 0 ? 0 : 2];
+        pli_body* body = make_sheet(false, 2000.0f, is_exact, 0.01f, kind);
+        pli_shape* shape = NULL;
+        CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.15f, 0.15f, 0.15f), &shape));
+        pli_rigid* box = make_rigid(shape, pli_vec3_make(0, 0.24f, 0), 1.0f);
+        for (int k = 0; k < 60; ++k) {
+            step_with(box, 0.0f);
+        }
+        const pli_vec3 place = pli_rigid_get_state(box).pose.origin;
+        float farthest = 0.0f;
+        for (int k = 0; k < 60 * seconds; ++k) {
+            const pli_vec3 now = step_with(box, 0.0f).pose.origin;
+            farthest = fmaxf(farthest, pli_vec3_length(pli_vec3_sub(now, place)));
+        }
+        print_message("%s, %s: wanders by %.3g mm\n", method_name(is_exact), kind->name, 1000.0 * (double)farthest);
+        check_at_most(farthest, 0.001);
+        pli_body_destroy(body);
+        pli_rigid_destroy(box);
+    }
+}
+
+/* A loose sheet and a ball without gravity: the sum of their momenta is that of the ball before. */
+static void test_contacts_of_faces_share_momentum(void** unused) {
+    (void)unused;
+    CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)));
+    for (int i = 0; i < 4; ++i) {
+        pli_body* body = make_sheet(false, 5000.0f, i % 2 == 1, 0.0f, &kinds[i / 2 == 0 ? 1 : 2]);
+        pli_rigid* ball = make_ball(0.33f, 2.0f);
+        pli_rigid_state state = pli_rigid_get_state(ball);
+        state.linear_velocity = pli_vec3_make(0.3f, -2, 0);
+        CHECK_OK(pli_rigid_set_state(ball, &state));
+        for (int k = 0; k < 30; ++k) {
+            CHECK_OK(pli_world_step(world, dt));
+            CHECK_OK(pli_rigid_integrate(ball, pli_vec3_make(0, 0, 0), dt));
+        }
+        const pli_vec4* velocities = pli_body_get_view(body).velocities;
+        const pli_vec3 end = pli_rigid_get_state(ball).linear_velocity;
+        double x = 2.0 * (double)end.x, y = 2.0 * (double)end.y;
+        for (int k = 0; k < NODES; ++k) {
+            x += (double)velocities[k].x / NODES;
+            y += (double)velocities[k].y / NODES;
+        }
+        print_message("ball at %.3f m/s, momentum %.6f, %.6f N s\n", (double)end.y, x, y);
+        assert_true(end.y > -1.9f);
+        check_near(x, 0.6, 1e-4);
+        check_near(y, -4.0, 1e-4);
+        pli_body_destroy(body);
+        pli_rigid_destroy(ball);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_balls_on_a_pinned_sheet, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_balls_on_cloth_on_a_floor, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_box_on_cloth_stays, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_contacts_of_faces_share_momentum, setup_world, teardown_world),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
