@@ -62,7 +62,8 @@ struct pli_body {
     /* Features that look at the whole motion of the nodes. With them the bounds of a predicted body cover the start of
        the step too, and rigid bodies are met along their motion. */
     int sweeping_features;
-    bool has_early_bounds; /* those of this step are taken already; see pli_world_def.reference_mode */
+    bool has_swept_contacts; /* found in this step, see plii_iterated_sweeps_class */
+    bool has_early_bounds;   /* those of this step are taken already; see pli_world_def.reference_mode */
 
     /* Filled by services, NULL while nobody needs them. */
     pli_vec3* forces;       /* [node_count] N, consumed by integration */

@@ -4,10 +4,25 @@
 
 #include "body/body_impl.h"
 
+typedef struct plii_substep plii_substep;
+
+/* How far what cannot move at all lets a node go along a unit vector, m; INFINITY: nothing is in its way. A rigid body
+   that presses on the node meets with that, which light nodes between would be many sweeps about. */
+typedef float plii_substep_room_fn(const pli_body* body, const void* state, const plii_substep* substep, int node,
+                                   pli_vec3 direction);
+
+/* The features that limit it in this step. */
+enum { PLII_MAX_SUBSTEP_LIMITS = 4 };
+typedef struct plii_substep_limits {
+    int count;
+    plii_substep_room_fn* rooms[PLII_MAX_SUBSTEP_LIMITS];
+    const void* states[PLII_MAX_SUBSTEP_LIMITS];
+} plii_substep_limits;
+
 /* During the substeps nodes are at body->positions + displacements. Positions are those of the start of this substep or
    of one not long before; what their rounding left out is in the displacements, so that nothing is lost however short a
    substep is. */
-typedef struct plii_substep {
+struct plii_substep {
     float dt, inverse_dt;               /* s, of the substep */
     int index;                          /* of the substep in the step */
     bool is_absolute;                   /* displacements are positions, as positions are where nodes are */
@@ -15,7 +30,8 @@ typedef struct plii_substep {
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
     pli_vec4* start_displacements; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
-} plii_substep;
+    const plii_substep_limits* limits;
+};
 
 typedef void plii_substep_fn(pli_body* body, void* state, const plii_substep* substep);
 
@@ -30,10 +46,9 @@ typedef struct plii_substep_class {
     void (*begin)(pli_body* body, void* state); /* before the first substep, positions still predicted; optional */
     plii_substep_fn* restart;                   /* before the sweeps of a substep: multipliers to zero; optional */
     plii_substep_fn* sweep;
-    plii_substep_fn* finish; /* after a substep, velocities are those of its end; optional */
-    /* How far what cannot move at all lets a node go along a unit vector, m; INFINITY: nothing is in its way. A rigid
-       body that presses on the node meets with that, which light nodes between would be many sweeps about. Optional. */
-    float (*room)(const pli_body* body, const void* state, const plii_substep* substep, int node, pli_vec3 direction);
+    plii_substep_fn* finish;    /* after a substep, velocities are those of its end; optional */
+    plii_substep_room_fn* room; /* optional */
+    bool (*is_limit)(const pli_body* body, const void* state); /* after `begin`: to be asked for room; NULL: always */
     /* After `begin`: there is nothing to do in this step. Optional. */
     bool (*is_idle)(const pli_body* body, const void* state);
     /* The body goes on with another solver: frees what only substeps need. Optional; not called at the feature's end.

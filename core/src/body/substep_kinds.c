@@ -13,6 +13,19 @@ void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_cla
     kinds->states[place] = state;
 }
 
+static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
+    const plii_pipeline* pipeline = &body->pipeline;
+    limits->count = 0;
+    for (int i = 0; i < pipeline->feature_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        const plii_substep_class* kind = feature->klass->substepped;
+        if (kind == NULL || kind->room == NULL) { continue; }
+        if (kind->is_limit != NULL && !kind->is_limit(body, feature->state)) { continue; }
+        limits->rooms[limits->count] = kind->room;
+        limits->states[limits->count++] = feature->state;
+    }
+}
+
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; i < pipeline->feature_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
@@ -31,6 +44,7 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
         kinds->states[busy++] = kinds->states[k];
     }
     kinds->count = busy;
+    substep_kinds_find_limits(body, &kinds->limits);
 }
 
 void plii_substep_kinds_restart(pli_body* body, const plii_substep_kinds* kinds, const plii_substep* substep) {
@@ -57,13 +71,16 @@ typedef struct iterated_sweeps {
 static void iterated_sweeps_prepare(pli_body* body, void* data) {
     iterated_sweeps* state = data;
     state->done = state->kinds.count = 0;
+    if (!body->has_swept_contacts) { return; }
+    body->has_swept_contacts = false;
     if (!plii_follows_rigids(body) || body->solver.position_iterations == 0) { return; }
     state->substep = (plii_substep){.dt = body->step.dt,
                                     .inverse_dt = body->step.inverse_dt,
                                     .is_absolute = true,
                                     .has_new_positions = true,
                                     .displacements = body->positions,
-                                    .start_displacements = body->previous};
+                                    .start_displacements = body->previous,
+                                    .limits = &state->kinds.limits};
     plii_substep_kinds_begin(body, &state->kinds, true);
     if (state->kinds.count > 0) { plii_substep_kinds_restart(body, &state->kinds, &state->substep); }
 }

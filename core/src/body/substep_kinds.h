@@ -11,6 +11,7 @@ typedef struct plii_substep_kinds {
     int count;
     const plii_substep_class* at[PLII_MAX_SUBSTEP_KINDS];
     void* states[PLII_MAX_SUBSTEP_KINDS];
+    plii_substep_limits limits;
 } plii_substep_kinds;
 
 void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_class* kind, void* state);

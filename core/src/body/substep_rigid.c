@@ -2,11 +2,8 @@
 
 float plii_substep_room(const pli_body* body, const plii_substep* substep, int node, pli_vec3 direction) {
     float room = INFINITY;
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        const plii_substep_class* kind = feature->klass->substepped;
-        if (kind == NULL || kind->room == NULL) { continue; }
-        room = plii_min(room, kind->room(body, feature->state, substep, node, direction));
+    for (int i = 0; i < substep->limits->count; ++i) {
+        room = plii_min(room, substep->limits->rooms[i](body, substep->limits->states[i], substep, node, direction));
     }
     return room;
 }

@@ -443,6 +443,7 @@ static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rig
             return status;
         }
     }
+    body->has_swept_contacts = body->has_swept_contacts || state->count > before;
     return PLI_OK;
 }
 

@@ -227,7 +227,10 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
             return status;
         }
     }
-    if (state->count > before) { plii_rigid_touch(rigid); }
+    if (state->count > before) {
+        plii_rigid_touch(rigid);
+        body->has_swept_contacts = body->has_swept_contacts || candidate.is_swept;
+    }
     return PLI_OK;
 }
 

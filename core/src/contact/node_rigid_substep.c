@@ -196,7 +196,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
 static float rigid_substep_room(const pli_body* body, const void* data, const plii_substep* substep, int node,
                                 pli_vec3 direction) {
     const plii_rigid_contacts* found = data;
-    const int fixed = found->substeps.has_fixed_nodes ? found->substeps.fixed_of_node[node] : 0;
+    const int fixed = found->substeps.fixed_of_node[node];
     if (fixed == 0) { return INFINITY; }
     const plii_rigid_contact* contact = &found->contacts[fixed - 1];
     const pli_vec3 normal = plii_xyz(contact->normal);
@@ -204,6 +204,11 @@ static float rigid_substep_room(const pli_body* body, const void* data, const pl
     if (!(approach > 0.0f)) { return INFINITY; }
     const float gap = pli_vec3_dot(normal, plii_substep_position(body, substep, node)) + contact->normal.w;
     return plii_max(gap, 0.0f) / approach;
+}
+
+static bool rigid_substep_is_limit(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const plii_rigid_contacts*)data)->substeps.has_fixed_nodes;
 }
 
 /* What cannot yield has the last word. */
@@ -231,6 +236,7 @@ const plii_substep_class plii_rigid_contacts_substepped = {
     .restart = rigid_substep_restart,
     .sweep = rigid_substep_sweep,
     .room = rigid_substep_room,
+    .is_limit = rigid_substep_is_limit,
     .is_idle = rigid_substep_is_idle,
     .leave = plii_rigid_substeps_release,
 };

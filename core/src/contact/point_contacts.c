@@ -135,6 +135,7 @@ static void point_hold_across(const plii_substep* substep, plii_point_contact* c
 
 /* These act on a few rigid bodies alone, so that passes are cheap. */
 static void point_contacts_hold(const pli_body* body, plii_point_contacts* contacts, const plii_substep* substep) {
+    if (substep->limits->count == 0) { return; }
     for (int i = 0; i < contacts->count; ++i) {
         contacts->items[i].allowance = point_allowance(body, substep, &contacts->items[i]);
     }

@@ -23,7 +23,6 @@ typedef struct colored_links_state {
 /* Lanes without a link and links between pinned nodes have no weight. Rest lengths above 0 keep sums above 0 that
    the kernel divides by. */
 static void colored_links_refresh(pli_body* body, colored_links_state* state) {
-    if (state->link_revision == body->link_revision) { return; }
     const int slot_count = plii_link_colors_slot_count(state->colors);
     for (int i = 0; i < slot_count; ++i) {
         const int link = plii_link_colors_link(state->colors, i);
@@ -31,7 +30,6 @@ static void colored_links_refresh(pli_body* body, colored_links_state* state) {
         state->rest_squared[i] = link != PLI_NULL_INDEX ? fmaxf(body->links[link].rest_length_squared, FLT_MIN) : 1.0f;
         state->weights[i] = mass_term > 0.0f ? 1.0f / mass_term : 0.0f;
     }
-    state->link_revision = body->link_revision;
 }
 
 static void colored_links_sweep(pli_body* body, void* data) {
@@ -59,9 +57,12 @@ static bool colored_links_choose_sweep(pli_body* body, colored_links_state* stat
     return is_ready;
 }
 
-static void colored_links_prepare(pli_body* body, void* state) {
-    (void)colored_links_choose_sweep(body, state); /* without memory links keep their order in this step */
+static void colored_links_prepare(pli_body* body, void* data) {
+    colored_links_state* state = data;
+    if (state->link_revision == body->link_revision) { return; }
+    if (!colored_links_choose_sweep(body, state)) { return; } /* without memory links keep their order in this step */
     if (body->sweep_links == colored_links_sweep) { colored_links_refresh(body, state); }
+    state->link_revision = body->link_revision;
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature

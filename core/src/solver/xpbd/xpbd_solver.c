@@ -132,11 +132,12 @@ static void xpbd_solve(pli_body* body) {
     const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
+    plii_substep_kinds kinds = state->kinds;
     plii_substep substep = {.dt = step->dt / parts,
                             .inverse_dt = step->inverse_dt * parts,
                             .displacements = state->displacements,
-                            .start_displacements = state->start_displacements};
-    plii_substep_kinds kinds = state->kinds;
+                            .start_displacements = state->start_displacements,
+                            .limits = &kinds.limits};
     plii_substep_kinds_begin(body, &kinds, false);
     xpbd_substeps(body, state, &kinds, &substep);
     plii_run_stage(body, PLII_STAGE_FINISH);
