@@ -155,6 +155,20 @@ static inline void plii_rigid_apply_impulse(pli_rigid* rigid, pli_vec3 impulse, 
         pli_vec3_add(rigid->state.angular_velocity, pli_vec3_mul(spin, rigid->angular_factor));
 }
 
+/* The angular velocity that a unit impulse along a unit vector brings; 1/(kg m). */
+static inline pli_vec3 plii_rigid_spin_of(const pli_rigid* rigid, pli_vec3 direction, pli_vec3 offset) {
+    const pli_vec3 torque = pli_vec3_cross(offset, pli_vec3_mul(direction, rigid->linear_factor));
+    return pli_vec3_mul(pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, torque), rigid->angular_factor);
+}
+/* plii_rigid_apply_impulse along such a direction. */
+static inline void plii_rigid_apply_along(pli_rigid* rigid, pli_vec3 direction, pli_vec3 spin, float impulse) {
+    const float change = rigid->state.inverse_mass * impulse;
+    if (change == 0.0f) { return; }
+    rigid->state.linear_velocity = pli_vec3_add(rigid->state.linear_velocity,
+                                                pli_vec3_scale(pli_vec3_mul(direction, rigid->linear_factor), change));
+    rigid->state.angular_velocity = pli_vec3_add(rigid->state.angular_velocity, pli_vec3_scale(spin, impulse));
+}
+
 /* btRigidBody::applyTorqueImpulse. */
 static inline void plii_rigid_apply_torque_impulse(pli_rigid* rigid, pli_vec3 impulse) {
     const pli_vec3 spin = pli_mat3_mul_vec3(rigid->state.inverse_inertia_world, impulse);

@@ -39,7 +39,7 @@ static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt
 
 static void substep_rigid_move(pli_rigid* rigid, float dt) {
     plii_rigid_path* path = &rigid->path;
-    const plii_twist velocity = plii_twist_add(plii_rigid_velocity(rigid), path->drift);
+    const plii_twist velocity = plii_substep_rigid_velocity(rigid);
     path->moved = plii_twist_add(path->moved, plii_twist_scale(velocity, dt));
 }
 

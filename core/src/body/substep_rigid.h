@@ -23,10 +23,14 @@ static inline pli_vec3 plii_substep_rigid_point_moved(const plii_substep_rigid_p
     const plii_twist moved = point->rigid->path.moved;
     return pli_vec3_add(moved.linear, pli_vec3_cross(moved.angular, point->offset));
 }
+/* m/s and rad/s, of the substep */
+static inline plii_twist plii_substep_rigid_velocity(const pli_rigid* rigid) {
+    return plii_twist_add(plii_rigid_velocity(rigid), rigid->path.drift);
+}
 /* m, within the substep */
 static inline pli_vec3 plii_substep_rigid_point_motion(const plii_substep_rigid_point* point,
                                                        const plii_substep* substep) {
-    const plii_twist velocity = plii_twist_add(plii_rigid_velocity(point->rigid), point->rigid->path.drift);
+    const plii_twist velocity = plii_substep_rigid_velocity(point->rigid);
     return pli_vec3_scale(pli_vec3_add(velocity.linear, pli_vec3_cross(velocity.angular, point->offset)), substep->dt);
 }
 /* A correction in kg m, as the multiplier times a gradient; the opposite of what the node gets. */

@@ -6,65 +6,72 @@
 
 enum { POINT_CONTACTS_HOLD_PASSES = 10 };
 
-plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, pli_rigid* rigid) {
-    if (!PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) { return NULL; }
-    plii_substep_follow_rigid(body, rigid);
-    plii_point_contact* contact = &contacts->items[contacts->count++];
-    *contact = (plii_point_contact){.surface.rigid = rigid};
-    contact->nodes[0] = contact->nodes[1] = contact->nodes[2] = PLI_NULL_INDEX;
-    return contact;
+static float point_inverse_mass(const pli_body* body, const plii_point_contact* contact) {
+    float sum = 0.0f;
+    for (int k = 0; k < contact->node_count; ++k) {
+        sum += contact->weights[k] * contact->weights[k] * body->positions[contact->nodes[k]].w;
+    }
+    return sum;
+}
+
+bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* contact) {
+    if (!PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) { return false; }
+    const plii_substep_rigid_point* surface = &contact->surface;
+    plii_substep_follow_rigid(body, surface->rigid);
+    plii_point_contact* added = &contacts->items[contacts->count++];
+    *added = *contact;
+    added->turn = pli_vec3_cross(surface->offset, contact->normal);
+    added->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
+    added->point_weight = point_inverse_mass(body, contact);
+    added->surface_weight = surface->rigid->state.inverse_mass + pli_vec3_dot(added->turn, added->spin);
+    return true;
 }
 
 // ------------------------------------------------------------------------------------------------------- the point
 
-static int point_node_count(const plii_point_contact* contact) {
-    int count = 0;
-    while (count < 3 && contact->nodes[count] != PLI_NULL_INDEX) {
-        ++count;
-    }
-    return count;
-}
-
-static pli_vec3 point_position(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
-                               const plii_point_contact* contact) {
-    pli_vec3 sum = pli_vec3_make(0, 0, 0);
-    for (int k = 0; k < point_node_count(contact); ++k) {
-        const int node = contact->nodes[k];
-        const pli_vec3 x = plii_substep_place(body, substep, displacements, node);
-        sum = pli_vec3_add(sum, pli_vec3_scale(x, contact->weights[k]));
+static float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
+                          const plii_point_contact* contact) {
+    float sum = contact->offset;
+    for (int k = 0; k < contact->node_count; ++k) {
+        const pli_vec3 x = plii_substep_place(body, substep, displacements, contact->nodes[k]);
+        sum += contact->weights[k] * pli_vec3_dot(contact->normal, x);
     }
     return sum;
 }
 
 static pli_vec3 point_motion(const plii_substep* substep, const plii_point_contact* contact) {
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
-    for (int k = 0; k < point_node_count(contact); ++k) {
+    for (int k = 0; k < contact->node_count; ++k) {
         sum = pli_vec3_add(sum, pli_vec3_scale(plii_substep_motion(substep, contact->nodes[k]), contact->weights[k]));
     }
     return sum;
 }
 
-static float point_inverse_mass(const plii_substep* substep, const plii_point_contact* contact) {
-    float sum = 0.0f;
-    for (int k = 0; k < point_node_count(contact); ++k) {
-        sum += contact->weights[k] * contact->weights[k] * substep->displacements[contact->nodes[k]].w;
-    }
-    return sum;
+/* How far a motion of the rigid body brings the surface along the normal, m. */
+static float point_raise(const plii_point_contact* contact, plii_twist motion) {
+    return pli_vec3_dot(contact->normal, motion.linear) + pli_vec3_dot(contact->turn, motion.angular);
+}
+static float point_raised(const plii_point_contact* contact) { /* in the substeps before this one */
+    return point_raise(contact, contact->surface.rigid->path.moved);
+}
+static float point_raise_of_substep(const plii_point_contact* contact, const plii_substep* substep) {
+    return point_raise(contact, plii_substep_rigid_velocity(contact->surface.rigid)) * substep->dt;
+}
+/* kg m along the normal, against the surface. */
+static void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
+    plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_dt);
+    contact->surface.rigid->path.is_pushed = true;
 }
 
 /* How far it can go away from the rigid body: as far as its nodes can, each on its own. */
 static float point_room(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
     float room = 0.0f;
-    for (int k = 0; k < point_node_count(contact); ++k) {
+    for (int k = 0; k < contact->node_count; ++k) {
         const int node = contact->nodes[k];
         if (!(contact->weights[k] > 0.0f) || !(substep->displacements[node].w > 0.0f)) { continue; }
         room += contact->weights[k] * plii_substep_room(body, substep, node, contact->normal);
     }
     return room;
-}
-
-static float point_gap(const plii_point_contact* contact, pli_vec3 point, pli_vec3 surface) {
-    return pli_vec3_dot(contact->normal, pli_vec3_sub(point, surface)) + contact->offset;
 }
 
 // ------------------------------------------------------------------------------------------------------- restarting
@@ -76,7 +83,7 @@ static void point_recover(const pli_body* body, const plii_substep* substep, pli
     if (!(gap < 0.0f) || !(contact->point_weight > 0.0f)) { return; }
     const float shift = plii_min(plii_min(-gap, most), point_room(body, substep, contact));
     if (!(shift > 0.0f)) { return; }
-    for (int k = 0; k < point_node_count(contact); ++k) {
+    for (int k = 0; k < contact->node_count; ++k) {
         const int node = contact->nodes[k];
         const float share = contact->weights[k] * substep->displacements[node].w / contact->point_weight;
         plii_substep_shift(substep, node, pli_vec3_scale(contact->normal, share * shift));
@@ -88,10 +95,7 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
                                  float recovery_speed) {
     for (int i = 0; i < contacts->count; ++i) {
         plii_point_contact* contact = &contacts->items[i];
-        const float gap = point_gap(contact, point_position(body, substep, substep->start_displacements, contact),
-                                    plii_substep_rigid_point_moved(&contact->surface));
-        contact->point_weight = point_inverse_mass(substep, contact);
-        contact->surface_weight = plii_substep_rigid_point_weight(&contact->surface, contact->normal);
+        const float gap = point_height(body, substep, substep->start_displacements, contact) - point_raised(contact);
         point_recover(body, substep, contact, gap, recovery_speed * substep->dt);
         contact->push = contact->held_push = 0.0f;
         contact->friction = contact->held_friction = pli_vec3_make(0, 0, 0);
@@ -101,20 +105,17 @@ void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, 
 // -------------------------------------------------------------------------------------- what holds the points
 
 static float point_allowance(const pli_body* body, const plii_substep* substep, const plii_point_contact* contact) {
-    const float gap = point_gap(contact, point_position(body, substep, substep->displacements, contact),
-                                plii_substep_rigid_point_moved(&contact->surface));
+    const float gap = point_height(body, substep, substep->displacements, contact) - point_raised(contact);
     const float room = plii_max(point_room(body, substep, contact) + plii_min(gap, 0.0f), 0.0f);
     return plii_max(gap, 0.0f) + plii_substep_braked(room, substep);
 }
 
 /* The rigid body stops there, and is not thrown back. */
 static bool point_hold(const plii_substep* substep, plii_point_contact* contact) {
-    const float approach =
-        pli_vec3_dot(plii_substep_rigid_point_motion(&contact->surface, substep), contact->normal) - contact->allowance;
+    const float approach = point_raise_of_substep(contact, substep) - contact->allowance;
     const float push = plii_max(contact->held_push + approach / contact->surface_weight, 0.0f);
     if (push == contact->held_push || !plii_is_finite(push)) { return false; }
-    plii_substep_rigid_point_push(&contact->surface, pli_vec3_scale(contact->normal, contact->held_push - push),
-                                  substep);
+    point_press_surface(contact, push - contact->held_push, substep);
     contact->held_push = push;
     return true;
 }
@@ -157,22 +158,21 @@ static void point_contacts_hold(const pli_body* body, plii_point_contacts* conta
 // ---------------------------------------------------------------------------------------------------------- sweeping
 
 static void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
-    for (int k = 0; k < point_node_count(contact); ++k) {
+    for (int k = 0; k < contact->node_count; ++k) {
         plii_substep_move(substep, contact->nodes[k], push, contact->weights[k]);
     }
-    plii_substep_rigid_point_push(&contact->surface, pli_vec3_neg(push), substep);
 }
 
 static void point_press(const pli_body* body, const plii_substep* substep, float alpha, plii_point_contact* contact) {
-    const pli_vec3 surface = pli_vec3_add(plii_substep_rigid_point_moved(&contact->surface),
-                                          plii_substep_rigid_point_motion(&contact->surface, substep));
-    const float error =
-        point_gap(contact, point_position(body, substep, substep->displacements, contact), surface) - contact->floor;
+    const float error = point_height(body, substep, substep->displacements, contact) - point_raised(contact) -
+                        point_raise_of_substep(contact, substep) - contact->floor;
     const float before = contact->push;
     if (before == 0.0f && !(error < 0.0f)) { return; }
     const float weight = contact->point_weight + contact->surface_weight;
     contact->push = plii_max(before + plii_contact_multiplier(error, weight, alpha, before), 0.0f);
-    point_push(substep, contact, pli_vec3_scale(contact->normal, contact->push - before));
+    const float push = contact->push - before;
+    point_push(substep, contact, pli_vec3_scale(contact->normal, push));
+    point_press_surface(contact, push, substep);
 }
 
 static void point_rub(const plii_substep* substep, plii_point_contact* contact) {
@@ -186,7 +186,9 @@ static void point_rub(const plii_substep* substep, plii_point_contact* contact) 
     const float weight = contact->point_weight + plii_substep_rigid_point_weight(&contact->surface, along);
     const pli_vec3 friction = plii_contact_friction(before, sliding, weight, contact->coefficient * contact->push);
     if (!plii_vec3_is_finite(friction)) { return; }
-    point_push(substep, contact, pli_vec3_sub(friction, before));
+    const pli_vec3 push = pli_vec3_sub(friction, before);
+    point_push(substep, contact, push);
+    plii_substep_rigid_point_push(&contact->surface, pli_vec3_neg(push), substep);
     contact->friction = friction;
 }
 

@@ -13,13 +13,15 @@ typedef struct plii_point_contact {
     pli_vec3 normal; /* out of the rigid body */
     float offset;    /* of the plane that is kept free, at the start of the step; m */
     plii_substep_rigid_point surface;
-    int nodes[3]; /* PLI_NULL_INDEX after the last one */
+    int node_count, nodes[3];
     float weights[3];
     float coefficient; /* of friction */
-    /* For one substep. */
+    /* For one step. */
+    pli_vec3 turn, spin; /* m, of the normal at the surface; spin per impulse along the normal, 1/(kg m) */
     float point_weight, surface_weight; /* inverse masses along the normal, 1/kg */
-    float floor;                        /* m, lowest gap that the sweeps allow */
-    float allowance;                    /* m, that the surface may come nearer to what holds the point */
+    /* For one substep. */
+    float floor;           /* m, lowest gap that the sweeps allow */
+    float allowance;       /* m, that the surface may come nearer to what holds the point */
     float push, held_push; /* kg m along the normal: between point and surface, and of what holds the point */
     pli_vec3 friction, held_friction;
 } plii_point_contact;
@@ -29,8 +31,8 @@ typedef struct plii_point_contacts {
     int count, capacity;
 } plii_point_contacts;
 
-/* One that is not held yet; NULL without memory. `nodes` with `weights` are set by the caller. */
-plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, pli_rigid* rigid);
+/* Of the contact all is set that outlives a step. False without memory. */
+bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* contact);
 /* Hooks of substeps. `recovery_speed`: m/s, `compliance`: m/N */
 void plii_point_contacts_restart(pli_body* body, plii_point_contacts* contacts, const plii_substep* substep,
                                  float recovery_speed);
