@@ -175,7 +175,7 @@ static void test_room_for_contacts(void** state) {
     assert_true(measure_room(use_rigid_contacts, true, false) == 0);
     assert_true(measure_room(use_rigid_contacts, true, true) == 2 * 104 * nodes);
     assert_true(measure_room(use_soft_contacts, true, false) == 0);
-    const double expected = 2 * (336 * nodes + 4 * faces) + 8 * NODES + 64 * faces;
+    const double expected = 2 * (4 * 64 * nodes + 4 * faces) + 8 * NODES + 64 * faces;
     check_near(measure_room(use_soft_contacts, false, true) / expected, 1, 0.001);
 }
 

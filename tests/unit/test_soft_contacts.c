@@ -87,8 +87,12 @@ static double brute_distance(pli_vec3 p, pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return best;
 }
 
-/* Checks the contacts of the nodes of one body with the faces of another against all pairs. */
-static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float margins) {
+enum { MOST_PER_NODE = 3 };
+
+/* Checks the contacts of the nodes of one body with the faces of another against all pairs: nodes with a face in reach
+   have one to three; the first one is the nearest face, unless it holds the node on the side that it came from. Returns
+   how many there are, and adds those that hold. */
+static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float margins, int* holding) {
     const pli_body_view a = pli_body_get_view(nodes), b = pli_body_get_view(faces);
     const int count = pli_body_get_soft_contacts(nodes, 0, NULL);
     pli_soft_contact* contacts = calloc((size_t)count + 1, sizeof *contacts);
@@ -99,37 +103,43 @@ static int check_all_pairs(const pli_body* nodes, const pli_body* faces, float m
         const pli_vec3 motion = pli_vec3_sub(xyz(b.positions[i]), xyz(b.previous[i]));
         common = pli_vec3_add(common, pli_vec3_scale(motion, 1.0f / (float)b.node_count));
     }
-    int next = 0, matched = 0;
+    int next = 0;
     for (int i = 0; i < a.node_count; ++i) {
-        /* In ascending order of nodes; of the faces of a node in any. */
         const int first = next;
         for (; next < count && contacts[next].node == i; ++next) {}
         const pli_vec3 p = xyz(a.positions[i]);
         const pli_vec3 motion = pli_vec3_sub(pli_vec3_sub(p, xyz(a.previous[i])), common);
         const double reach = (double)margins + 2 * (double)pli_vec3_length(motion);
+        double nearest = 1e30;
         for (int k = 0; k < b.face_count; ++k) {
             const int* face = &b.face_nodes[3 * k];
-            const pli_vec3 x[3] = {xyz(b.positions[face[0]]), xyz(b.positions[face[1]]), xyz(b.positions[face[2]])};
-            const double distance = brute_distance(p, x[0], x[1], x[2]);
-            const pli_soft_contact* contact = &contacts[first];
-            for (; contact < &contacts[next] && contact->face != k; ++contact) {}
-            const bool is_contact = contact < &contacts[next];
-            if (distance < reach - 1e-5) { assert_true(is_contact); }
-            if (distance > reach + 1e-5) { assert_false(is_contact); }
-            if (!is_contact) { continue; }
+            nearest = fmin(nearest, brute_distance(p, xyz(b.positions[face[0]]), xyz(b.positions[face[1]]),
+                                                   xyz(b.positions[face[2]])));
+        }
+        if (nearest < reach - 1e-5) { assert_true(next > first); }
+        if (nearest > reach + 1e-5) { assert_true(next == first); }
+        assert_true(next - first <= MOST_PER_NODE);
+        for (int c = first; c < next; ++c) {
+            const pli_soft_contact* contact = &contacts[c];
+            const int* face = &b.face_nodes[3 * contact->face];
             const float* w = contact->weights;
-            const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(x[0], w[0]), pli_vec3_scale(x[1], w[1])),
-                                                pli_vec3_scale(x[2], w[2]));
+            pli_vec3 point = pli_vec3_make(0, 0, 0);
+            for (int k = 0; k < 3; ++k) {
+                point = pli_vec3_add(point, pli_vec3_scale(xyz(b.positions[face[k]]), w[k]));
+            }
             const pli_vec3 offset = pli_vec3_sub(p, point);
-            check_near(pli_vec3_length(offset), distance, 2e-5);
-            check_near(pli_vec3_dot(offset, contact->normal), distance, 2e-5);
-            check_near(contact->margin, reach, 1e-6);
+            const bool holds = pli_vec3_dot(offset, contact->normal) < 0;
+            *holding += holds;
+            check_near(w[0] + w[1] + w[2], 1, 1e-5);
+            check_near(pli_vec3_length(contact->normal), 1, 1e-5);
+            assert_true((double)contact->margin >= (double)margins - 1e-6 && (double)contact->margin <= reach + 1e-6);
             assert_ptr_equal(contact->face_body, faces);
-            ++matched;
+            if (holds) { continue; }
+            check_near(pli_vec3_dot(offset, contact->normal), pli_vec3_length(offset), 2e-5);
+            if (c == first) { check_near(pli_vec3_length(offset), nearest, 2e-5); }
         }
     }
     assert_int_equal(next, count);
-    assert_int_equal(matched, count);
     free(contacts);
     return count;
 }
@@ -140,15 +150,17 @@ static void test_soft_contacts_finds_all_pairs(void** state) {
     pli_body* b = make_ball(f, pli_vec3_make(0.5f, 1.2f, 0.6f), pli_vec3_make(1.2f, 0.3f, 0.1f), 0.08f);
     pli_body_add_velocity(a, pli_vec3_make(5, 1, 0));
     pli_body_add_velocity(b, pli_vec3_make(-9, 0, 2));
-    int contacts = 0;
+    int contacts = 0, holding = 0;
     for (int i = 0; i < 10; ++i) {
         assert_int_equal(pli_world_predict(f->world, dt), PLI_OK);
         assert_int_equal(pli_world_collide_bodies(f->world, a, b), PLI_OK);
-        contacts += check_all_pairs(a, b, 0.13f);
-        contacts += check_all_pairs(b, a, 0.13f);
+        contacts += check_all_pairs(a, b, 0.13f, &holding);
+        contacts += check_all_pairs(b, a, 0.13f, &holding);
         assert_int_equal(pli_world_solve(f->world), PLI_OK);
     }
-    assert_true(contacts > 1000);
+    print_message("%d contacts, %d hold\n", contacts, holding);
+    assert_true(contacts > 500);
+    assert_true(holding > 10);
 }
 
 /* Bodies are solved one after the other. As in Bullet, what a contact does to a body that was solved before moves its
@@ -164,7 +176,7 @@ static void test_soft_contacts_keep_momentum(void** state) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
         contacts += pli_body_get_soft_contacts(node, 0, NULL);
         const pli_vec3 now = pli_vec3_add(pli_body_momentum(node), pli_body_momentum(triangle));
-        check_at_most(pli_vec3_length(pli_vec3_sub(now, before)), 2e-5);
+        check_at_most(pli_vec3_length(pli_vec3_sub(now, before)), 4e-5); /* of 3.7 */
     }
     assert_true(contacts > 0);
     assert_true(pli_body_momentum(triangle).y < -1);
@@ -188,7 +200,9 @@ static void test_soft_contacts_node_on_a_face_gets_a_normal(void** state) {
         check_near(contact.normal.x, 0, 0);
         check_near(contact.normal.y, side, 0);
         assert_int_equal(pli_world_solve(f->world), PLI_OK);
-        assert_true(pli_body_get_view(node).positions[0].y * side > 0.1f);
+        const float height = pli_body_get_view(node).positions[0].y - pli_body_get_view(triangle).positions[0].y;
+        print_message("height %g\n", (double)height);
+        assert_true(height * side > 0.1f);
         assert_false(pli_body_is_frozen(node));
         pli_body_destroy(node);
         pli_body_destroy(triangle);
@@ -224,13 +238,13 @@ static void test_soft_contacts_share_by_mass(void** state) {
     pli_body* triangle = make_triangle(f, 1, 2, 0.1f, false);
     pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
-    const float y = 0.1f - dt, margin = 0.2f + 2 * dt;
+    const float y = 0.1f - dt; /* it goes by dt; half of the margins overlap from before, and go at 1 m/s */
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     /* At the centroid the face counts with the mean inverse mass 0.5 of its nodes. */
     const pli_body_view n = pli_body_get_view(node), t = pli_body_get_view(triangle);
-    check_near(n.positions[0].y, y + (margin - y) * (1.0f / 1.5f), 1e-6);
+    check_near(n.positions[0].y, y + 2 * dt * (1.0f / 1.5f), 1e-6);
     for (int i = 0; i < 3; ++i) {
-        check_near(t.positions[i].y, -(margin - y) * (0.5f / 1.5f) / 3, 1e-6);
+        check_near(t.positions[i].y, -2 * dt * (0.5f / 1.5f) / 3, 1e-6);
     }
 }
 
@@ -242,7 +256,7 @@ static void test_soft_contacts_with_a_pinned_face(void** state) {
     pli_body* node = make_node(f, pli_vec3_make(0, 0.1f, -1.0f / 3), 1, 0.1f, false);
     assert_int_equal(pli_body_set_node_velocity(node, 0, pli_vec3_make(0, -1, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    check_near(pli_body_get_view(node).positions[0].y, 0.2f + 2 * dt, 1e-6);
+    check_near(pli_body_get_view(node).positions[0].y, 0.1f - dt + 2 * dt, 1e-6);
     for (int i = 0; i < 3; ++i) {
         check_near(pli_body_get_view(triangle).positions[i].y, 0, 0);
     }
@@ -416,14 +430,24 @@ static void set_iterations(pli_body* const bodies[2], int count) {
     }
 }
 
-/* Sheets whose nodes lie on the faces of each other. What they gain in 10 s must stay what gravity gives. */
-static void check_same_place(const fixture* f, pli_body* const sheets[2], double most_energy) {
-    double most = 0;
+/* J, down from y = 0. */
+static double work_of_gravity(const pli_body* body, float gravity) {
+    const pli_body_view view = pli_body_get_view(body);
+    double work = 0;
+    for (int i = 0; i < view.node_count; ++i) {
+        const pli_vec4 x = view.positions[i];
+        if (x.w > 0) { work -= (double)(gravity * x.y / x.w); }
+    }
+    return work;
+}
+
+/* Sheets whose nodes lie on the faces of each other. In 10 s they never have more than gravity gave, and `slack`. */
+static void check_same_place(const fixture* f, pli_body* const sheets[2], float gravity, double slack) {
     for (int step = 0; step < 600; ++step) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-        most = fmax(most, kinetic_energy(sheets[0]) + kinetic_energy(sheets[1]));
+        const double given = work_of_gravity(sheets[0], gravity) + work_of_gravity(sheets[1], gravity);
+        check_at_most(kinetic_energy(sheets[0]) + kinetic_energy(sheets[1]), given + slack);
     }
-    check_at_most(most, most_energy);
 }
 
 static void test_soft_contacts_in_the_same_place(void** state) {
@@ -437,7 +461,7 @@ static void test_soft_contacts_in_the_same_place(void** state) {
     for (int k = 0; k < 2; ++k) {
         assert_int_equal(pli_body_enable_soft_contacts(sheets[k], &contacts), PLI_OK);
     }
-    check_same_place(f, sheets, 0.3);
+    check_same_place(f, sheets, 10, 0);
 }
 
 /* They part, one to each side, and no node is pushed along them. */
@@ -452,13 +476,13 @@ static void check_same_place_with_springs(const fixture* f, pli_implicit_method 
     set_iterations(sheets, 10);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     const pli_body_view a = pli_body_get_view(sheets[0]), b = pli_body_get_view(sheets[1]);
-    assert_true(fabsf(a.positions[7].y) > 0.01f);
-    assert_true(fabsf(b.positions[8].y) > 0.01f);
+    assert_true(fabsf(a.positions[7].y) > 0.005f);
+    assert_true(fabsf(b.positions[8].y) > 0.005f);
     assert_true(a.positions[7].y * b.positions[8].y < 0);
     for (int i = 0; i < a.node_count; ++i) {
         assert_true(hypotf(a.velocities[i].x, a.velocities[i].z) < 1e-3f);
     }
-    check_same_place(f, sheets, 0.1);
+    check_same_place(f, sheets, 0, 0.1);
 }
 
 static void test_soft_contacts_in_the_same_place_with_sweeps(void** state) {

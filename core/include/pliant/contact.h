@@ -107,14 +107,14 @@ PLI_API int pli_body_get_rigid_face_contacts(const pli_body* body, int capacity,
 
 /// How soft bodies meet each other.
 typedef struct pli_soft_contacts_def {
-    /// 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. With XPBD Coulomb's coefficient, else
-    /// share of the sliding that a contact takes away. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; the larger of the two bodies counts. Coulomb's coefficient; with
+    /// `bullet_boxes` the share of the sliding that a contact takes away. Bullet name: kDF
     float friction;
     float hardness; ///< [0, 1], default 1: share of the overlap removed per iteration, not with XPBD. Bullet name: kSHR
     float compliance; ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid), of this body's nodes. XPBD only
     /// m/s, 0 to PLI_MAX_SPEED: an overlap from before the step, with XPBD from before the substep, goes at this speed
-    /// at most and leaves none. 0 (default): 1 m/s; position-based solver: at once, leaving its depth per step as a
-    /// speed, as in btSoftBody. There bodies that overlap or cross need it, lest they gain energy.
+    /// at most and leaves none. 0 (default): 1 m/s; with `bullet_boxes` at once, leaving its depth per step as a
+    /// speed, as in btSoftBody.
     float recovery_speed;
     /// Reference mode only: keep Bullet's fat boxes from step to step and search with them, so that the same pairs are
     /// found as by btSoftBody; default false: search with boxes that cover the whole reach of a contact.

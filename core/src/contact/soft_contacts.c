@@ -49,6 +49,7 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
 static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
     state->count = 0;
+    state->step += 1;
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
     soft_contacts_update_boxes(body, state);
@@ -78,6 +79,7 @@ static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state
 
 static void soft_contacts_disable(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
+    body->sweeping_features -= state->is_sweeping;
     body->soft_node_boxes = NULL;
     plii_soft_substeps_release(body, state);
     plii_bvh_free(body->context, &state->tree);
@@ -91,6 +93,7 @@ static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
 }
 
 static const plii_feature_array soft_contacts_arrays[] = {
+    {PLII_MEMBER(plii_soft_contacts_state, sides), PLII_PER_NODE},
     {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true},
     {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true},
     {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity)},
@@ -172,6 +175,8 @@ pli_status pli_body_enable_soft_contacts(pli_body* body, const pli_soft_contacts
         return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for boxes");
     }
     if (!used.bullet_boxes) { soft_contacts_release_boxes(body, state); }
+    body->sweeping_features += !used.bullet_boxes - state->is_sweeping;
+    state->is_sweeping = !used.bullet_boxes;
     state->def = used;
     return PLI_OK;
 }

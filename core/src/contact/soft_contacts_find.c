@@ -17,29 +17,10 @@
 #include <float.h>
 #include <string.h>
 
-/* Faces whose doubled area is below this share of the longest edge squared have no normal. */
-#define SOFT_CONTACTS_MIN_SHAPE 1e-6f
-
-/* Contacts of a node that lies on a face act along that face when the cosine of their normals is below this. */
-#define SOFT_CONTACTS_MIN_ACROSS 0.1f
-
 // ------------------------------------------------------------------------------------------------------- one candidate
 
-/* Nodes of one body against faces of another. */
-typedef struct soft_contacts_pass {
-    pli_body* node_body;
-    plii_soft_contacts_state* node_state;
-    pli_body* face_body;
-    plii_soft_contacts_state* face_state;
-    plii_soft_contacts_state* search;
-    float margin;           /* sum of both */
-    pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
-    bool use_boxes;
-    bool is_second; /* the nodes are those of the second body */
-} soft_contacts_pass;
-
 /* How far a node looks for faces. */
-static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
+static float soft_contacts_reach(const plii_soft_contacts_pass* pass, int node) {
     const pli_vec3 motion =
         pli_vec3_sub(plii_soft_contacts_position(pass->node_body, node), plii_xyz(pass->node_body->previous[node]));
     return pass->margin + pli_vec3_length(pli_vec3_sub(motion, pass->common_motion)) * 2.0f;
@@ -48,7 +29,8 @@ static float soft_contacts_reach(const soft_contacts_pass* pass, int node) {
 /* The normal for a node that lies on its face: that of the face, to the side where the node was before. Where it lay on
    the face then, too, nodes of the first body go one way and those of the second the other, so that bodies in the same
    place part. */
-static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int node, const int* face, pli_vec3 weights) {
+pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
+                                        pli_vec3 weights) {
     const pli_vec3 a = plii_soft_contacts_position(pass->face_body, face[0]);
     const pli_vec3 cross = pli_vec3_cross(pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[1]), a),
                                           pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[2]), a));
@@ -64,84 +46,58 @@ static pli_vec3 soft_contacts_face_normal(const soft_contacts_pass* pass, int no
     return is_opposite ? pli_vec3_neg(normal) : normal;
 }
 
-/* The nearest point of a face, relative to the node, and its weights where they come with it, unless it is certainly
-   farther than `reach`. */
-static bool soft_contacts_project(const soft_contacts_pass* pass, pli_vec3 a, pli_vec3 b, pli_vec3 c, float reach,
-                                  pli_vec3* point, float* distance_squared, pli_vec3* weights) {
-    if (pass->use_boxes) {
-        return plii_project_origin_on_triangle(a, b, c, PLII_EPSILON, PLII_EPSILON, point, distance_squared);
-    }
-    const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), normal = pli_vec3_cross(ab, ac);
-    const float area_squared = pli_vec3_length_squared(normal), height = pli_vec3_dot(a, normal);
-    if (height * height > 1.001f * reach * reach * area_squared) { return false; }
-    const float longest = plii_max(pli_vec3_length_squared(ab),
-                                   plii_max(pli_vec3_length_squared(pli_vec3_sub(c, b)), pli_vec3_length_squared(ac)));
-    const float min_area = SOFT_CONTACTS_MIN_SHAPE * longest;
-    if (!(area_squared > plii_max(min_area * min_area, FLT_MIN))) { return false; }
-    plii_closest_feature place;
-    *point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), a, b, c, &place);
-    *weights = place.weights;
-    *distance_squared = pli_vec3_length_squared(*point);
-    return true;
-}
-
-/* *on_face becomes the contact when the node lies on the face. */
-static pli_status soft_contacts_test(const soft_contacts_pass* pass, int node, float margin, int face_index,
-                                     int* on_face) {
+pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact) {
     const pli_body* face_body = pass->face_body;
-    const int* face = face_body->topology->faces[face_index];
-    const pli_vec3 origin = plii_soft_contacts_position(pass->node_body, node);
-    const pli_vec3 x[3] = {plii_soft_contacts_position(face_body, face[0]),
-                           plii_soft_contacts_position(face_body, face[1]),
-                           plii_soft_contacts_position(face_body, face[2])};
-    pli_vec3 point, weights;
-    float distance_squared;
-    if (!soft_contacts_project(pass, pli_vec3_sub(x[0], origin), pli_vec3_sub(x[1], origin), pli_vec3_sub(x[2], origin),
-                               margin, &point, &distance_squared, &weights)) {
-        return PLI_OK;
-    }
-    if (!(distance_squared < margin * margin)) { return PLI_OK; }
-
-    if (pass->use_boxes) { weights = plii_barycentric_by_areas(x[0], x[1], x[2], pli_vec3_add(point, origin)); }
-    const float node_response = pass->node_body->positions[node].w;
+    const int* face = face_body->topology->faces[contact.face];
+    const pli_vec3 weights = contact.weights;
+    const float node_response = pass->node_body->positions[contact.node].w;
     const float w[3] = {face_body->positions[face[0]].w, face_body->positions[face[1]].w,
                         face_body->positions[face[2]].w};
     /* One pinned node makes the whole face immovable. */
     const bool is_pinned = w[0] <= 0.0f || w[1] <= 0.0f || w[2] <= 0.0f;
     const float face_response = is_pinned ? 0.0f : w[0] * weights.x + w[1] * weights.y + w[2] * weights.z;
     const float sum = node_response + face_response;
-    if (!(sum > 0.0f)) { return PLI_OK; }
-
-    /* A direction of the length of rounding errors means nothing; Bullet's is kept while it is a number. */
-    const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(origin);
-    const float distance = sqrtf(distance_squared);
-    const pli_vec3 normal =
-        distance > noise ? plii_vec3_divide(point, -distance) : soft_contacts_face_normal(pass, node, face, weights);
-    if (!plii_vec3_is_finite(normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
-
+    if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
-    pli_context* context = pass->node_body->context;
-    if (!PLII_RESERVE(context, &state->contacts, &state->capacity, state->count + 1)) {
+    if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
-    if (!(distance > noise)) { *on_face = state->count; }
-    plii_soft_contact* contact = &state->contacts[state->count++];
-    contact->face_body = pass->face_body;
-    contact->node = node;
-    contact->face = face_index;
-    contact->weights = weights;
-    contact->normal = normal;
-    contact->margin = margin;
-    contact->friction = plii_max(state->def.friction, pass->face_state->def.friction);
-    contact->node_share = node_response / sum * state->def.hardness;
-    contact->face_share = face_response / sum * pass->face_state->def.hardness;
+    contact.face_body = pass->face_body;
+    contact.friction = plii_max(state->def.friction, pass->face_state->def.friction);
+    contact.node_share = node_response / sum * state->def.hardness;
+    contact.face_share = face_response / sum * pass->face_state->def.hardness;
+    contact.is_bullet = pass->use_boxes;
+    state->contacts[state->count++] = contact;
     return PLI_OK;
+}
+
+/* As Bullet does it. */
+static pli_status soft_contacts_test(const plii_soft_contacts_pass* pass, int node, float margin, int face_index) {
+    const int* face = pass->face_body->topology->faces[face_index];
+    const pli_vec3 origin = plii_soft_contacts_position(pass->node_body, node);
+    const pli_vec3 a = plii_soft_contacts_position(pass->face_body, face[0]);
+    const pli_vec3 b = plii_soft_contacts_position(pass->face_body, face[1]);
+    const pli_vec3 c = plii_soft_contacts_position(pass->face_body, face[2]);
+    pli_vec3 point;
+    float distance_squared;
+    if (!plii_project_origin_on_triangle(pli_vec3_sub(a, origin), pli_vec3_sub(b, origin), pli_vec3_sub(c, origin),
+                                         PLII_EPSILON, PLII_EPSILON, &point, &distance_squared) ||
+        !(distance_squared < margin * margin)) {
+        return PLI_OK;
+    }
+    const pli_vec3 weights = plii_barycentric_by_areas(a, b, c, pli_vec3_add(point, origin));
+    const float distance = sqrtf(distance_squared);
+    const pli_vec3 normal = distance > 0.0f ? plii_vec3_divide(point, -distance)
+                                            : plii_soft_contacts_face_normal(pass, node, face, weights);
+    return plii_soft_contacts_append(
+        pass,
+        (plii_soft_contact){.node = node, .face = face_index, .weights = weights, .normal = normal, .margin = margin});
 }
 
 // ------------------------------------------------------------------------------------------------------- finding pairs
 
 /* All nodes and faces with finite boxes that can meet. */
-static void soft_contacts_collect_boxes(const soft_contacts_pass* pass) {
+static void soft_contacts_collect_boxes(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_bounds all = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int i = 0; i < pass->node_body->node_count; ++i) {
@@ -161,7 +117,7 @@ static void soft_contacts_collect_boxes(const soft_contacts_pass* pass) {
 
 /* Nodes whose reach touches the bounds of the other body, and the faces there. The positions of predicted bodies are
    finite. */
-static void soft_contacts_collect_near(const soft_contacts_pass* pass) {
+static void soft_contacts_collect_near(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
     const plii_float4 body_low = plii_lanes_from_vec3(&face_body->bounds.min);
@@ -229,8 +185,8 @@ static bool soft_contacts_reserve_search(pli_context* context, plii_soft_contact
 
 /* Of large bodies most nodes are far from others. */
 #define SOFT_CONTACTS_MAX_ROOM 1024
-/* A node beside a corner of a triangle mesh is near six faces. */
-#define SOFT_CONTACTS_PER_NODE 6
+/* Most nodes have one with each body near them. */
+#define SOFT_CONTACTS_PER_NODE 4
 
 void plii_soft_contacts_reserve(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
@@ -250,7 +206,7 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
 }
 
 /* Nodes and faces that can be near each other, and what finds the faces. False when out of memory. */
-static bool soft_contacts_collect(const soft_contacts_pass* pass) {
+static bool soft_contacts_collect(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     pli_context* context = pass->node_body->context;
     const int face_count = pass->face_body->topology->face_count;
@@ -286,7 +242,7 @@ static void soft_contacts_hit(int item, void* user) {
 }
 
 /* Faces whose contacts with a node are to be looked for: ascending, or in the order of the curve. */
-static void soft_contacts_find(const soft_contacts_pass* pass, plii_soft_contacts_node near) {
+static void soft_contacts_find(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     plii_soft_contacts_state* search = pass->search;
     search->hit_count = 0;
     if (pass->use_boxes) {
@@ -301,30 +257,19 @@ static void soft_contacts_find(const soft_contacts_pass* pass, plii_soft_contact
     if (pass->use_boxes) { soft_contacts_sort(search->hits, search->hit_count); }
 }
 
-/* The faces around the one that a node lies on would push it along that one, out of the whole surface. */
-static void soft_contacts_drop_along(plii_soft_contacts_state* state, int first, pli_vec3 normal) {
-    int kept = first;
-    for (int i = first; i < state->count; ++i) {
-        const float across = pli_vec3_dot(state->contacts[i].normal, normal);
-        if (fabsf(across) > SOFT_CONTACTS_MIN_ACROSS) { state->contacts[kept++] = state->contacts[i]; }
-    }
-    state->count = kept;
-}
-
-static pli_status soft_contacts_run_pass(const soft_contacts_pass* pass) {
+static pli_status soft_contacts_run_pass(const plii_soft_contacts_pass* pass) {
     plii_soft_contacts_state* search = pass->search;
     if (pass->face_body->topology->face_count == 0) { return PLI_OK; }
     if (!soft_contacts_collect(pass)) { return PLI_ERROR_OUT_OF_MEMORY; }
     for (int i = 0; search->face_count > 0 && i < search->node_count; ++i) {
         const plii_soft_contacts_node near = search->nodes[i];
-        const int first = pass->node_state->count;
-        int on_face = PLI_NULL_INDEX;
         soft_contacts_find(pass, near);
-        for (int k = 0; k < search->hit_count; ++k) {
-            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k], &on_face));
+        if (!pass->use_boxes) {
+            PLII_TRY(plii_soft_contacts_add_nearest(pass, near));
+            continue;
         }
-        if (on_face != PLI_NULL_INDEX && !pass->use_boxes) {
-            soft_contacts_drop_along(pass->node_state, first, pass->node_state->contacts[on_face].normal);
+        for (int k = 0; k < search->hit_count; ++k) {
+            PLII_TRY(soft_contacts_test(pass, near.node, near.reach, search->hits[k]));
         }
     }
     return PLI_OK;
@@ -344,13 +289,13 @@ static pli_vec3 soft_contacts_common_motion(const pli_body* body) {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
-    soft_contacts_pass pass = {.node_body = body,
-                               .node_state = state,
-                               .face_body = other,
-                               .face_state = other_state,
-                               .search = state,
-                               .margin = body->collision_margin + other->collision_margin,
-                               .use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL};
+    plii_soft_contacts_pass pass = {.node_body = body,
+                                    .node_state = state,
+                                    .face_body = other,
+                                    .face_state = other_state,
+                                    .search = state,
+                                    .margin = body->collision_margin + other->collision_margin,
+                                    .use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL};
     if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(other); }
     pli_status status = soft_contacts_run_pass(&pass);
     if (status == PLI_OK) {

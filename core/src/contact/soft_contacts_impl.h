@@ -1,7 +1,8 @@
 #pragma once
 
 /* Contacts of nodes with the faces of other soft bodies: state shared by the feature (soft_contacts.c), the search
-   (soft_contacts_find.c), the solve (soft_contacts_solve.c) and the part in substeps (soft_contacts_substep.c). */
+   (soft_contacts_find.c, soft_contacts_nearest.c), the solve (soft_contacts_solve.c) and the part in substeps
+   (soft_contacts_substep.c). */
 
 #include "body/substep.h"
 #include "geometry/bvh.h"
@@ -14,6 +15,7 @@ typedef struct plii_soft_contact {
     pli_vec3 weights;
     pli_vec3 normal; /* from the face to the node */
     float margin, friction;
+    bool is_bullet;               /* of Bullet's boxes: every face in reach, which is the margin */
     float node_share, face_share; /* of the correction. Bullet: cfm */
 } plii_soft_contact;
 
@@ -21,6 +23,13 @@ typedef struct plii_soft_contacts_node {
     int node;
     float reach; /* how far it looks for faces; m */
 } plii_soft_contacts_node;
+
+/* On which side of which body a node was. */
+typedef struct plii_soft_side {
+    const pli_body* face_body; /* compared only: it may be gone */
+    unsigned step;             /* plii_soft_contacts_state.step, then */
+    int side;                  /* 1: faces looked at it along their normals, -1: away */
+} plii_soft_side;
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */
 typedef struct plii_soft_substep_contact plii_soft_substep_contact;
@@ -34,6 +43,9 @@ typedef struct plii_soft_contacts_state {
     plii_soft_contact* contacts;
     int count, capacity;
     plii_soft_substeps substeps;
+    plii_soft_side* sides; /* [node_count] */
+    unsigned step;         /* counts */
+    bool is_sweeping;      /* the body counts it among its sweeping features */
     /* Bullet's boxes, or NULL. */
     pli_bounds* node_boxes; /* [node_count] */
     pli_bounds* face_boxes; /* [face_count] */
@@ -69,6 +81,27 @@ static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* position
 static inline bool plii_soft_contacts_box_is_finite(pli_bounds box) {
     return plii_vec3_is_finite(box.min) && plii_vec3_is_finite(box.max);
 }
+
+/* Nodes of one body against faces of another. */
+typedef struct plii_soft_contacts_pass {
+    pli_body* node_body;
+    plii_soft_contacts_state* node_state;
+    pli_body* face_body;
+    plii_soft_contacts_state* face_state;
+    plii_soft_contacts_state* search;
+    float margin;           /* sum of both */
+    pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
+    bool use_boxes;
+    bool is_second; /* the nodes are those of the second body */
+} plii_soft_contacts_pass;
+
+/* Appends `contact`, of which node, face, weights, normal and margin are set, unless nothing in it can move. */
+pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_soft_contact contact);
+/* The normal for a node that lies on its face: that of the face, to the side where the node was before. */
+pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int node, const int* face,
+                                        pli_vec3 weights);
+/* Of the faces near a node that are found, contacts with those that matter. */
+pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near);
 
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);

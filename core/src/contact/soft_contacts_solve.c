@@ -16,10 +16,9 @@ static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
 }
 
-/* 0: overlaps go at once, as in Bullet. */
-static float soft_contacts_recovery_speed(const pli_body* body, const plii_soft_contacts_state* state) {
-    const float speed = state->def.recovery_speed;
-    return body->solver_class->solves_constraints ? plii_contact_recovery_speed(speed) : speed;
+/* Overlaps go at this speed; those of Bullet's contacts at once where 0 is wanted. */
+static float soft_contacts_recovery_speed(const plii_soft_contacts_state* state, const plii_soft_contact* contact) {
+    return contact->is_bullet ? state->def.recovery_speed : plii_contact_recovery_speed(state->def.recovery_speed);
 }
 
 /* As if the node had been there at the start of the step, so that no velocity comes of it. */
@@ -32,10 +31,10 @@ static void soft_contacts_shift(pli_body* body, int node, pli_vec3 by) {
    step. The normal of a node that the prediction took through the face points the wrong way; it is only stopped. */
 void plii_soft_contacts_recover(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
-    const float most = soft_contacts_recovery_speed(body, state) * body->step.dt;
-    if (!(most > 0.0f)) { return; }
     for (int i = 0; i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
+        const float most = soft_contacts_recovery_speed(state, contact) * body->step.dt;
+        if (!(most > 0.0f)) { continue; }
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
         const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
@@ -43,7 +42,7 @@ void plii_soft_contacts_recover(pli_body* body, void* data) {
                                             soft_contacts_blend(other->previous, face, contact->weights));
         const float distance = pli_vec3_dot(contact->normal, apart);
         const float depth = body->collision_margin + other->collision_margin - distance;
-        if (!(depth > 0.0f) || distance < 0.0f) { continue; }
+        if (!(depth > 0.0f) || (contact->is_bullet && distance < 0.0f)) { continue; }
         const pli_vec3 shift = pli_vec3_scale(contact->normal, plii_min(depth, most));
         soft_contacts_shift(body, contact->node, pli_vec3_scale(shift, contact->node_share));
         for (int k = 0; k < 3; ++k) {
@@ -62,11 +61,18 @@ static void soft_contacts_push_solved(pli_body* other, const int* face, pli_vec3
     }
 }
 
+/* What is taken from the sliding: a fixed share, as in Bullet; else what stops it, but not above Coulomb's limit. */
+static pli_vec3 soft_contacts_friction(const plii_soft_contact* contact, pli_vec3 sliding, float depth) {
+    if (contact->is_bullet) { return pli_vec3_scale(sliding, contact->friction); }
+    const float length = pli_vec3_length(sliding), limit = contact->friction * depth;
+    return length > limit ? pli_vec3_scale(sliding, limit / length) : sliding;
+}
+
 void plii_soft_contacts_solve(pli_body* body, void* data) {
     const plii_soft_contacts_state* state = data;
-    const bool shifts = soft_contacts_recovery_speed(body, state) > 0.0f; /* what overlapped before */
     for (int i = 0; i < state->count; ++i) {
         const plii_soft_contact* contact = &state->contacts[i];
+        const bool shifts = soft_contacts_recovery_speed(state, contact) > 0.0f; /* what overlapped before */
         pli_body* other = contact->face_body;
         const int* face = other->topology->faces[contact->face];
         const pli_vec3 n = contact->normal, weights = contact->weights;
@@ -76,14 +82,15 @@ void plii_soft_contacts_solve(pli_body* body, void* data) {
         const pli_vec3 motion =
             pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
         const float along_normal = pli_vec3_dot(motion, n);
-        pli_vec3 correction = pli_vec3_make(0, 0, 0);
+        float depth = 0.0f;
         if (along_normal < 0.0f) {
-            float depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
+            depth = contact->margin - (pli_vec3_dot(n, x) - pli_vec3_dot(n, point));
             if (shifts) { depth = plii_min(depth, -along_normal); }
-            correction = pli_vec3_add(correction, pli_vec3_scale(n, depth));
         }
+        if (!contact->is_bullet && !(depth > 0.0f)) { continue; }
         const pli_vec3 sliding = pli_vec3_sub(motion, pli_vec3_scale(n, along_normal));
-        correction = pli_vec3_sub(correction, pli_vec3_scale(sliding, contact->friction));
+        const pli_vec3 correction =
+            pli_vec3_sub(pli_vec3_scale(n, depth), soft_contacts_friction(contact, sliding, depth));
         plii_set_xyz(&body->positions[contact->node], pli_vec3_add(x, pli_vec3_scale(correction, contact->node_share)));
         soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
         soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));

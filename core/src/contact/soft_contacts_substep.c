@@ -59,16 +59,17 @@ static void soft_substep_push(const pli_body* body, const plii_soft_substep_cont
     plii_substep_move(substep, contact->node, push, 1.0f);
     pli_body* other = contact->body;
     if (other->is_frozen) { return; }
-    /* What a substep changes goes on for the rest of the step; what is to be solved yet starts with it. */
-    const float rest =
-        soft_substep_is_done(body, other) ? body->step.dt - (float)substep->index * substep->dt : body->step.dt;
+    /* One that is done takes the change along into the next step, in which what holds it together acts on it; moved at
+       once it would be stretched, and come back with speed. */
+    const bool is_done = soft_substep_is_done(body, other);
     for (int k = 0; k < 3; ++k) {
         const int node = contact->face[k];
         const pli_vec3 change =
             pli_vec3_scale(push, -other->positions[node].w * contact->weights[k] * substep->inverse_dt);
         plii_set_xyz(&other->velocities[node], pli_vec3_add(plii_xyz(other->velocities[node]), change));
+        if (is_done) { continue; }
         plii_set_xyz(&other->positions[node],
-                     pli_vec3_add(plii_xyz(other->positions[node]), pli_vec3_scale(change, rest)));
+                     pli_vec3_add(plii_xyz(other->positions[node]), pli_vec3_scale(change, body->step.dt)));
     }
 }
 
@@ -82,7 +83,7 @@ static plii_soft_substep_contact soft_substep_make(const pli_body* body, const p
                                          .face = {face[0], face[1], face[2]},
                                          .weights = {from->weights.x, from->weights.y, from->weights.z},
                                          .normal = from->normal,
-                                         .margin = body->collision_margin + other->collision_margin,
+                                         .margin = from->margin,
                                          .coefficient = from->friction};
     for (int k = 0; k < 3; ++k) {
         contact.face_weight +=
@@ -94,10 +95,6 @@ static plii_soft_substep_contact soft_substep_make(const pli_body* body, const p
         const pli_vec3 velocity = soft_substep_blend(&contact, other->velocities);
         contact.point =
             pli_vec3_sub(soft_substep_blend(&contact, other->positions), pli_vec3_scale(velocity, body->step.dt));
-    }
-    /* A node that the prediction took through the face stays on its side. */
-    if (pli_vec3_dot(pli_vec3_sub(plii_xyz(body->previous[from->node]), before), contact.normal) < 0.0f) {
-        contact.normal = pli_vec3_neg(contact.normal);
     }
     return contact;
 }

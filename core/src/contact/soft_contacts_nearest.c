@@ -1,0 +1,186 @@
+/* Which of the faces near a node get a contact: the first one that the node crosses in the step, held on the side that
+   it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
+   The others only repeat what these say. */
+
+#include "body/world_state.h"
+#include "contact/soft_contacts_impl.h"
+#include "geometry/closest_point.h"
+#include "math/vec.h"
+
+/* Contacts of a node with one other body. */
+enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
+
+/* Faces of one node look the same way when the cosine of their normals is above this. */
+#define SOFT_CONTACTS_ALIKE 0.7f
+
+/* Of the longest edge: a node that passes so close beside a face crosses it. */
+#define SOFT_CONTACTS_EDGE 1e-3f
+
+typedef struct soft_contacts_pick {
+    plii_soft_contact contact;
+    float distance, time; /* m; share of the step at which it crosses */
+    int side;             /* see plii_soft_side */
+} soft_contacts_pick;
+
+/* Corners of a face as the node sees them. */
+typedef struct soft_contacts_corners {
+    pli_vec3 at[3];
+} soft_contacts_corners;
+
+static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int* face, pli_vec4 node) {
+    soft_contacts_corners corners;
+    for (int k = 0; k < 3; ++k) {
+        corners.at[k] = pli_vec3_sub(plii_xyz(faces[face[k]]), plii_xyz(node));
+    }
+    return corners;
+}
+
+static plii_triangle_size soft_contacts_size(const soft_contacts_corners* corners) {
+    return plii_measure_triangle(corners->at[0], corners->at[1], corners->at[2]);
+}
+
+/* The nearest point of a face within reach. */
+static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
+                                  const soft_contacts_corners* now, soft_contacts_pick* pick,
+                                  plii_triangle_feature* feature) {
+    plii_closest_feature closest;
+    const pli_vec3 point =
+        plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), now->at[0], now->at[1], now->at[2], &closest);
+    const float distance = pli_vec3_length(point);
+    if (!(distance < near.reach)) { return false; }
+    /* A direction of the length of rounding errors means nothing. */
+    const float noise = 4.0f * PLII_EPSILON * pli_vec3_length(plii_soft_contacts_position(pass->node_body, near.node));
+    pick->distance = distance;
+    pick->contact.weights = closest.weights;
+    pick->contact.normal = distance > noise ? plii_vec3_divide(point, -distance)
+                                            : plii_soft_contacts_face_normal(pass, near.node, face, closest.weights);
+    *feature = closest.feature;
+    return true;
+}
+
+/* The node is on one side of the face at the start of the step and on the other one now, and meets it between. */
+static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node, const int* face,
+                                  const soft_contacts_corners* now, const plii_triangle_size* size,
+                                  soft_contacts_pick* pick) {
+    const soft_contacts_corners before =
+        soft_contacts_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
+    const plii_triangle_size size_before = soft_contacts_size(&before);
+    if (!size_before.is_usable) { return false; }
+    const float from = -pli_vec3_dot(before.at[0], size_before.normal), to = -pli_vec3_dot(now->at[0], size->normal);
+    if (!((from > 0.0f && to < 0.0f) || (from < 0.0f && to > 0.0f))) { return false; }
+    pick->time = from / (from - to);
+    pli_vec3 met[3];
+    for (int k = 0; k < 3; ++k) {
+        met[k] = pli_vec3_add(pli_vec3_scale(before.at[k], 1.0f - pick->time), pli_vec3_scale(now->at[k], pick->time));
+    }
+    const plii_triangle_size size_met = plii_measure_triangle(met[0], met[1], met[2]);
+    if (!size_met.is_usable) { return false; }
+    plii_closest_feature closest;
+    const pli_vec3 point = plii_closest_point_on_triangle(pli_vec3_make(0, 0, 0), met[0], met[1], met[2], &closest);
+    const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
+    if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
+    pick->contact.weights = closest.weights;
+    pick->contact.normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
+    pick->side = from > 0.0f ? 1 : -1;
+    return true;
+}
+
+/* Keeps the nearest ones that differ, the nearest first. */
+static int soft_contacts_keep(soft_contacts_pick* kept, int count, const soft_contacts_pick* pick) {
+    int place = count;
+    while (place > 0 && pick->distance < kept[place - 1].distance) {
+        --place;
+    }
+    if (place == SOFT_CONTACTS_MOST_NEAREST) { return count; }
+    if (count == SOFT_CONTACTS_MOST_NEAREST) { --count; }
+    for (int k = count; k > place; --k) {
+        kept[k] = kept[k - 1];
+    }
+    kept[place] = *pick;
+    return count + 1;
+}
+
+static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, const soft_contacts_pick* pick) {
+    for (int k = 0; k < count; ++k) {
+        if (pli_vec3_dot(kept[k].contact.normal, pick->contact.normal) > SOFT_CONTACTS_ALIKE) { return true; }
+    }
+    return false;
+}
+
+/* The side that the node had in the step before; 0: not known. */
+static int soft_contacts_side_before(const plii_soft_contacts_pass* pass, int node) {
+    const plii_soft_side* known = &pass->node_state->sides[node];
+    const bool is_known = known->face_body == pass->face_body && known->step + 1 == pass->node_state->step;
+    return is_known ? known->side : 0;
+}
+
+static pli_status soft_contacts_take(const plii_soft_contacts_pass* pass, const soft_contacts_pick* pick) {
+    const plii_soft_side side = {pass->face_body, pass->node_state->step, pick->side};
+    pass->node_state->sides[pick->contact.node] = side;
+    return plii_soft_contacts_append(pass, pick->contact);
+}
+
+/* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at rest
+   does not count. */
+static float soft_contacts_margin(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    const pli_body* body = pass->node_body;
+    const float fall = pli_vec3_length(body->world->def.gravity) * body->step.dt * body->step.dt;
+    return plii_max(pass->margin, near.reach - 2.0f * fall);
+}
+
+/* The faces of one node and one other body. */
+typedef struct soft_contacts_picks {
+    soft_contacts_pick crossed, behind, nearest; /* INFINITY as time or distance: none */
+    soft_contacts_pick inside[SOFT_CONTACTS_MOST_NEAREST];
+    int inside_count;
+} soft_contacts_picks;
+
+static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int side,
+                                  int face_index, soft_contacts_picks* picks) {
+    const int* face = pass->face_body->topology->faces[face_index];
+    const soft_contacts_corners now =
+        soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
+    const plii_triangle_size size = soft_contacts_size(&now);
+    const float height = -pli_vec3_dot(now.at[0], size.normal);
+    if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
+    soft_contacts_pick pick = {
+        .contact = {.node = near.node, .face = face_index, .margin = soft_contacts_margin(pass, near)}};
+    if (soft_contacts_crosses(pass, near.node, face, &now, &size, &pick) && pick.side * side >= 0) {
+        if (pick.time < picks->crossed.time) { picks->crossed = pick; }
+        return;
+    }
+    plii_triangle_feature feature;
+    if (!soft_contacts_is_near(pass, near, face, &now, &pick, &feature)) { return; }
+    pick.side = pli_vec3_dot(pick.contact.normal, size.normal) < 0.0f ? -1 : 1;
+    if (feature == PLII_TRIANGLE_FACE && pick.side * side < 0) {
+        pick.side = side;
+        pick.contact.normal = pli_vec3_neg(pick.contact.normal);
+        if (pick.distance < picks->behind.distance) { picks->behind = pick; }
+        return;
+    }
+    if (pick.distance < picks->nearest.distance) { picks->nearest = pick; }
+    if (feature == PLII_TRIANGLE_FACE) {
+        picks->inside_count = soft_contacts_keep(picks->inside, picks->inside_count, &pick);
+    }
+}
+
+pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    const plii_soft_contacts_state* search = pass->search;
+    soft_contacts_picks picks = {.crossed.time = INFINITY, .behind.distance = INFINITY, .nearest.distance = INFINITY};
+    const int side = soft_contacts_side_before(pass, near.node);
+    for (int i = 0; i < search->hit_count; ++i) {
+        soft_contacts_look_at(pass, near, side, search->hits[i], &picks);
+    }
+    if (picks.crossed.time < INFINITY) { return soft_contacts_take(pass, &picks.crossed); }
+    if (picks.behind.distance < picks.nearest.distance) { return soft_contacts_take(pass, &picks.behind); }
+    if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }
+    soft_contacts_pick added[SOFT_CONTACTS_MOST_NEAREST] = {picks.nearest};
+    int count = 1;
+    PLII_TRY(soft_contacts_take(pass, &picks.nearest));
+    for (int k = 0; k < picks.inside_count && count < SOFT_CONTACTS_MOST_NEAREST; ++k) {
+        if (soft_contacts_is_alike(added, count, &picks.inside[k])) { continue; }
+        PLII_TRY(plii_soft_contacts_append(pass, picks.inside[k].contact));
+        added[count++] = picks.inside[k];
+    }
+    return PLI_OK;
+}

@@ -1,0 +1,126 @@
+/* Soft bodies that lie on soft bodies, overlap at the start, or fly together: contacts per node, memory, stretch, order
+   of the layers, energy. */
+
+#include "check.h"
+#include "soft_piles.h"
+#include "world_fixture.h"
+
+#include <string.h>
+
+static const float dt = 1.0f / 60.0f;
+
+/* Four seconds: few contacts, no more memory than after one second, stretch as wanted, and every layer above the one
+   that was below it, but for `most_below` of 3,380 nodes that are deeper than `depth`, m, in the next one. */
+static void check_sheets(const fixture* f, pile_def def, double most_stretch, float depth, int most_below) {
+    pile sheets;
+    def.has_tethers = true; /* six sheets hang from four nodes */
+    def.damping = 0.01f;
+    assert_int_equal(pile_make_sheets(f->world, &def, &sheets), PLI_OK);
+    size_t bytes = 0;
+    double stretch = 0;
+    for (int frame = 0; frame < 240; ++frame) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        check_at_most(pile_contacts(&sheets), 4 * pile_nodes(&sheets));
+        stretch = fmax(stretch, pile_stretch(&sheets));
+        if (frame < 60) { bytes = pli_context_allocated_bytes(f->context); }
+    }
+    print_message("stretch %.3f, speed %.4f m/s, %d nodes below, %.1f MB\n", stretch, pile_rms_speed(&sheets),
+                  pile_nodes_below(&sheets, depth), (double)bytes * 1e-6);
+    check_at_most(pli_context_allocated_bytes(f->context), bytes);
+    check_at_most(stretch, most_stretch);
+    check_at_most(pile_nodes_below(&sheets, depth), most_below);
+}
+
+static void test_sheets_lie_on_sheets_position_based(void** state) {
+    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 10, .colored = true}, 0.25, 0.04f, 100);
+}
+static void test_sheets_lie_on_sheets_implicit(void** state) {
+    check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 5}, 0.1, 0.04f, 100);
+}
+static void test_sheets_lie_on_sheets_xpbd(void** state) {
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.05f, .iterations = 10}, 0.05, 0.005f, 20);
+}
+static void test_thin_sheets_lie_on_sheets_xpbd(void** state) {
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.02f, .iterations = 10, .recovery_speed = 1}, 0.05,
+                 0.005f, 20);
+}
+
+/* Balls that overlap while they fall: what parts them gives little energy. */
+static void check_balls(const fixture* f, pile_def def) {
+    pile balls;
+    const double parting = 1.5 * 0.1 * PILE_BALLS; /* J, what links take back of shifts of 1 m/s, per contact */
+    assert_int_equal(pile_make_balls(f->world, &def, &balls), PLI_OK);
+    for (int frame = 1; frame <= 120; ++frame) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+        const double speed = 10.0 * frame / 60.0, mass = 0.1 * PILE_BALLS;
+        check_at_most(pile_contacts(&balls), 4 * pile_nodes(&balls));
+        check_at_most(pile_kinetic_energy(&balls), 0.5 * mass * speed * speed + parting);
+        check_at_most(pile_stretch(&balls), 0.1);
+    }
+}
+
+static void test_balls_part_with_little_energy(void** state) {
+    for (int solver = PILE_POSITION_BASED; solver <= PILE_XPBD; ++solver) {
+        fixture* f = *state;
+        check_balls(f, (pile_def){.solver = (pile_solver)solver, .margin = 0.01f, .iterations = 5});
+        while (pli_world_body_count(f->world) > 0) {
+            pli_body_destroy(pli_world_get_body(f->world, 0));
+        }
+    }
+}
+
+/* Two loose sheets of 20 x 20 nodes 38 mm apart, margins 20 mm each; how far the second is from the first, node by
+   node, after a second in which both fly. */
+static void fly(const fixture* f, pile_solver solver, pli_vec3 velocity, pli_vec3 apart[400]) {
+    pile sheets = {.world = f->world};
+    assert_int_equal(pli_world_set_gravity(f->world, pli_vec3_make(0, 0, 0)), PLI_OK);
+    for (int k = 0; k < 2; ++k) {
+        pli_patch_def patch = pli_patch_def_default();
+        patch.columns = patch.rows = 20;
+        pli_mesh* mesh = NULL;
+        assert_int_equal(pli_mesh_create_patch(f->context, &patch, &mesh), PLI_OK);
+        assert_int_equal(pli_mesh_translate(mesh, pli_vec3_make(0, 0.038f * (float)k, 0)), PLI_OK);
+        const pile_def def = {.solver = solver, .margin = 0.02f, .iterations = 10};
+        assert_int_equal(pile_add(&sheets, &def, mesh), PLI_OK);
+        assert_int_equal(pli_body_add_velocity(sheets.bodies[k], velocity), PLI_OK);
+    }
+    for (int frame = 0; frame < 60; ++frame) {
+        assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
+    }
+    const pli_vec4 *a = pli_body_get_view(sheets.bodies[0]).positions,
+                   *b = pli_body_get_view(sheets.bodies[1]).positions;
+    for (int i = 0; i < 400; ++i) {
+        apart[i] = pli_vec3_make(b[i].x - a[i].x, b[i].y - a[i].y, b[i].z - a[i].z);
+    }
+    pli_body_destroy(sheets.bodies[0]);
+    pli_body_destroy(sheets.bodies[1]);
+}
+
+static void test_sheets_that_fly_together_stay_together(void** state) {
+    static const pli_vec3 velocities[] = {{0, 10, 0}, {100, 0, 0}, {0, 100, 0}, {0, -300, 0}};
+    static pli_vec3 at_rest[400], flying[400];
+    for (int solver = PILE_POSITION_BASED; solver <= PILE_XPBD; ++solver) {
+        fly(*state, (pile_solver)solver, pli_vec3_make(0, 0, 0), at_rest);
+        for (int i = 0; i < 400; ++i) {
+            check_near(at_rest[i].y, 0.04f, 5e-4);
+        }
+        for (int v = 0; v < 4; ++v) {
+            fly(*state, (pile_solver)solver, velocities[v], flying);
+            for (int i = 0; i < 400; ++i) {
+                check_at_most(pli_vec3_length(pli_vec3_sub(flying[i], at_rest[i])), v < 3 ? 1e-3 : 2e-3);
+            }
+        }
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_sheets_that_fly_together_stay_together, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_balls_part_with_little_energy, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_position_based, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_implicit, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_sheets_lie_on_sheets_xpbd, setup_fixture, teardown_fixture),
+        cmocka_unit_test_setup_teardown(test_thin_sheets_lie_on_sheets_xpbd, setup_fixture, teardown_fixture),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
