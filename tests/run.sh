@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs all tests: installs what is missing (Debian, with apt), builds, runs every test of the release preset, then the
-# unit tests again under AddressSanitizer and UBSan, but for those that only take long, and the corpora of the fuzzers also under those of
-# clang. Exit status 0 when all passed.
+# unit tests again under AddressSanitizer and UBSan, but for those that only take long, and the corpora of the fuzzers
+# also under those of clang. Exit status 0 when all passed.
 #
 #   usage: sh tests/run.sh
 set -eu
