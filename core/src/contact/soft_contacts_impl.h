@@ -28,8 +28,7 @@ typedef struct plii_soft_contacts_node {
 typedef struct plii_soft_side {
     const pli_body* face_body; /* compared only: it may be gone */
     unsigned step;             /* plii_soft_contacts_state.step, then */
-    int face;
-    int side; /* 1: faces looked at it along their normals, -1: away */
+    int side;                  /* 1: faces looked at it along their normals, -1: away */
 } plii_soft_side;
 
 /* The contacts of a step as substeps solve them; empty while another solver steps the body. */

@@ -1,6 +1,6 @@
 /* Which of the faces near a node get a contact: the first one that the node crosses in the step, held on the side that
-   it comes from; else the nearest one, and those within the margins whose own nearest point lies inside of them and
-   that face another way. The others only repeat what these say. */
+   it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
+   The others only repeat what these say. */
 
 #include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
@@ -22,11 +22,9 @@ typedef struct soft_contacts_pick {
     int side;             /* see plii_soft_side */
 } soft_contacts_pick;
 
-/* A face as the node sees it. */
+/* Corners of a face as the node sees them. */
 typedef struct soft_contacts_corners {
     pli_vec3 at[3];
-    pli_vec3 cross; /* of its edges: along the normal, as long as its doubled area */
-    float height;   /* of the node above its plane, times that */
 } soft_contacts_corners;
 
 static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int* face, pli_vec4 node) {
@@ -34,20 +32,11 @@ static soft_contacts_corners soft_contacts_seen(const pli_vec4* faces, const int
     for (int k = 0; k < 3; ++k) {
         corners.at[k] = pli_vec3_sub(plii_xyz(faces[face[k]]), plii_xyz(node));
     }
-    corners.cross =
-        pli_vec3_cross(pli_vec3_sub(corners.at[1], corners.at[0]), pli_vec3_sub(corners.at[2], corners.at[0]));
-    corners.height = -pli_vec3_dot(corners.at[0], corners.cross);
     return corners;
 }
 
-/* Certainly. */
-static bool soft_contacts_is_farther(const soft_contacts_corners* corners, float distance) {
-    const float limit = 1.001f * distance * distance;
-    if (corners->height * corners->height > limit * pli_vec3_length_squared(corners->cross)) { return true; }
-    const pli_vec3 low = plii_vec3_min(corners->at[0], plii_vec3_min(corners->at[1], corners->at[2]));
-    const pli_vec3 high = plii_vec3_max(corners->at[0], plii_vec3_max(corners->at[1], corners->at[2]));
-    const pli_vec3 zero = pli_vec3_make(0, 0, 0);
-    return pli_vec3_length_squared(plii_vec3_max(plii_vec3_max(low, pli_vec3_neg(high)), zero)) > limit;
+static plii_triangle_size soft_contacts_size(const soft_contacts_corners* corners) {
+    return plii_measure_triangle(corners->at[0], corners->at[1], corners->at[2]);
 }
 
 /* The nearest point of a face within reach. */
@@ -69,20 +58,16 @@ static bool soft_contacts_is_near(const plii_soft_contacts_pass* pass, plii_soft
     return true;
 }
 
-/* The node is on one side of the face at the start of the step and on the other one now, and meets it between. Only
-   asked of faces that are no farther than the two can have moved against each other. */
-static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, const int* face,
-                                  const soft_contacts_corners* now, soft_contacts_pick* pick) {
-    const float most = 2.0f * (near.reach - pass->margin) + 0.25f * pass->margin;
-    if (now->height * now->height > most * most * pli_vec3_length_squared(now->cross)) { return false; }
+/* The node is on one side of the face at the start of the step and on the other one now, and meets it between. */
+static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node, const int* face,
+                                  const soft_contacts_corners* now, const plii_triangle_size* size,
+                                  soft_contacts_pick* pick) {
     const soft_contacts_corners before =
-        soft_contacts_seen(pass->face_body->previous, face, pass->node_body->previous[near.node]);
-    if (!((before.height > 0.0f && now->height < 0.0f) || (before.height < 0.0f && now->height > 0.0f))) {
-        return false;
-    }
-    const float area_before = pli_vec3_length(before.cross), area = pli_vec3_length(now->cross);
-    if (!(area_before > 0.0f && area > 0.0f)) { return false; }
-    const float from = before.height / area_before, to = now->height / area;
+        soft_contacts_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
+    const plii_triangle_size size_before = soft_contacts_size(&before);
+    if (!size_before.is_usable) { return false; }
+    const float from = -pli_vec3_dot(before.at[0], size_before.normal), to = -pli_vec3_dot(now->at[0], size->normal);
+    if (!((from > 0.0f && to < 0.0f) || (from < 0.0f && to > 0.0f))) { return false; }
     pick->time = from / (from - to);
     pli_vec3 met[3];
     for (int k = 0; k < 3; ++k) {
@@ -95,8 +80,8 @@ static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, plii_soft
     const float edge = SOFT_CONTACTS_EDGE * SOFT_CONTACTS_EDGE;
     if (!(pli_vec3_length_squared(point) < edge * size_met.longest_squared)) { return false; }
     pick->contact.weights = closest.weights;
+    pick->contact.normal = from > 0.0f ? size->normal : pli_vec3_neg(size->normal);
     pick->side = from > 0.0f ? 1 : -1;
-    pick->contact.normal = pli_vec3_scale(now->cross, (float)pick->side / area);
     return true;
 }
 
@@ -122,16 +107,15 @@ static bool soft_contacts_is_alike(const soft_contacts_pick* kept, int count, co
     return false;
 }
 
-/* Where the node was in the step before; without a side if that is not known. */
-static plii_soft_side soft_contacts_side_before(const plii_soft_contacts_pass* pass, int node) {
-    const plii_soft_side known = pass->node_state->sides[node];
-    const bool is_known = known.face_body == pass->face_body && known.step + 1 == pass->node_state->step &&
-                          known.face < pass->face_body->topology->face_count;
-    return is_known ? known : (plii_soft_side){.face = PLI_NULL_INDEX};
+/* The side that the node had in the step before; 0: not known. */
+static int soft_contacts_side_before(const plii_soft_contacts_pass* pass, int node) {
+    const plii_soft_side* known = &pass->node_state->sides[node];
+    const bool is_known = known->face_body == pass->face_body && known->step + 1 == pass->node_state->step;
+    return is_known ? known->side : 0;
 }
 
 static pli_status soft_contacts_take(const plii_soft_contacts_pass* pass, const soft_contacts_pick* pick) {
-    const plii_soft_side side = {pass->face_body, pass->node_state->step, pick->contact.face, pick->side};
+    const plii_soft_side side = {pass->face_body, pass->node_state->step, pick->side};
     pass->node_state->sides[pick->contact.node] = side;
     return plii_soft_contacts_append(pass, pick->contact);
 }
@@ -151,33 +135,23 @@ typedef struct soft_contacts_picks {
     int inside_count;
 } soft_contacts_picks;
 
-/* How far a face may be to matter: not farther than the nearest one, unless it faces another way. */
-static float soft_contacts_limit(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near,
-                                 const soft_contacts_corners* now, const soft_contacts_picks* picks) {
-    if (!(picks->nearest.distance < near.reach)) { return near.reach; }
-    const float along = pli_vec3_dot(now->cross, picks->nearest.contact.normal);
-    const float least = SOFT_CONTACTS_ALIKE * SOFT_CONTACTS_ALIKE * pli_vec3_length_squared(now->cross);
-    return along * along > least ? picks->nearest.distance : plii_max(picks->nearest.distance, pass->margin);
-}
-
 static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int side,
                                   int face_index, soft_contacts_picks* picks) {
     const int* face = pass->face_body->topology->faces[face_index];
     const soft_contacts_corners now =
         soft_contacts_seen(pass->face_body->positions, face, pass->node_body->positions[near.node]);
+    const plii_triangle_size size = soft_contacts_size(&now);
+    const float height = -pli_vec3_dot(now.at[0], size.normal);
+    if (!size.is_usable || fabsf(height) > 1.001f * near.reach) { return; }
     soft_contacts_pick pick = {
         .contact = {.node = near.node, .face = face_index, .margin = soft_contacts_margin(pass, near)}};
-    if (soft_contacts_crosses(pass, near, face, &now, &pick) && pick.side * side >= 0) {
+    if (soft_contacts_crosses(pass, near.node, face, &now, &size, &pick) && pick.side * side >= 0) {
         if (pick.time < picks->crossed.time) { picks->crossed = pick; }
         return;
     }
-    if (soft_contacts_is_farther(&now, soft_contacts_limit(pass, near, &now, picks))) { return; }
     plii_triangle_feature feature;
-    if (!plii_measure_triangle(now.at[0], now.at[1], now.at[2]).is_usable ||
-        !soft_contacts_is_near(pass, near, face, &now, &pick, &feature)) {
-        return;
-    }
-    pick.side = pli_vec3_dot(pick.contact.normal, now.cross) < 0.0f ? -1 : 1;
+    if (!soft_contacts_is_near(pass, near, face, &now, &pick, &feature)) { return; }
+    pick.side = pli_vec3_dot(pick.contact.normal, size.normal) < 0.0f ? -1 : 1;
     if (feature == PLII_TRIANGLE_FACE && pick.side * side < 0) {
         pick.side = side;
         pick.contact.normal = pli_vec3_neg(pick.contact.normal);
@@ -185,7 +159,7 @@ static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft
         return;
     }
     if (pick.distance < picks->nearest.distance) { picks->nearest = pick; }
-    if (feature == PLII_TRIANGLE_FACE && pick.distance < pass->margin) {
+    if (feature == PLII_TRIANGLE_FACE) {
         picks->inside_count = soft_contacts_keep(picks->inside, picks->inside_count, &pick);
     }
 }
@@ -196,12 +170,9 @@ pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, p
     soft_contacts_picks picks; /* what is not set is not read */
     picks.crossed.time = picks.behind.distance = picks.nearest.distance = INFINITY;
     picks.inside_count = 0;
-    const plii_soft_side before = soft_contacts_side_before(pass, near.node);
-    /* Most often the same again, and then no other one is nearer. */
-    if (before.side != 0) { soft_contacts_look_at(pass, near, before.side, before.face, &picks); }
+    const int side = soft_contacts_side_before(pass, near.node);
     for (int i = 0; i < search->hit_count; ++i) {
-        if (search->hits[i] == before.face) { continue; }
-        soft_contacts_look_at(pass, near, before.side, search->hits[i], &picks);
+        soft_contacts_look_at(pass, near, side, search->hits[i], &picks);
     }
     if (picks.crossed.time < INFINITY) { return soft_contacts_take(pass, &picks.crossed); }
     if (picks.behind.distance < picks.nearest.distance) { return soft_contacts_take(pass, &picks.behind); }
