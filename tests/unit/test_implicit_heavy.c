@@ -1,12 +1,9 @@
 /* Heavy rigid bodies on light cloth under the implicit solver: contacts of nodes, of faces and of both hold what
    statics holds, add no energy and rest. */
 
-#include "sample_mesh.h"
-#include "test_world.h"
+#include "heavy_bodies.h"
 
-#define CHECK_OK(call) assert_int_equal(call, PLI_OK)
-
-static const float dt = 1.0f / 60.0f, radius = 0.3f, margin = 0.02f;
+static const float dt = 1.0f / 60.0f;
 
 #ifdef NDEBUG
 static const int seconds = 5;
@@ -14,7 +11,7 @@ static const int seconds = 5;
 static const int seconds = 1; /* unoptimised programs are slow */
 #endif
 
-enum { SIDE = 21, NODES = SIDE * SIDE, KINDS = 3 };
+enum { KINDS = 3 };
 
 typedef struct contact_kind {
     const char* name;
@@ -26,27 +23,10 @@ static const char* method_name(bool is_exact) {
     return is_exact ? "gradients" : "sweeps";
 }
 
-/* 2 m x 2 m and 1 kg, level at 0. */
-static pli_body* make_sheet(bool is_pinned, float stiffness, bool is_exact, float damping, const contact_kind* kind) {
-    pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-1, 0, -1);
-    patch.corner_10 = pli_vec3_make(1, 0, -1);
-    patch.corner_01 = pli_vec3_make(-1, 0, 1);
-    patch.corner_11 = pli_vec3_make(1, 0, 1);
-    patch.columns = patch.rows = SIDE;
-    patch.diagonals = true;
-    pli_mesh* mesh = NULL;
-    CHECK_OK(pli_mesh_create_patch(context, &patch, &mesh));
-    CHECK_OK(pli_mesh_set_total_mass(mesh, 1.0f));
-    for (int i = 0; is_pinned && i < NODES; ++i) {
-        const bool ends_row = i % SIDE == 0 || i % SIDE == SIDE - 1, ends_column = i < SIDE || i >= NODES - SIDE;
-        if (ends_row && ends_column) { CHECK_OK(pli_mesh_set_node_mass(mesh, i, 0.0f)); }
-    }
-    pli_body_def def = pli_body_def_default();
-    def.collision_margin = margin;
-    pli_body* body = NULL;
-    CHECK_OK(pli_body_create(world, mesh, &def, &body));
-    pli_mesh_destroy(mesh);
+static pli_body* make_cloth(sheet_pins pins, float stiffness, bool is_exact, float damping, const contact_kind* kind) {
+    pli_solver_settings settings = pli_body_def_default().solver;
+    settings.velocity_damping = damping;
+    pli_body* body = make_sheet(pins, &settings, kind->has_nodes, kind->has_faces);
     pli_implicit_def implicit = pli_implicit_def_default();
     implicit.stiffness = stiffness;
     if (is_exact) {
@@ -54,48 +34,13 @@ static pli_body* make_sheet(bool is_pinned, float stiffness, bool is_exact, floa
         implicit.sweeps = 100;
     }
     CHECK_OK(pli_body_enable_implicit(body, &implicit));
-    pli_solver_settings settings = pli_body_get_solver_settings(body);
-    settings.velocity_damping = damping;
-    CHECK_OK(pli_body_set_solver_settings(body, &settings));
-    pli_rigid_contacts_def nodes = pli_rigid_contacts_def_default();
-    pli_rigid_face_contacts_def faces = pli_rigid_face_contacts_def_default();
-    nodes.friction = faces.friction = 1.0f;
-    if (kind->has_nodes) { CHECK_OK(pli_body_enable_rigid_contacts(body, &nodes)); }
-    if (kind->has_faces) { CHECK_OK(pli_body_enable_rigid_face_contacts(body, &faces)); }
     return body;
-}
-
-static pli_rigid* make_rigid(pli_shape* shape, pli_vec3 origin, float mass) {
-    pli_rigid_def def = pli_rigid_def_default();
-    def.shapes = &shape;
-    def.shape_count = 1;
-    def.state.pose.origin = origin;
-    if (mass > 0.0f) {
-        const float inertia = 0.4f * mass * radius * radius;
-        def.kind = PLI_RIGID_DYNAMIC;
-        def.state.inverse_mass = 1.0f / mass;
-        def.state.inverse_inertia_world = pli_mat3_identity();
-        for (int i = 0; i < 3; ++i) {
-            def.state.inverse_inertia_world.rows[i] =
-                pli_vec3_scale(def.state.inverse_inertia_world.rows[i], 1.0f / inertia);
-        }
-    }
-    pli_rigid* rigid = NULL;
-    CHECK_OK(pli_rigid_create(world, &def, &rigid));
-    pli_shape_release(shape);
-    return rigid;
-}
-
-static pli_rigid* make_ball(float height, float mass) {
-    pli_shape* sphere = NULL;
-    CHECK_OK(pli_shape_create_sphere(context, radius, &sphere));
-    return make_rigid(sphere, pli_vec3_make(0, height, 0), mass);
 }
 
 static pli_rigid* make_floor(void) {
     pli_shape* box = NULL;
     CHECK_OK(pli_shape_create_box(context, pli_vec3_make(50, 1, 50), &box));
-    return make_rigid(box, pli_vec3_make(0, -1.001f - margin, 0), 0.0f);
+    return make_rigid(box, -1.001f - sheet_margin, 0.0f);
 }
 
 /* The host gives a body its gravity and damping, and moves it after the step. */
@@ -113,7 +58,7 @@ static pli_rigid_state step_with(pli_rigid* rigid, float damping) {
 static float lowest_node(const pli_body* body) {
     const pli_vec4* positions = pli_body_get_view(body).positions;
     float lowest = positions[0].y;
-    for (int i = 1; i < NODES; ++i) {
+    for (int i = 1; i < SHEET_NODES; ++i) {
         lowest = fminf(lowest, positions[i].y);
     }
     return lowest;
@@ -123,8 +68,8 @@ static float lowest_node(const pli_body* body) {
    it was. Gradients bring it to rest, as deep as links of that stiffness let it; few sweeps let it hang 0.15 m lower,
    where friction keeps it turning. */
 static void drop_ball(bool is_exact, float mass, const contact_kind* kind) {
-    pli_body* body = make_sheet(true, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
-    pli_rigid* ball = make_ball(0.2f + radius, mass);
+    pli_body* body = make_cloth(SHEET_CORNERS, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
+    pli_rigid* ball = make_ball(0.2f + ball_radius, mass);
     float lowest = 1.0f, least_room = 1.0f, highest = 0.0f;
     pli_rigid_state state = pli_rigid_get_state(ball);
     for (int i = 0; i < 60 * seconds; ++i) {
@@ -138,8 +83,8 @@ static void drop_ball(bool is_exact, float mass, const contact_kind* kind) {
                   method_name(is_exact), (double)mass, kind->name, (double)lowest, speed, (double)least_room);
     check_at_most(highest, 0.5);
     assert_true(lowest > (is_exact ? -0.13f : -0.25f));
-    /* Nodes are seen when they are in the margin, and a step at 2 m/s is 3 cm. */
-    assert_true(least_room > radius - (kind->has_faces ? 0.5f : 2.0f) * margin);
+    /* Nodes are seen when they are in the sheet_margin, and a step at 2 m/s is 3 cm. */
+    assert_true(least_room > ball_radius - (kind->has_faces ? 0.5f : 2.0f) * sheet_margin);
     if (seconds == 5 && is_exact) { check_at_most(speed, kind->has_nodes ? 0.02 : 0.1); }
     pli_body_destroy(body);
     pli_rigid_destroy(ball);
@@ -166,8 +111,8 @@ static void test_balls_on_cloth_on_a_floor(void** unused) {
         const bool is_exact = i % 2 == 1;
         const float mass = masses[i / 2 % 2];
         const contact_kind* kind = &kinds[i / 4 == 0 ? 0 : 2];
-        pli_body* body = make_sheet(false, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
-        pli_rigid* ball = make_ball(0.2f + radius, mass);
+        pli_body* body = make_cloth(SHEET_LOOSE, 1000.0f * (1.0f + mass), is_exact, 0.05f, kind);
+        pli_rigid* ball = make_ball(0.2f + ball_radius, mass);
         pli_rigid_state state = pli_rigid_get_state(ball);
         float lowest = 1.0f;
         for (int k = 0; k < 120; ++k) {
@@ -177,8 +122,8 @@ static void test_balls_on_cloth_on_a_floor(void** unused) {
         print_message("%s, %g kg, %s: lowest at %.4f m, then at %.5f m with %.2g m/s\n", method_name(is_exact),
                       (double)mass, kind->name, (double)lowest, (double)state.pose.origin.y,
                       (double)pli_vec3_length(state.linear_velocity));
-        check_near(state.pose.origin.y, (double)(radius + margin) - 0.001, 1e-3);
-        assert_true(lowest > radius - margin);
+        check_near(state.pose.origin.y, (double)(ball_radius + sheet_margin) - 0.001, 1e-3);
+        assert_true(lowest > ball_radius - sheet_margin);
         check_at_most(pli_vec3_length(state.linear_velocity), 1e-3);
         pli_body_destroy(body);
         pli_rigid_destroy(ball);
@@ -191,10 +136,10 @@ static void test_a_box_on_cloth_stays(void** unused) {
     for (int i = 0; i < 4; ++i) {
         const bool is_exact = i % 2 == 1;
         const contact_kind* kind = &kinds[i / 2 == 0 ? 0 : 2];
-        pli_body* body = make_sheet(false, 2000.0f, is_exact, 0.01f, kind);
+        pli_body* body = make_cloth(SHEET_LOOSE, 2000.0f, is_exact, 0.01f, kind);
         pli_shape* shape = NULL;
         CHECK_OK(pli_shape_create_box(context, pli_vec3_make(0.15f, 0.15f, 0.15f), &shape));
-        pli_rigid* box = make_rigid(shape, pli_vec3_make(0, 0.24f, 0), 1.0f);
+        pli_rigid* box = make_rigid(shape, 0.24f, 1.0f);
         for (int k = 0; k < 60; ++k) {
             step_with(box, 0.0f);
         }
@@ -216,7 +161,7 @@ static void test_contacts_of_faces_share_momentum(void** unused) {
     (void)unused;
     CHECK_OK(pli_world_set_gravity(world, pli_vec3_make(0, 0, 0)));
     for (int i = 0; i < 4; ++i) {
-        pli_body* body = make_sheet(false, 5000.0f, i % 2 == 1, 0.0f, &kinds[i / 2 == 0 ? 1 : 2]);
+        pli_body* body = make_cloth(SHEET_LOOSE, 5000.0f, i % 2 == 1, 0.0f, &kinds[i / 2 == 0 ? 1 : 2]);
         pli_rigid* ball = make_ball(0.33f, 2.0f);
         pli_rigid_state state = pli_rigid_get_state(ball);
         state.linear_velocity = pli_vec3_make(0.3f, -2, 0);
@@ -228,9 +173,9 @@ static void test_contacts_of_faces_share_momentum(void** unused) {
         const pli_vec4* velocities = pli_body_get_view(body).velocities;
         const pli_vec3 end = pli_rigid_get_state(ball).linear_velocity;
         double x = 2.0 * (double)end.x, y = 2.0 * (double)end.y;
-        for (int k = 0; k < NODES; ++k) {
-            x += (double)velocities[k].x / NODES;
-            y += (double)velocities[k].y / NODES;
+        for (int k = 0; k < SHEET_NODES; ++k) {
+            x += (double)velocities[k].x / SHEET_NODES;
+            y += (double)velocities[k].y / SHEET_NODES;
         }
         print_message("ball at %.3f m/s, momentum %.6f, %.6f N s\n", (double)end.y, x, y);
         assert_true(end.y > -1.9f);

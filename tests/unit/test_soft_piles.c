@@ -18,45 +18,54 @@ static void check_sheets(const fixture* f, pile_def def, double most_stretch, fl
     assert_int_equal(pile_make_sheets(f->world, &def, &sheets), PLI_OK);
     size_t bytes = 0;
     double stretch = 0;
+    int contacts = 0;
     for (int frame = 0; frame < 240; ++frame) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-        check_at_most(pile_contacts(&sheets), 4 * pile_nodes(&sheets));
+        const int found = pile_contacts(&sheets);
+        contacts = found > contacts ? found : contacts;
         stretch = fmax(stretch, pile_stretch(&sheets));
         if (frame < 60) { bytes = pli_context_allocated_bytes(f->context); }
     }
-    print_message("stretch %.3f, speed %.4f m/s, %d nodes below, %.1f MB\n", stretch, pile_rms_speed(&sheets),
+    print_message("%.2f contacts per node, stretch %.3f, speed %.4f m/s, %d nodes below, %.1f MB\n",
+                  (double)contacts / pile_nodes(&sheets), stretch, pile_rms_speed(&sheets),
                   pile_nodes_below(&sheets, depth), (double)bytes * 1e-6);
     check_at_most(pli_context_allocated_bytes(f->context), bytes);
+    check_at_most(contacts, 4 * pile_nodes(&sheets));
     check_at_most(stretch, most_stretch);
     check_at_most(pile_nodes_below(&sheets, depth), most_below);
 }
 
 static void test_sheets_lie_on_sheets_position_based(void** state) {
-    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 10, .colored = true}, 0.25, 0.04f, 100);
+    check_sheets(*state, (pile_def){.margin = 0.02f, .iterations = 10, .colored = true}, 0.25, 0.04f, 70);
 }
 static void test_sheets_lie_on_sheets_implicit(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 5}, 0.1, 0.04f, 100);
+    check_sheets(*state, (pile_def){.solver = PILE_IMPLICIT, .margin = 0.02f, .iterations = 5}, 0.1, 0.04f, 40);
 }
 static void test_sheets_lie_on_sheets_xpbd(void** state) {
-    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.05f, .iterations = 10}, 0.05, 0.005f, 20);
+    check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.05f, .iterations = 10}, 0.05, 0.005f, 0);
 }
 static void test_thin_sheets_lie_on_sheets_xpbd(void** state) {
     check_sheets(*state, (pile_def){.solver = PILE_XPBD, .margin = 0.02f, .iterations = 10, .recovery_speed = 1}, 0.05,
-                 0.005f, 20);
+                 0.005f, 0);
 }
 
 /* Balls that overlap while they fall: what parts them gives little energy. */
 static void check_balls(const fixture* f, pile_def def) {
     pile balls;
-    const double parting = 3 * 0.1 * PILE_BALLS; /* J, what links take back of shifts of 1 m/s, per contact */
+    double most = 0;
+    /* J: what links take back of the shifts; most in the substeps of XPBD. */
+    const double parting = (def.solver == PILE_XPBD ? 2.2 : 0.06) * 0.1 * PILE_BALLS;
     assert_int_equal(pile_make_balls(f->world, &def, &balls), PLI_OK);
     for (int frame = 1; frame <= 120; ++frame) {
         assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
         const double speed = 10.0 * frame / 60.0, mass = 0.1 * PILE_BALLS;
         check_at_most(pile_contacts(&balls), 4 * pile_nodes(&balls));
-        check_at_most(pile_kinetic_energy(&balls), 0.5 * mass * speed * speed + parting);
+        const double gained = pile_kinetic_energy(&balls) - 0.5 * mass * speed * speed;
+        most = fmax(most, gained);
+        check_at_most(gained, parting);
         check_at_most(pile_stretch(&balls), 0.1);
     }
+    print_message("%.2f J/kg more than gravity gave\n", most / (0.1 * PILE_BALLS));
 }
 
 static void test_balls_part_with_little_energy(void** state) {

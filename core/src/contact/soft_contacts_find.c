@@ -289,12 +289,14 @@ static pli_vec3 soft_contacts_common_motion(const pli_body* body) {
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data) {
     plii_soft_contacts_state *state = data, *other_state = other_data;
     const int count = state->count, other_count = other_state->count;
+    const float dt = body->step.dt;
     plii_soft_contacts_pass pass = {.node_body = body,
                                     .node_state = state,
                                     .face_body = other,
                                     .face_state = other_state,
                                     .search = state,
                                     .margin = body->collision_margin + other->collision_margin,
+                                    .fall = pli_vec3_length(body->world->def.gravity) * dt * dt,
                                     .use_boxes = state->node_boxes != NULL && other_state->node_boxes != NULL};
     if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(other); }
     pli_status status = soft_contacts_run_pass(&pass);

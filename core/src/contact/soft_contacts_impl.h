@@ -90,6 +90,7 @@ typedef struct plii_soft_contacts_pass {
     plii_soft_contacts_state* face_state;
     plii_soft_contacts_state* search;
     float margin;           /* sum of both */
+    float fall;             /* m, by gravity in this step, from rest */
     pli_vec3 common_motion; /* of the faces in this step; zero with Bullet's boxes, whose reach is that of the nodes */
     bool use_boxes;
     bool is_second; /* the nodes are those of the second body */

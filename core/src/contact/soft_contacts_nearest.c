@@ -2,7 +2,6 @@
    it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
    The others only repeat what these say. */
 
-#include "body/world_state.h"
 #include "contact/soft_contacts_impl.h"
 #include "geometry/closest_point.h"
 #include "math/vec.h"
@@ -64,10 +63,12 @@ static bool soft_contacts_crosses(const plii_soft_contacts_pass* pass, int node,
                                   soft_contacts_pick* pick) {
     const soft_contacts_corners before =
         soft_contacts_seen(pass->face_body->previous, face, pass->node_body->previous[node]);
-    const plii_triangle_size size_before = soft_contacts_size(&before);
-    if (!size_before.is_usable) { return false; }
-    const float from = -pli_vec3_dot(before.at[0], size_before.normal), to = -pli_vec3_dot(now->at[0], size->normal);
-    if (!((from > 0.0f && to < 0.0f) || (from < 0.0f && to > 0.0f))) { return false; }
+    const float to = -pli_vec3_dot(now->at[0], size->normal);
+    const pli_vec3 cross =
+        pli_vec3_cross(pli_vec3_sub(before.at[1], before.at[0]), pli_vec3_sub(before.at[2], before.at[0]));
+    const float volume = -pli_vec3_dot(before.at[0], cross); /* six times that of the face and the node */
+    if (!((volume > 0.0f && to < 0.0f) || (volume < 0.0f && to > 0.0f))) { return false; }
+    const float from = volume / pli_vec3_length(cross);
     pick->time = from / (from - to);
     pli_vec3 met[3];
     for (int k = 0; k < 3; ++k) {
@@ -123,9 +124,7 @@ static pli_status soft_contacts_take(const plii_soft_contacts_pass* pass, const 
 /* What is fast is stopped before it is there, and so stays on its side. What gravity does in a step to a body at rest
    does not count. */
 static float soft_contacts_margin(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
-    const pli_body* body = pass->node_body;
-    const float fall = pli_vec3_length(body->world->def.gravity) * body->step.dt * body->step.dt;
-    return plii_max(pass->margin, near.reach - 2.0f * fall);
+    return plii_max(pass->margin, near.reach - 2.0f * pass->fall);
 }
 
 /* The faces of one node and one other body. */
