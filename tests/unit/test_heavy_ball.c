@@ -16,7 +16,9 @@ static outcome drop(float mass, bool has_rim, bool has_faces, bool has_tethers) 
     pli_solver_settings settings = pli_body_def_default().solver;
     settings.position_iterations = 8;
     settings.velocity_damping = 0.05f;
-    pli_body* sheet = make_sheet(has_rim ? SHEET_RIM : SHEET_CORNERS, &settings, true, has_faces);
+    pli_body* sheet = make_sheet(has_rim ? SHEET_RIM : SHEET_CORNERS, &settings, true, false);
+    /* With a friction of 1 the sheet parts around 20 kg where corners alone hold it, without tethers. */
+    if (has_faces) { CHECK_OK(pli_body_enable_rigid_face_contacts(sheet, NULL)); }
     CHECK_OK(pli_body_enable_colored_links(sheet));
     if (has_tethers) { assert_int_equal(pli_body_enable_tethers(sheet, NULL), PLI_OK); }
     pli_rigid* ball = make_ball(ball_radius + 0.2f, mass);
