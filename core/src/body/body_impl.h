@@ -20,8 +20,13 @@ typedef uint16_t plii_link_tag;
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    void (*solve)(pli_body* body);
-    bool has_substeps; /* runs the substeps of features instead of PREPARE and POSITION */
+    /* The solve: begin -> sweep*n -> end. Bodies that touch each other go through it side by side where they can
+       (world/islands.h). */
+    int (*sweeps)(const pli_body* body);
+    void (*begin)(pli_body* body); /* optional */
+    void (*sweep)(pli_body* body, int sweep);
+    void (*end)(pli_body* body); /* optional */
+    bool has_substeps;           /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
        out. */
     float contact_reach;
@@ -55,6 +60,7 @@ struct pli_body {
 
     float collision_margin;
     const plii_solver_class* solver_class;
+    void* solver_state; /* of the implicit solver */
     pli_solver_settings solver;
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */
@@ -78,7 +84,11 @@ struct pli_body {
     uint8_t* anchored; /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
-    pli_rigid* followed_rigids; /* list by path.next, see body/substep_rigid.h */
+    bool is_solved; /* in this step, while others are */
+    /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
+    pli_body *island, *island_next;
+    pli_rigid* followed_rigids;                      /* list by path.next, see body/substep_rigid.h */
+    void (*finish_rigids)(pli_body* body, float dt); /* set when there are some; dt of a substep, s */
     const pli_rigid** ignored_rigids;
     int ignored_rigid_count, ignored_rigid_capacity;
 };

@@ -91,7 +91,6 @@ static void iterated_sweeps_iterate(pli_body* body, void* data) {
     state->substep.is_first_sweep = state->done == 0;
     state->substep.is_last_sweep = ++state->done == body->solver.position_iterations;
     plii_substep_kinds_sweep(body, &state->kinds, &state->substep);
-    if (state->substep.is_last_sweep) { plii_substep_rigids_finish(body, &state->substep); }
 }
 
 enum { ITERATED_SWEEPS_ORDER = 300 }; /* after all else */

@@ -16,6 +16,7 @@ void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid) {
     path->is_pushed = false;
     path->next = body->followed_rigids;
     body->followed_rigids = rigid;
+    body->finish_rigids = plii_substep_rigids_finish;
 }
 
 static void substep_rigid_begin(pli_rigid* rigid, const pli_body* body, float dt) {
@@ -55,7 +56,7 @@ void plii_substep_rigids_restart(const pli_body* body, const plii_substep* subst
 }
 
 /* One that was not pushed, or takes no impulses, goes as its host moves it. */
-void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep) {
+void plii_substep_rigids_finish(pli_body* body, float dt) {
     while (body->followed_rigids != NULL) {
         pli_rigid* rigid = body->followed_rigids;
         plii_rigid_path* path = &rigid->path;
@@ -65,7 +66,7 @@ void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep) {
             plii_rigid_set_velocity(rigid, path->start);
             continue;
         }
-        substep_rigid_move(rigid, substep->dt);
+        substep_rigid_move(rigid, dt);
         const plii_twist expected = plii_twist_scale(plii_twist_add(path->start, path->drift), body->step.dt);
         path->shift = plii_twist_add(path->shift, plii_twist_sub(path->moved, expected));
         path->carried = plii_twist_add(path->carried, plii_twist_sub(plii_rigid_velocity(rigid), path->start));

@@ -11,7 +11,8 @@
 void plii_substep_follow_rigid(pli_body* body, pli_rigid* rigid);
 /* At the start of every substep, and after the last one. */
 void plii_substep_rigids_restart(const pli_body* body, const plii_substep* substep);
-void plii_substep_rigids_finish(pli_body* body, const plii_substep* substep);
+/* dt: s, of a substep */
+void plii_substep_rigids_finish(pli_body* body, float dt);
 
 typedef struct plii_substep_rigid_point {
     pli_rigid* rigid;

@@ -21,6 +21,9 @@ struct pli_world {
     int body_count, body_capacity;
     pli_body** sweep; /* [body_count] sorted by the lower x bound */
     int sweep_capacity;
+    int* islands; /* [body_count] parents of disjoint sets (union_find.h) of bodies that touch, when there are some */
+    int island_capacity;
+    bool has_islands; /* in this step, or the last one */
     pli_rigid** rigids;
     int rigid_count, rigid_capacity;
     pli_event* events;
@@ -40,6 +43,17 @@ void plii_world_note_shortage(pli_world* world);
 void plii_world_add_event(pli_world* world, pli_event event);
 /* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
 void plii_world_add_anchors_lost(pli_body* body);
+
+/* The bodies touch: they are solved together in this step, where their solves have the same parts. */
+void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other);
+static inline bool plii_bodies_are_joined(const pli_body* body, const pli_body* other) {
+    return body->island != NULL && body->island == other->island;
+}
+
+/* What memory is missing from now on is missing for this body. */
+static inline void plii_world_begin_body(const pli_body* body) {
+    body->context->pass = (plii_pass){body->world_index, NULL};
+}
 
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
 static inline bool plii_follows_rigids(const pli_body* body) {

@@ -312,6 +312,8 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
     if (status != PLI_OK) {
         state->count = count;
         other_state->count = other_count;
+    } else if (!pass.use_boxes && (state->count > count || other_state->count > other_count)) {
+        plii_world_join_bodies(body->world, body, other);
     }
     return status;
 }

@@ -2,9 +2,10 @@
    it comes from; else the nearest one, and those whose own nearest point lies inside of them and that face another way.
    The others only repeat what these say. */
 
+#include "math/simd_float4.h"
+
 #include "contact/soft_contacts_impl.h"
-#include "geometry/closest_point.h"
-#include "math/vec.h"
+#include "geometry/closest_point4.h"
 
 /* Contacts of a node with one other body. */
 enum { SOFT_CONTACTS_MOST_NEAREST = 3 };
@@ -163,16 +164,65 @@ static void soft_contacts_look_at(const plii_soft_contacts_pass* pass, plii_soft
     }
 }
 
-pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+/* Of faces whose nearest point is on their rim only the nearest one counts. */
+typedef struct soft_contacts_rim {
+    float squared; /* of the distance, m^2 */
+    int face_index;
+} soft_contacts_rim;
+
+/* A triangle this much longer than the reach is not measured in float. */
+#define SOFT_CONTACTS_COARSE 1e3f
+
+/* Looks at four faces from afar, and closer at those that the node may cross or whose nearest point lies inside. */
+static void soft_contacts_look_at_four(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near, int side,
+                                       const int* face_indices, int count, soft_contacts_picks* picks,
+                                       soft_contacts_rim* rim) {
+    const pli_body *node_body = pass->node_body, *face_body = pass->face_body;
+    const int* faces[4];
+    for (int k = 0; k < 4; ++k) {
+        faces[k] = face_body->topology->faces[face_indices[k < count ? k : 0]];
+    }
+    const plii_triangle4 now =
+        plii_triangle4_seen(face_body->positions, faces, plii_xyz(node_body->positions[near.node]));
+    const plii_triangle4 before =
+        plii_triangle4_seen(face_body->previous, faces, plii_xyz(node_body->previous[near.node]));
+    const plii_distance4 distance = plii_triangle4_distance(&now);
+    const float reach = 1.001f * near.reach, coarse = SOFT_CONTACTS_COARSE * near.reach;
+    const plii_float4 height = distance.height, squared = distance.squared;
+    const int low = plii_lanes_bits((height <= reach) & (height >= -reach));
+    const int crossed = plii_lanes_bits(plii_triangle4_volume(&before) * height <= 0.0f);
+    const int close = plii_lanes_bits(squared <= reach * reach);
+    const int is_coarse = plii_lanes_bits(distance.longest_squared > coarse * coarse);
+    const int wanted = distance.usable & low & ((1 << count) - 1);
+    const int looked_at = wanted & (crossed | (close & distance.inside) | is_coarse);
+    for (int k = 0; k < count; ++k) {
+        if (looked_at >> k & 1) {
+            soft_contacts_look_at(pass, near, side, face_indices[k], picks);
+        } else if ((wanted & close) >> k & 1 && squared[k] < rim->squared) {
+            *rim = (soft_contacts_rim){squared[k], face_indices[k]};
+        }
+    }
+}
+
+/* The faces near a node that are found. */
+static soft_contacts_picks soft_contacts_look(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
     const plii_soft_contacts_state* search = pass->search;
-    if (search->hit_count == 0) { return PLI_OK; }
     soft_contacts_picks picks; /* what is not set is not read */
     picks.crossed.time = picks.behind.distance = picks.nearest.distance = INFINITY;
     picks.inside_count = 0;
     const int side = soft_contacts_side_before(pass, near.node);
-    for (int i = 0; i < search->hit_count; ++i) {
-        soft_contacts_look_at(pass, near, side, search->hits[i], &picks);
+    soft_contacts_rim rim = {INFINITY, -1};
+    for (int i = 0; i < search->hit_count; i += 4) {
+        const int left = search->hit_count - i;
+        soft_contacts_look_at_four(pass, near, side, &search->hits[i], left < 4 ? left : 4, &picks, &rim);
     }
+    if (rim.face_index >= 0) { soft_contacts_look_at(pass, near, side, rim.face_index, &picks); }
+    return picks;
+}
+
+pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, plii_soft_contacts_node near) {
+    if (pass->search->hit_count == 0) { return PLI_OK; }
+    const soft_contacts_picks picks = soft_contacts_look(pass, near);
     if (picks.crossed.time < INFINITY) { return soft_contacts_take(pass, &picks.crossed); }
     if (picks.behind.distance < picks.nearest.distance) { return soft_contacts_take(pass, &picks.behind); }
     if (!(picks.nearest.distance < INFINITY)) { return PLI_OK; }

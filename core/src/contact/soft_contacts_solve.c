@@ -1,7 +1,7 @@
 /* The solve of contacts of nodes with the faces of another soft body (btSoftBody::PSolve_SContacts).
 
-   Bodies are solved one after the other, so, as in Bullet, a contact moves the nodes of a body that was solved before
-   without changing their velocities. */
+   In reference mode, and of bodies that cannot be solved side by side, one is solved before the other. As in Bullet a
+   contact moves its nodes then; outside of reference mode it gives them their velocities, too. */
 
 #include "contact/contact_substep.h"
 #include "contact/soft_contacts_impl.h"
@@ -95,7 +95,7 @@ void plii_soft_contacts_solve(pli_body* body, void* data) {
         soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
         soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
         soft_contacts_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
-        if (shifts && other->world_index < body->world_index) {
+        if (shifts && other->is_solved) {
             soft_contacts_push_solved(other, face, weights, pli_vec3_scale(correction, contact->face_share));
         }
     }

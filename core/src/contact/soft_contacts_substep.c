@@ -46,10 +46,6 @@ static pli_vec3 soft_substep_blend(const plii_soft_substep_contact* contact, con
     return sum;
 }
 
-static bool soft_substep_is_done(const pli_body* body, const pli_body* other) {
-    return other->world_index < body->world_index;
-}
-
 static pli_vec3 soft_substep_motion(const plii_soft_substep_contact* contact, const plii_substep* substep) {
     return pli_vec3_scale(soft_substep_blend(contact, contact->body->velocities), substep->dt);
 }
@@ -61,13 +57,12 @@ static void soft_substep_push(const pli_body* body, const plii_soft_substep_cont
     if (other->is_frozen) { return; }
     /* One that is done takes the change along into the next step, in which what holds it together acts on it; moved at
        once it would be stretched, and come back with speed. */
-    const bool is_done = soft_substep_is_done(body, other);
     for (int k = 0; k < 3; ++k) {
         const int node = contact->face[k];
         const pli_vec3 change =
             pli_vec3_scale(push, -other->positions[node].w * contact->weights[k] * substep->inverse_dt);
         plii_set_xyz(&other->velocities[node], pli_vec3_add(plii_xyz(other->velocities[node]), change));
-        if (is_done) { continue; }
+        if (other->is_solved) { continue; }
         plii_set_xyz(&other->positions[node],
                      pli_vec3_add(plii_xyz(other->positions[node]), pli_vec3_scale(change, body->step.dt)));
     }
@@ -91,7 +86,7 @@ static plii_soft_substep_contact soft_substep_make(const pli_body* body, const p
     }
     const pli_vec3 before = soft_substep_blend(&contact, other->previous);
     contact.point = before;
-    if (soft_substep_is_done(body, other)) {
+    if (other->is_solved) {
         const pli_vec3 velocity = soft_substep_blend(&contact, other->velocities);
         contact.point =
             pli_vec3_sub(soft_substep_blend(&contact, other->positions), pli_vec3_scale(velocity, body->step.dt));

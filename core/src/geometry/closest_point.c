@@ -4,9 +4,6 @@
 
 #include "math/dvec3.h"
 
-/* Doubled area below this share of the longest edge squared counts as none. */
-#define TRIANGLE_MIN_SHAPE 1e-6f
-
 plii_triangle_size plii_measure_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     const pli_vec3 ab = pli_vec3_sub(b, a), ac = pli_vec3_sub(c, a), bc = pli_vec3_sub(c, b);
     const pli_vec3 cross = pli_vec3_cross(ab, ac);
@@ -16,7 +13,7 @@ plii_triangle_size plii_measure_triangle(pli_vec3 a, pli_vec3 b, pli_vec3 c) {
     return (plii_triangle_size){.doubled_area = area,
                                 .longest_squared = longest,
                                 .normal = pli_vec3_make(cross.x / area, cross.y / area, cross.z / area),
-                                .is_usable = area > TRIANGLE_MIN_SHAPE * longest && area > FLT_MIN};
+                                .is_usable = area > PLII_TRIANGLE_MIN_SHAPE * longest && area > FLT_MIN};
 }
 
 static plii_closest_feature closest_feature(plii_triangle_feature feature, float a, float b, float c) {

@@ -13,6 +13,9 @@ typedef enum plii_triangle_feature {
     PLII_TRIANGLE_FACE
 } plii_triangle_feature;
 
+/* Doubled area below this share of the longest edge squared counts as none. */
+#define PLII_TRIANGLE_MIN_SHAPE 1e-6f
+
 /* How large a triangle is. */
 typedef struct plii_triangle_size {
     float doubled_area, longest_squared; /* m^2; of the longest edge */

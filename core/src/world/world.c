@@ -6,6 +6,7 @@
 
 #include "math/definition.h"
 #include "shape/shape_impl.h"
+#include "world/islands.h"
 
 #include <string.h>
 
@@ -58,6 +59,7 @@ void pli_world_destroy(pli_world* world) {
     }
     PLII_RELEASE(context, world->bodies, world->body_capacity);
     PLII_RELEASE(context, world->sweep, world->sweep_capacity);
+    PLII_RELEASE(context, world->islands, world->island_capacity);
     PLII_RELEASE(context, world->rigids, world->rigid_capacity);
     PLII_RELEASE(context, world->events, world->event_capacity);
     plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
@@ -100,6 +102,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     const int count = world->body_count + 1;
     if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
         !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
+        !PLII_RESERVE(world->context, &world->islands, &world->island_capacity, count) ||
         !world_reserve_events(world, count, world->rigid_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
@@ -215,10 +218,6 @@ static uint64_t world_begin_call(pli_world* world) {
     return world->context->shortage.count;
 }
 
-static void world_begin_body(const pli_world* world, const pli_body* body) {
-    world->context->pass = (plii_pass){body->world_index, NULL};
-}
-
 static pli_status world_fail_shortage(const pli_world* world, const plii_shortage* shortage, const char* function) {
     const plii_feature_class* feature = shortage->pass.feature;
     return plii_fail(world->context, PLI_ERROR_OUT_OF_MEMORY, function,
@@ -285,6 +284,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->is_stepping = true;
     world->dt = dt;
     world->event_count = 0;
+    plii_islands_start(world);
     for (int i = 0; i < world->rigid_count; ++i) {
         plii_rigid_begin_step(world->rigids[i]);
     }
@@ -293,7 +293,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     for (int i = world->body_count - 1; i >= 0; --i) {
         pli_body* body = world->bodies[i];
         if (body->is_frozen) { continue; }
-        world_begin_body(world, body);
+        plii_world_begin_body(body);
         body->solver_class->predict(body, dt);
     }
     plii_world_profile(world, "predict", NULL, false);
@@ -320,7 +320,7 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     if (body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return; }
-    world_begin_body(world, body);
+    plii_world_begin_body(body);
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->collide_rigid == NULL) { continue; }
@@ -347,7 +347,7 @@ bool pli_body_collides_with_bodies(const pli_body* body) {
 
 static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
     if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
-    world_begin_body(world, body_a);
+    plii_world_begin_body(body_a);
     for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body_a->pipeline.features[i];
         if (feature->klass->collide_body == NULL) { continue; }
@@ -375,7 +375,7 @@ static void world_run_joint_stage(pli_world* world, plii_stage stage) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
         if (body->is_frozen) { continue; }
-        world_begin_body(world, body);
+        plii_world_begin_body(body);
         plii_run_stage(body, stage);
     }
 }
@@ -432,19 +432,14 @@ static pli_status world_solve(pli_world* world, const char* function) {
     world_solve_joints(world);
     plii_world_profile(world, "joints", NULL, false);
     plii_world_profile(world, "solve", NULL, true);
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen) { continue; }
-        world_begin_body(world, body);
-        body->solver_class->solve(body);
-    }
+    plii_islands_solve(world);
     plii_world_profile(world, "solve", NULL, false);
     /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
     plii_world_profile(world, "refresh", NULL, true);
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
         if (body->is_frozen) { continue; }
-        world_begin_body(world, body);
+        plii_world_begin_body(body);
         plii_body_refresh(body);
     }
     plii_world_profile(world, "refresh", NULL, false);

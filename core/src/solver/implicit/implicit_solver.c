@@ -281,14 +281,24 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
     }
 }
 
-static void implicit_solve(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &implicit_class);
+static int implicit_sweeps(const pli_body* body) {
+    return body->solver.position_iterations;
+}
+
+static void implicit_begin(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, state);
-    for (int i = 0; i < body->solver.position_iterations; ++i) {
-        plii_run_stage(body, PLII_STAGE_POSITION);
-        implicit_project_moved_nodes(body, &state->constraints);
-    }
+    implicit_solve_constraints(body, body->solver_state);
+}
+
+static void implicit_sweep(pli_body* body, int iteration) {
+    implicit_state* state = body->solver_state;
+    (void)iteration;
+    plii_run_stage(body, PLII_STAGE_POSITION);
+    implicit_project_moved_nodes(body, &state->constraints);
+}
+
+static void implicit_end(pli_body* body) {
+    const implicit_state* state = body->solver_state;
     implicit_follow_corrections(body);
     implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
@@ -302,21 +312,25 @@ static void implicit_solve(pli_body* body) {
 
 static const plii_solver_class implicit_solver = {.name = "implicit",
                                                   .predict = implicit_predict,
-                                                  .solve = implicit_solve,
+                                                  .sweeps = implicit_sweeps,
+                                                  .begin = implicit_begin,
+                                                  .sweep = implicit_sweep,
+                                                  .end = implicit_end,
                                                   .solves_constraints = true,
                                                   .contact_reach = IMPLICIT_CONTACT_REACH};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static pli_status implicit_enable(pli_body* body, void* data) {
-    (void)data;
     body->solver_class = &implicit_solver;
+    body->solver_state = data;
     return PLI_OK;
 }
 
 static void implicit_disable(pli_body* body, void* data) {
     (void)data;
     body->solver_class = &plii_position_solver;
+    body->solver_state = NULL;
 }
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */

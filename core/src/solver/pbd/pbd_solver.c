@@ -98,23 +98,33 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
-static void solver_solve(pli_body* body) {
-    const plii_step* step = &body->step;
-    const pli_solver_settings* settings = &body->solver;
+static int solver_sweeps(const pli_body* body) {
+    return body->solver.position_iterations;
+}
 
+static void solver_begin(pli_body* body) {
+    const pli_solver_settings* settings = &body->solver;
     plii_run_stage(body, PLII_STAGE_PREPARE);
     if (settings->velocity_iterations > 0) {
         for (int i = 0; i < settings->velocity_iterations; ++i) {
             plii_run_stage(body, PLII_STAGE_VELOCITY);
         }
-        solver_positions_from_velocities(body, step->dt);
+        solver_positions_from_velocities(body, body->step.dt);
     }
+}
+
+static void solver_sweep(pli_body* body, int iteration) {
+    (void)iteration;
+    plii_run_stage(body, PLII_STAGE_POSITION);
+}
+
+static void solver_end(pli_body* body) {
+    const plii_step* step = &body->step;
+    const pli_solver_settings* settings = &body->solver;
+    if (body->followed_rigids != NULL) { body->finish_rigids(body, step->dt); }
     const plii_pbd_nodes_kernel* pass = PLII_KERNEL(body->context, &plii_pbd_nodes);
     plii_pbd_nodes nodes = solver_nodes_of(body);
     if (settings->position_iterations > 0) {
-        for (int i = 0; i < settings->position_iterations; ++i) {
-            plii_run_stage(body, PLII_STAGE_POSITION);
-        }
         nodes.rate = step->inverse_dt * (1.0f - settings->velocity_damping);
         solver_run_pass(body, &nodes, pass->set_velocities);
     }
@@ -134,7 +144,13 @@ static void solver_solve(pli_body* body) {
 }
 
 const plii_solver_class plii_position_solver = {
-    .name = "position-based", .predict = solver_predict, .solve = solver_solve};
+    .name = "position-based",
+    .predict = solver_predict,
+    .sweeps = solver_sweeps,
+    .begin = solver_begin,
+    .sweep = solver_sweep,
+    .end = solver_end,
+};
 
 pli_status plii_solver_check_change(const pli_body* body, const plii_solver_class* solver_class, const char* function) {
     if (body->solver_class != &plii_position_solver && body->solver_class != solver_class) {

@@ -125,10 +125,11 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const plii_su
         }
     }
     if (nodes.kept < 1.0f) { xpbd_run_pass(body, &nodes, pass->damp); }
-    plii_substep_rigids_finish(body, substep);
+    plii_substep_rigids_finish(body, substep->dt);
 }
 
-static void xpbd_solve(pli_body* body) {
+static void xpbd_solve(pli_body* body, int sweep) {
+    (void)sweep;
     const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
@@ -143,8 +144,14 @@ static void xpbd_solve(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
+/* Substeps side by side with those of bodies that touch were tried (docs/experiments.md). */
+static int xpbd_sweeps(const pli_body* body) {
+    (void)body;
+    return 1;
+}
+
 static const plii_solver_class xpbd_solver = {
-    .name = "XPBD", .predict = xpbd_predict, .solve = xpbd_solve, .has_substeps = true};
+    .name = "XPBD", .predict = xpbd_predict, .sweeps = xpbd_sweeps, .sweep = xpbd_solve, .has_substeps = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 

@@ -1,0 +1,80 @@
+#include "world/islands.h"
+
+#include "base/union_find.h"
+
+void plii_islands_start(pli_world* world) {
+    if (!world->has_islands) { return; }
+    for (int i = 0; i < world->body_count; ++i) {
+        world->bodies[i]->island = world->bodies[i]->island_next = NULL;
+    }
+    world->has_islands = false;
+}
+
+/* Each takes its velocities from the same time, after as many sweeps. */
+static bool islands_are_in_step(const pli_body* body, const pli_body* other) {
+    const plii_solver_class* solver = body->solver_class;
+    return other->solver_class == solver && !solver->has_substeps && other->step.dt == body->step.dt &&
+           solver->sweeps(other) == solver->sweeps(body);
+}
+
+void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
+    if (!islands_are_in_step(body, other)) { return; }
+    if (!world->has_islands) {
+        plii_union_start(world->body_count, world->islands);
+        world->has_islands = true;
+    }
+    plii_union_join(world->islands, body->world_index, other->world_index);
+}
+
+/* From the last body, so that lists come in the order of bodies. The root is the first one. */
+static void islands_link(pli_world* world) {
+    plii_union_flatten(world->body_count, world->islands);
+    for (int i = world->body_count - 1; i >= 0; --i) {
+        pli_body *body = world->bodies[i], *root = world->bodies[world->islands[i]];
+        if (body == root) { continue; }
+        body->island = root->island = root;
+        body->island_next = root->island_next;
+        root->island_next = body;
+    }
+}
+
+// --------------------------------------------------------------------------------------------------------- solving
+
+static void islands_run(pli_body* first, void (*run)(pli_body* body)) {
+    for (pli_body* body = first; run != NULL && body != NULL; body = body->island_next) {
+        plii_world_begin_body(body);
+        run(body);
+    }
+}
+
+static void islands_sweep(pli_body* first, int sweep) {
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        plii_world_begin_body(body);
+        body->solver_class->sweep(body, sweep);
+    }
+}
+
+static void islands_solve(pli_body* first) {
+    const plii_solver_class* solver = first->solver_class;
+    const int sweeps = solver->sweeps(first);
+    islands_run(first, solver->begin);
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        islands_sweep(first, sweep);
+    }
+    islands_run(first, solver->end);
+    for (pli_body* body = first; body != NULL; body = body->island_next) {
+        body->is_solved = true;
+    }
+}
+
+void plii_islands_solve(pli_world* world) {
+    if (world->has_islands) { islands_link(world); }
+    for (int i = 0; i < world->body_count; ++i) {
+        world->bodies[i]->is_solved = false;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        const bool is_led = body->island != NULL && body->island != body;
+        if (!body->is_frozen && !is_led) { islands_solve(body); }
+    }
+}
