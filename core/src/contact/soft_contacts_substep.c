@@ -157,6 +157,11 @@ static void soft_substep_sweep(pli_body* body, void* data, const plii_substep* s
         soft_substep_push(body, contact, pli_vec3_sub(friction, contact->friction), substep);
         contact->friction = friction;
     }
+    for (int i = 0; substep->is_last_sweep && i < state->count && i < found->impulse_count; ++i) {
+        const plii_soft_substep_contact* contact = &state->contacts[i];
+        const pli_vec3 push = pli_vec3_add(pli_vec3_scale(contact->normal, contact->multiplier), contact->friction);
+        plii_contact_impulses_push(&found->impulses, i, pli_vec3_scale(push, substep->inverse_dt));
+    }
 }
 
 // ------------------------------------------------------------------------------------------------- taking part
