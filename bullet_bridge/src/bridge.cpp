@@ -1,6 +1,7 @@
 #include "pliant_bullet/pliant_bullet.h"
 
 #include "bridge_impl.h"
+#include "rigid_proxy.h"
 #include "soft_object.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -35,6 +36,11 @@ pli_status Bridge::remove_body(pli_body* body) {
 
 btCollisionObject* Bridge::object(const pli_body* body) const {
     return impl_->find(body);
+}
+
+const btCollisionObject* Bridge::object(const pli_rigid* rigid) const {
+    const RigidProxy* proxy = rigid != nullptr ? impl_->find_proxy(*rigid) : nullptr;
+    return proxy != nullptr ? proxy->object() : nullptr;
 }
 
 pli_body* Bridge::body(const btCollisionObject* object) const {

@@ -102,7 +102,9 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
     proxy.note_place();
     proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
-    if (proxy.rigid() != nullptr) { touched_.push_back(&proxy); }
+    if (proxy.rigid() == nullptr) { return; }
+    (void)pli_rigid_set_sensor(proxy.rigid(), !proxy.object()->hasContactResponse());
+    touched_.push_back(&proxy);
 }
 
 // Anchors need no contact to act.

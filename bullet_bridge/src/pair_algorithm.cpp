@@ -24,8 +24,8 @@ PairAlgorithm::~PairAlgorithm() {
 
 void PairAlgorithm::processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*,
                                      const btDispatcherInfo&, btManifoldResult*) {
-    // Bullet keeps contacts of such objects without solving them; soft contacts without response have no use.
-    if (!soft.hasContactResponse() || !other.hasContactResponse()) { return; }
+    // Objects without response are sensors to soft bodies; a soft body without response meets nothing.
+    if (!soft.hasContactResponse() || (other_soft != nullptr && !other.hasContactResponse())) { return; }
     const bool acts = other_soft == nullptr ||
                       (pli_body_collides_with_bodies(soft.body()) && pli_body_collides_with_bodies(other_soft->body()));
     if (acts) { soft.bridge().collect(*this); }

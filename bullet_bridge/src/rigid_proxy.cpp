@@ -130,6 +130,7 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
     const Response present = response();
     pli_rigid_def def = pli_rigid_def_default();
     def.kind = kind();
+    def.user_data = const_cast<btCollisionObject*>(object_); // for events; nothing here writes through it
     read_state(def.state);
     def.friction = to_float(present.friction);
     def.linear_factor = to_pli(present.linear_factor);

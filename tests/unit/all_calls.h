@@ -209,6 +209,11 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_get_soft_contacts, BODY, READS, CALL_VALUE(pli_body_get_soft_contacts(h->body, 0, NULL) == 0))          \
     X(pli_body_reorder_soft_contacts, BODY, CHANGES,                                                                   \
       CALL_STATUS(pli_body_reorder_soft_contacts(h->body, call_indices, 1)))                                           \
+    X(pli_body_enable_contact_events, BODY, CHANGES_IDLE,                                                              \
+      CALL_STATUS(pli_body_enable_contact_events(h->body, CALL_DEF(pli_contact_events))))                              \
+    X(pli_body_disable_contact_events, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_contact_events(h->body)))      \
+    X(pli_body_get_contact_events, BODY, READS,                                                                        \
+      CALL_VALUE(pli_body_get_contact_events(h->body, PLI_CONTACT_BEGIN, NULL) == NULL))                               \
     X(pli_body_enable_bullet_node_boxes, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_bullet_node_boxes(h->body)))  \
     X(pli_body_disable_bullet_node_boxes, BODY, CHANGES_IDLE,                                                          \
       CALL_STATUS(pli_body_disable_bullet_node_boxes(h->body)))                                                        \
@@ -310,6 +315,8 @@ static inline pli_status call_refine(const call_handles* h) {
       CALL_STATUS(pli_rigid_set_kind(h->rigid, PLI_RIGID_STATIC, &h->rigid_state)))                                    \
     X(pli_rigid_set_shapes, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_shapes(h->rigid, 1, &h->shape, NULL)))           \
     X(pli_rigid_set_shapes, SHAPE, CHANGES, CALL_STATUS(pli_rigid_set_shapes(h->rigid, 1, &h->shape, NULL)))           \
+    X(pli_rigid_set_sensor, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_sensor(h->rigid, true)))                         \
+    X(pli_rigid_is_sensor, RIGID, READS, CALL_VALUE(!pli_rigid_is_sensor(h->rigid)))                                   \
     X(pli_rigid_get_kind, RIGID, READS, CALL_VALUE(pli_rigid_get_kind(h->rigid) == PLI_RIGID_STATIC))                  \
     X(pli_rigid_get_user_data, RIGID, READS, CALL_VALUE(pli_rigid_get_user_data(h->rigid) == NULL))                    \
     X(pli_rigid_was_touched, RIGID, READS, CALL_VALUE(!pli_rigid_was_touched(h->rigid)))                               \

@@ -288,6 +288,47 @@ static void test_filters_hold(void**) {
     }
 }
 
+static void test_contact_events_name_objects(void**) {
+    for (const bool is_sensor : {false, true}) {
+        StockWorld stock;
+        btRigidBody& floor = stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
+        if (is_sensor) {
+            floor.setCollisionFlags(floor.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        }
+        pliant::Bridge bridge(*stock.world);
+        pli_body* sheet = add_sheet(bridge, 1, 0.3f, 5);
+        assert_int_equal(pli_body_enable_contact_events(sheet, nullptr), PLI_OK);
+        int begun = 0, persisting = 0, ended = 0;
+        float pushed = 0;
+        for (int i = 0; i < 300; ++i) {
+            stock.step(1);
+            int count = 0;
+            const pli_contact_event* begin = pli_body_get_contact_events(sheet, PLI_CONTACT_BEGIN, &count);
+            for (int k = 0; k < count; ++k) {
+                assert_ptr_equal(bridge.object(begin[k].rigid), &floor);
+                assert_ptr_equal(begin[k].user_data, &floor);
+                assert_true(begin[k].is_sensor == is_sensor);
+            }
+            begun += count;
+            (void)pli_body_get_contact_events(sheet, PLI_CONTACT_END, &count);
+            ended += count;
+            const pli_contact_event* goes_on = pli_body_get_contact_events(sheet, PLI_CONTACT_PERSIST, &count);
+            if (i < 240) { continue; }
+            persisting += count;
+            pushed += count > 0 ? goes_on->impulse.y / 60 : 0;
+        }
+        if (is_sensor) { // it falls through
+            assert_int_equal(begun, 1);
+            assert_int_equal(ended, 1);
+            continue;
+        }
+        assert_int_equal(begun, ended + 1);
+        assert_int_equal(persisting, 60); // in every step
+        check_near(pushed, pli_body_total_mass(sheet) * 10 / 60,
+                   0.01 * static_cast<double>(pli_body_total_mass(sheet)) / 6);
+    }
+}
+
 static void test_a_sleeping_box_wakes_under_a_falling_sheet(void**) {
     StockWorld stock;
     stock.add_box(btVector3(5, 1, 5), 0, btVector3(0, -1, 0));
@@ -626,6 +667,7 @@ int main() {
         cmocka_unit_test(test_what_is_prepared_goes_with_its_object),
         cmocka_unit_test(test_an_object_at_an_old_address_is_seen_as_it_is),
         cmocka_unit_test(test_filters_hold),
+        cmocka_unit_test(test_contact_events_name_objects),
         cmocka_unit_test(test_a_sleeping_box_wakes_under_a_falling_sheet),
         cmocka_unit_test(test_an_anchored_sleeping_box_wakes),
         cmocka_unit_test(test_a_kinematic_box_drags_a_sheet_by_friction),

@@ -5,6 +5,7 @@
 
 #include <pliant/pliant.h>
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -82,6 +83,11 @@ public:
     /// identity transform: the shape is in world space. A body whose object is inactive (DISABLE_SIMULATION,
     /// ISLAND_SLEEPING) or not in the world does not move.
     btCollisionObject* object(const pli_body* body) const;
+    /// The object of a proxy, as pli_contact_event::rigid names it; null when it is none of this bridge. Takes a search
+    /// through all proxies; pli_contact_event::user_data is the same pointer.
+    const btCollisionObject* object(const pli_rigid* rigid) const;
+    /// Null.
+    btCollisionObject* object(std::nullptr_t) const { return nullptr; }
     /// The body of a collision object, null when it is no body of this bridge.
     pli_body* body(const btCollisionObject* object) const;
     /// The body of a collision object, null when it is no body of any bridge.

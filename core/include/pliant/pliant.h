@@ -8,6 +8,7 @@
 #include "body.h"
 #include "cluster.h"
 #include "contact.h"
+#include "contact_events.h"
 #include "cut.h"
 #include "drawing.h"
 #include "forces.h"

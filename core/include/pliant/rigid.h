@@ -91,6 +91,14 @@ PLI_API pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present);
 /// False for one that pli_rigid_set_present has taken out.
 PLI_API bool pli_rigid_is_present(const pli_rigid* rigid);
 
+/// A sensor takes part in no contact: bodies go through it, and those with pli_body_enable_contact_events tell that
+/// they are in it. Anchors and joints to it hold. Default false. Contacts of the step in progress stay as they were
+/// made.
+PLI_API pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor);
+
+/// As set by pli_rigid_set_sensor.
+PLI_API bool pli_rigid_is_sensor(const pli_rigid* rigid);
+
 /// As in pli_rigid_def or pli_rigid_set_kind.
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
 

@@ -81,7 +81,8 @@ struct pli_body {
        rigid bodies are met by the nodes whose boxes they touch. */
     pli_bounds* node_boxes;
     const pli_bounds* soft_node_boxes;
-    uint8_t* anchored; /* [node_count] 1 where an anchor holds the node */
+    bool records_contacts; /* see contact_report.h */
+    uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     bool is_solved; /* in this step, while others are */

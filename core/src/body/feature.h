@@ -51,6 +51,7 @@ typedef enum plii_stage {
 enum { PLII_ORDER_LINKS = 40 };
 
 struct plii_node_constraint;
+struct plii_contact_report;
 
 typedef void plii_run_fn(pli_body* body, void* state);
 
@@ -151,6 +152,10 @@ typedef struct plii_feature_class {
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);
+    /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
+    void (*visit_contacts)(const pli_body* body, const void* state,
+                           void (*visit)(const struct plii_contact_report* report, void* user), void* user);
+    bool meets_sensors; /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
     size_t (*bytes)(const pli_body* body, const void* state); /* beyond state and arrays */

@@ -287,6 +287,16 @@ bool pli_rigid_is_present(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && !rigid->is_absent;
 }
 
+pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
+    PLII_TRY(rigid_check_change(rigid, __func__));
+    rigid->is_sensor = is_sensor;
+    return PLI_OK;
+}
+
+bool pli_rigid_is_sensor(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_sensor;
+}
+
 pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK ? rigid->kind : PLI_RIGID_STATIC;
 }

@@ -59,6 +59,7 @@ struct pli_rigid {
     float friction;
     pli_vec3 linear_factor, angular_factor;
     bool is_absent; /* pli_rigid_set_present */
+    bool is_sensor; /* pli_rigid_set_sensor */
     bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */

@@ -230,7 +230,8 @@ static pli_status rigid_faces_add(const plii_rigid_faces_pass* pass, int element
     contact.start = plii_rigid_faces_point(body->previous, &contact);
     plii_rigid_faces_prepare_contact(body, pass->candidate, pass->end, &contact);
     contact.slip = rigid_faces_slip(pass, &contact);
-    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
+    if (!PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1) ||
+        (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count))) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     state->contacts[state->count++] = contact;
@@ -501,6 +502,7 @@ enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
 static const plii_feature_array rigid_faces_arrays[] = {
     {PLII_LIST_OF(plii_rigid_faces, contacts, capacity)},
+    {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
     {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity)},
     {0},
 };
@@ -521,6 +523,7 @@ const plii_feature_class plii_rigid_faces_class = {
     .disable = rigid_faces_disable,
     .collide_rigid = rigid_faces_collide,
     .list_constraints = plii_rigid_faces_list_constraints,
+    .visit_contacts = plii_rigid_faces_visit_contacts,
     .on_rigid_removed = rigid_faces_on_rigid_removed,
     .bytes = rigid_faces_bytes,
     .topology_commit = rigid_faces_topology_commit,

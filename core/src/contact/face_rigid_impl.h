@@ -4,6 +4,7 @@
    (face_rigid_solve.c). */
 
 #include "body/body_impl.h"
+#include "body/contact_report.h"
 #include "body/node_constraint.h"
 #include "body/rigid_impl.h"
 #include "body/world_state.h"
@@ -48,6 +49,7 @@ typedef struct plii_rigid_faces {
     pli_rigid_face_contacts_def def;
     plii_rigid_face_contact* contacts;
     int count, capacity;
+    plii_contact_impulses impulses;
     plii_rigid_faces_candidate* candidates;
     int candidate_count, candidate_capacity;
     plii_pair_cache memory; /* sides of pairs at the end of the last step, and where they touched */
@@ -98,6 +100,8 @@ extern const plii_feature_class plii_rigid_faces_class;
 /* Of the implicit solver; and of XPBD. */
 int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, int capacity,
                                       plii_node_constraint* constraints);
+/* Of contact events. */
+void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
 extern const plii_substep_class plii_rigid_faces_substepped;
 void plii_rigid_faces_release_substeps(pli_body* body, void* data);
 

@@ -120,6 +120,7 @@ static bool rigid_faces_sweep(pli_body* body, const plii_rigid_faces* state, int
         }
         has_acted = true;
         if (body->solver_class->solves_constraints) { continue; }
+        if (body->records_contacts) { plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(impulse)); }
         plii_rigid_apply_impulse(contact->rigid, impulse, contact->arm);
         contact->rigid->needs_reintegration = true;
     }

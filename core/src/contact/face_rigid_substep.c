@@ -32,8 +32,27 @@ int plii_rigid_faces_list_constraints(const pli_body* body, const void* data, in
             rigid->kind == PLI_RIGID_DYNAMIC ? state->def.dynamic_hardness : state->def.static_hardness;
         constraint->recovery_speed = plii_contact_recovery_speed(0.0f);
         constraint->influence = 1.0f;
+        if (body->records_contacts) { constraint->impulse = &state->impulses.items[i]; }
     }
     return state->count;
+}
+
+void plii_rigid_faces_visit_contacts(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+    const plii_rigid_faces* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        const plii_rigid_face_contact* contact = &state->contacts[i];
+        const pli_vec3 x = plii_rigid_faces_point(body->positions, contact), n = contact->normal;
+        const pli_vec3 surface = pli_vec3_add(
+            contact->base, pli_vec3_scale(plii_rigid_velocity_at(contact->rigid, contact->arm), body->step.dt));
+        plii_contact_report report = plii_contact_report_make(contact->rigid, NULL);
+        report.shape = contact->shape;
+        *(body->topology->face_count > 0 ? &report.face : &report.link) = contact->element;
+        report.point = pli_vec3_sub(x, pli_vec3_scale(n, body->collision_margin));
+        report.normal = n;
+        report.impulse = state->impulses.items[i];
+        report.gap = pli_vec3_dot(n, pli_vec3_sub(x, surface)) - body->collision_margin;
+        visit(&report, user);
+    }
 }
 
 static void faces_begin(pli_body* body, void* data) {
@@ -58,7 +77,12 @@ static void faces_restart(pli_body* body, void* data, const plii_substep* subste
 }
 
 static void faces_sweep(pli_body* body, void* data, const plii_substep* substep) {
-    plii_point_contacts_sweep(body, &((plii_rigid_faces*)data)->substeps, substep, 0.0f);
+    plii_rigid_faces* state = data;
+    plii_point_contacts_sweep(body, &state->substeps, substep, 0.0f);
+    if (!body->records_contacts || !substep->is_last_sweep) { return; }
+    for (int i = 0; i < state->substeps.count; ++i) { /* in the order of the contacts */
+        plii_contact_impulses_push(&state->impulses, i, plii_point_contact_impulse(&state->substeps.items[i], substep));
+    }
 }
 
 static bool faces_are_idle(const pli_body* body, const void* data) {

@@ -101,6 +101,9 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
         !PLII_RESERVE(body->context, &state->contacts, &state->capacity, state->count + 1)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
+    if (body->records_contacts && !plii_contact_impulses_add(body, &state->impulses, state->count)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
     plii_rigid_contact* contact = &state->contacts[state->count++];
     contact->rigid = rigid;
     contact->node = node;
@@ -313,7 +316,7 @@ static void rigid_contacts_solve(pli_body* body, void* data) {
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
         if (contact->is_swept) { continue; }
-        if (state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
+        if (!body->records_contacts && state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
             rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
             i += PLII_LANES - 1;
             continue;
@@ -329,6 +332,11 @@ static void rigid_contacts_solve(pli_body* body, void* data) {
         const plii_float4 pushed = impulse * plii_lanes_all_w(arm);
         plii_float4_to(&body->positions[contact->node], x - pushed);
         if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm); }
+        if (body->records_contacts) {
+            pli_vec3 taken;
+            plii_lanes_to_vec3(&taken, impulse);
+            plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(taken));
+        }
     }
 }
 
@@ -339,7 +347,6 @@ static void rigid_contacts_solve_first(pli_body* body, void* data) {
 static int rigid_contacts_list_constraints(const pli_body* body, const void* data, int capacity,
                                            plii_node_constraint* constraints) {
     const plii_rigid_contacts* state = data;
-    (void)body;
     for (int i = 0; i < state->count && i < capacity; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
         constraints[i] =
@@ -349,8 +356,25 @@ static int rigid_contacts_list_constraints(const pli_body* body, const void* dat
         constraints[i].hardness = contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w;
         constraints[i].recovery_speed = plii_contact_recovery_speed(state->def.recovery_speed);
         constraints[i].influence = 1.0f;
+        if (body->records_contacts) { constraints[i].impulse = &state->impulses.items[i]; }
     }
     return state->count;
+}
+
+static void rigid_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user) {
+    const plii_rigid_contacts* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        const plii_rigid_contact* contact = &state->contacts[i];
+        const pli_vec3 x = plii_xyz(body->positions[contact->node]), n = plii_xyz(contact->normal);
+        plii_contact_report report = plii_contact_report_make(contact->rigid, NULL);
+        report.shape = contact->shape;
+        report.node = contact->node;
+        report.point = pli_vec3_sub(x, pli_vec3_scale(n, body->collision_margin));
+        report.normal = n;
+        report.impulse = state->impulses.items[i];
+        report.gap = pli_vec3_dot(n, x) + contact->normal.w;
+        visit(&report, user);
+    }
 }
 
 // ---------------------------------------------------------------------------------------------------- the feature
@@ -375,6 +399,9 @@ static void rigid_contacts_preallocate(pli_body* body, void* data) {
     if (body->world->rigid_count == 0) { return; }
     const int room = plii_body_contact_bound(body);
     (void)PLII_RESERVE(body->context, &state->contacts, &state->capacity, room);
+    if (body->records_contacts) {
+        (void)PLII_RESERVE(body->context, &state->impulses.items, &state->impulses.capacity, room);
+    }
     if (plii_follows_rigids(body)) { plii_rigid_substeps_reserve(body, &state->substeps, room); }
 }
 
@@ -389,6 +416,7 @@ static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
 
 static const plii_feature_array rigid_contacts_arrays[] = {
     {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity)},
+    {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
     {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true},
     {0},
 };
@@ -417,6 +445,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
     .list_constraints = rigid_contacts_list_constraints,
+    .visit_contacts = rigid_contacts_visit,
     .on_rigid_removed = rigid_contacts_on_rigid_removed,
     .bytes = rigid_contacts_bytes,
     .reserve = rigid_contacts_preallocate,

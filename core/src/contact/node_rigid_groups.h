@@ -39,6 +39,7 @@ typedef struct plii_rigid_groups {
 
 typedef struct plii_rigid_groups_settings {
     float compliance, recovery_speed; /* m/N, m/s */
+    bool keeps_sums;                  /* of the last sweep too */
 } plii_rigid_groups_settings;
 
 /* One sweep with the instructions of every processor of the target or with more; all with the same results. */

@@ -140,7 +140,7 @@ static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_sett
                               .recovery = settings->recovery_speed * substep->dt,
                               .has_new_positions = substep->has_new_positions,
                               .is_first = substep->is_first_sweep,
-                              .is_last = substep->is_last_sweep};
+                              .is_last = substep->is_last_sweep && !settings->keeps_sums};
     for (int i = 0; i < groups->count; ++i) {
         plii_rigid_group* group = &groups->groups[i];
         const plii_rigid_surface* surface = group->surface != PLI_NULL_INDEX ? &groups->surfaces[group->surface] : NULL;

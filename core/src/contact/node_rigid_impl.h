@@ -3,6 +3,7 @@
 /* Contacts of nodes with rigid bodies: state shared by the feature (node_rigid_contacts.c) and its part in substeps
    (node_rigid_substep.c). */
 
+#include "body/contact_report.h"
 #include "contact/node_rigid_groups.h"
 #include "contact/point_contacts.h"
 #include "pliant/contact.h"
@@ -38,6 +39,7 @@ typedef struct plii_rigid_contacts {
     pli_rigid_contacts_def def;
     plii_rigid_contact* contacts;
     int count, capacity;
+    plii_contact_impulses impulses;
     plii_rigid_substeps substeps;
 } plii_rigid_contacts;
 

@@ -212,13 +212,62 @@ static bool rigid_substep_is_limit(const pli_body* body, const void* data) {
     return ((const plii_rigid_contacts*)data)->substeps.has_fixed_nodes;
 }
 
+static pli_vec3 rigid_groups_get(const float* components, int lane) {
+    return pli_vec3_make(components[lane], components[lane + PLII_RIGID_GROUP_SIZE],
+                         components[lane + 2 * PLII_RIGID_GROUP_SIZE]);
+}
+
+/* What a record of a group has pushed its node by in a substep, N s. */
+static pli_vec3 rigid_groups_impulse(const plii_rigid_groups* groups, int index, int record,
+                                     const plii_substep* substep, int node) {
+    const plii_rigid_group* group = &groups->groups[index];
+    const plii_rigid_sum* sum = &groups->sums[index];
+    const int lane = rigid_groups_lane(record);
+    const float inverse_mass = substep->displacements[node].w;
+    if (!(inverse_mass > 0.0f)) { return pli_vec3_make(0, 0, 0); }
+    const pli_vec3 moved = pli_vec3_add(pli_vec3_scale(rigid_groups_get(group->normal, lane), sum->push[lane]),
+                                        rigid_groups_get(sum->friction, lane));
+    return pli_vec3_scale(moved, substep->inverse_dt / inverse_mass);
+}
+
+/* After the last sweep. Contacts were distributed in their order, and those without memory left out. */
+static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep* substep) {
+    const plii_rigid_groups* groups = &found->substeps.groups;
+    const plii_point_contacts* points = &found->substeps.contacts;
+    int point = 0, group = 0, record = 0;
+    for (int i = 0; i < found->count; ++i) {
+        const plii_rigid_contact* contact = &found->contacts[i];
+        if (!contact->is_swept) { continue; }
+        if (!rigid_substep_is_fixed(contact->rigid)) {
+            const plii_point_contact* item = &points->items[point];
+            if (point == points->count || item->nodes[0] != contact->node || item->surface.rigid != contact->rigid) {
+                continue;
+            }
+            plii_contact_impulses_push(&found->impulses, i, plii_point_contact_impulse(item, substep));
+            ++point;
+            continue;
+        }
+        const uint32_t scaled = plii_scaled_index(contact->node);
+        const uint32_t* indices = group < groups->count ? groups->groups[group].scaled_indices : NULL;
+        if (record == PLII_RIGID_GROUP_SIZE || (record > 0 && !(indices[record - 1] < scaled)) ||
+            (indices != NULL && indices[record] != scaled)) {
+            group += record > 0;
+            record = 0;
+        }
+        if (group == groups->count || groups->groups[group].scaled_indices[record] != scaled) { continue; }
+        plii_contact_impulses_push(&found->impulses, i,
+                                   rigid_groups_impulse(groups, group, record++, substep, contact->node));
+    }
+}
+
 /* What cannot yield has the last word. */
 static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* substep) {
     plii_rigid_contacts* found = data;
-    const plii_rigid_groups_settings settings = {found->def.compliance,
-                                                 plii_contact_recovery_speed(found->def.recovery_speed)};
+    const plii_rigid_groups_settings settings = {
+        found->def.compliance, plii_contact_recovery_speed(found->def.recovery_speed), body->records_contacts};
     plii_point_contacts_sweep(body, &found->substeps.contacts, substep, settings.compliance);
     PLII_KERNEL(body->context, plii_rigid_groups_sweep)(&found->substeps.groups, &settings, body->positions, substep);
+    if (body->records_contacts && substep->is_last_sweep) { rigid_substep_record(found, substep); }
 }
 
 static bool rigid_substep_is_idle(const pli_body* body, const void* data) {

@@ -31,6 +31,12 @@ typedef struct plii_point_contacts {
     int count, capacity;
 } plii_point_contacts;
 
+/* What it has pushed its point by in a substep, N s, with what has held the point in its place. */
+static inline pli_vec3 plii_point_contact_impulse(const plii_point_contact* contact, const plii_substep* substep) {
+    const pli_vec3 along = pli_vec3_scale(contact->normal, contact->push + contact->held_push);
+    const pli_vec3 across = pli_vec3_add(contact->friction, contact->held_friction);
+    return pli_vec3_scale(pli_vec3_add(along, across), substep->inverse_dt);
+}
 /* Of the contact all is set that outlives a step. False without memory. */
 bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* contact);
 /* Hooks of substeps. `recovery_speed`: m/s, `compliance`: m/N */

@@ -48,7 +48,7 @@ static void soft_contacts_update_boxes(const pli_body* body, plii_soft_contacts_
 
 static void soft_contacts_update(pli_body* body, void* data) {
     plii_soft_contacts_state* state = data;
-    state->count = 0;
+    state->count = state->impulse_count = state->met_count = 0;
     state->step += 1;
     if (state->node_boxes == NULL) { return; }
     if (!state->has_boxes) { soft_contacts_start_boxes(body, state); }
@@ -66,6 +66,7 @@ static void soft_contacts_on_body_removed(pli_body* body, void* data, const pli_
         if (state->contacts[i].face_body != other) { state->contacts[kept++] = state->contacts[i]; }
     }
     state->count = kept;
+    state->impulse_count = state->met_count = 0;
 }
 
 static void soft_contacts_release_boxes(pli_body* body, plii_soft_contacts_state* state) {
@@ -97,6 +98,8 @@ static const plii_feature_array soft_contacts_arrays[] = {
     {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true},
     {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true},
     {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity)},
+    {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
+    {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity)},
     {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity)},
@@ -131,6 +134,7 @@ const plii_feature_class plii_soft_contacts_class = {
     .collide_body = plii_soft_contacts_collide,
     .on_body =
         {[PLII_BODY_REMOVED] = soft_contacts_on_body_removed, [PLII_TOPOLOGY_CHANGED] = soft_contacts_on_body_removed},
+    .visit_contacts = plii_soft_contacts_visit,
     .bytes = soft_contacts_bytes,
     .reserve = plii_soft_contacts_reserve,
     .topology_commit = soft_contacts_topology_commit,

@@ -59,7 +59,8 @@ pli_status plii_soft_contacts_append(const plii_soft_contacts_pass* pass, plii_s
     const float sum = node_response + face_response;
     if (!(sum > 0.0f) || !plii_vec3_is_finite(contact.normal) || !plii_vec3_is_finite(weights)) { return PLI_OK; }
     plii_soft_contacts_state* state = pass->node_state;
-    if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1)) {
+    if (!PLII_RESERVE(pass->node_body->context, &state->contacts, &state->capacity, state->count + 1) ||
+        !plii_soft_contacts_record(pass)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     contact.face_body = pass->face_body;
@@ -195,6 +196,7 @@ void plii_soft_contacts_reserve(pli_body* body, void* data) {
     if (!plii_feature_is_shared(body, &plii_soft_contacts_class)) { return; }
     const int nodes = body->node_count < SOFT_CONTACTS_MAX_ROOM ? body->node_count : SOFT_CONTACTS_MAX_ROOM;
     (void)PLII_RESERVE(context, &state->contacts, &state->capacity, SOFT_CONTACTS_PER_NODE * nodes);
+    plii_soft_contacts_record_reserve(body, state, SOFT_CONTACTS_PER_NODE * nodes);
     /* Made later, from other positions, the order is another one. */
     if (state->node_boxes == NULL && body->topology->face_count > 0 && !soft_contacts_order_faces(body, state)) {
         plii_world_note_shortage(body->world);
@@ -308,6 +310,9 @@ pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* othe
         pass.is_second = true;
         if (!pass.use_boxes) { pass.common_motion = soft_contacts_common_motion(body); }
         status = soft_contacts_run_pass(&pass);
+    }
+    if (status == PLI_OK && !plii_soft_contacts_record_pair(body, state, other, other_state)) {
+        status = PLI_ERROR_OUT_OF_MEMORY;
     }
     if (status != PLI_OK) {
         state->count = count;

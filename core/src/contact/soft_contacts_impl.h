@@ -4,6 +4,7 @@
    (soft_contacts_find.c, soft_contacts_nearest.c), the solve (soft_contacts_solve.c) and the part in substeps
    (soft_contacts_substep.c). */
 
+#include "body/contact_report.h"
 #include "body/substep.h"
 #include "geometry/bvh.h"
 #include "geometry/bvh4.h"
@@ -42,6 +43,11 @@ typedef struct plii_soft_contacts_state {
     pli_soft_contacts_def def;
     plii_soft_contact* contacts;
     int count, capacity;
+    /* Of contacts with bodies of which one records them, and of those before; and the bodies that this one met. */
+    plii_contact_impulses impulses;
+    int impulse_count;
+    pli_body** met;
+    int met_count, met_capacity;
     plii_soft_substeps substeps;
     plii_soft_side* sides; /* [node_count] */
     unsigned step;         /* counts */
@@ -107,6 +113,18 @@ pli_status plii_soft_contacts_add_nearest(const plii_soft_contacts_pass* pass, p
 /* Finds the contacts of two bodies, of the nodes of each with the faces of the other. */
 pli_status plii_soft_contacts_collide(pli_body* body, void* data, pli_body* other, void* other_data);
 void plii_soft_contacts_reserve(pli_body* body, void* data);
+
+/* For contact events (soft_contact_reports.c). A contact is about to be appended; false without memory. */
+bool plii_soft_contacts_record(const plii_soft_contacts_pass* pass);
+/* Room for so many, where they are recorded. */
+void plii_soft_contacts_record_reserve(pli_body* body, plii_soft_contacts_state* state, int count);
+/* Two bodies have met. */
+bool plii_soft_contacts_record_pair(pli_body* body, plii_soft_contacts_state* state, pli_body* other,
+                                    plii_soft_contacts_state* other_state);
+/* A contact has moved its node and face apart by shares of `correction`, m; only of contacts below impulse_count. */
+void plii_soft_contacts_note(const pli_body* body, const plii_soft_contacts_state* state, int index,
+                             pli_vec3 correction);
+void plii_soft_contacts_visit(const pli_body* body, const void* data, plii_contact_visit_fn* visit, void* user);
 
 /* Once per step: parts what overlaps already, where that must not give speed. */
 void plii_soft_contacts_recover(pli_body* body, void* data);

@@ -95,6 +95,7 @@ void plii_soft_contacts_solve(pli_body* body, void* data) {
         soft_contacts_move(&other->positions[face[0]], pli_vec3_scale(correction, contact->face_share * weights.x));
         soft_contacts_move(&other->positions[face[1]], pli_vec3_scale(correction, contact->face_share * weights.y));
         soft_contacts_move(&other->positions[face[2]], pli_vec3_scale(correction, contact->face_share * weights.z));
+        if (i < state->impulse_count) { plii_soft_contacts_note(body, state, i, correction); }
         if (shifts && other->is_solved) {
             soft_contacts_push_solved(other, face, weights, pli_vec3_scale(correction, contact->face_share));
         }

@@ -118,8 +118,12 @@ static void soft_substep_restart(pli_body* body, void* data, const plii_substep*
         const pli_vec3 point = pli_vec3_add(contact->point, contact->moved);
         const float gap = pli_vec3_dot(contact->normal, pli_vec3_sub(node, point)) - contact->margin;
         const float mobility = substep->displacements[contact->node].w;
-        contact->floor = plii_contact_recover(substep, contact->node, contact->normal, gap,
-                                              mobility / (mobility + contact->face_weight), recovery_speed);
+        /* What a node that is fast keeps beyond the margins is no overlap. */
+        const float beyond = contact->margin - body->collision_margin - contact->body->collision_margin;
+        const float above = gap + plii_max(0.0f, beyond), share = mobility / (mobility + contact->face_weight);
+        const float left = plii_contact_recover(substep, contact->node, contact->normal, above, share, recovery_speed);
+        const float parted = left - plii_min(above, 0.0f);
+        contact->floor = plii_min(gap + parted, 0.0f);
         contact->multiplier = 0.0f;
         contact->friction = pli_vec3_make(0, 0, 0);
     }
@@ -151,6 +155,11 @@ static void soft_substep_sweep(pli_body* body, void* data, const plii_substep* s
         if (!plii_vec3_is_finite(friction)) { continue; }
         soft_substep_push(body, contact, pli_vec3_sub(friction, contact->friction), substep);
         contact->friction = friction;
+    }
+    for (int i = 0; substep->is_last_sweep && i < state->count && i < found->impulse_count; ++i) {
+        const plii_soft_substep_contact* contact = &state->contacts[i];
+        const pli_vec3 push = pli_vec3_add(pli_vec3_scale(contact->normal, contact->multiplier), contact->friction);
+        plii_contact_impulses_push(&found->impulses, i, pli_vec3_scale(push, substep->inverse_dt));
     }
 }
 

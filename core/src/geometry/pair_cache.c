@@ -2,15 +2,14 @@
 
 #include "geometry/pair_cache.h"
 
-/* Of keys with the same hash, which hardly happens, only the first is found. */
-static uint64_t pair_hash(plii_pair_key key) {
+uint64_t plii_pair_key_hash(plii_pair_key key) {
     uint64_t hash = (uint64_t)(uintptr_t)key.other;
     hash = (hash ^ (uint64_t)(uint32_t)key.first ^ (uint64_t)(uint32_t)key.part << 32) * UINT64_C(0x9e3779b97f4a7c15);
     hash = (hash ^ (hash >> 29) ^ (uint64_t)(uint32_t)key.second) * UINT64_C(0xbf58476d1ce4e5b9);
     return (hash ^ (hash >> 32)) >> 1;
 }
 
-static bool pair_keys_equal(plii_pair_key a, plii_pair_key b) {
+bool plii_pair_keys_equal(plii_pair_key a, plii_pair_key b) {
     return a.first == b.first && a.second == b.second && a.other == b.other && a.part == b.part;
 }
 
@@ -48,15 +47,15 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
         return false;
     }
     for (int i = 0; i < cache->before_count; ++i) {
-        (void)plii_key_table_add(&cache->table, pair_hash(cache->before[i].key), i);
+        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
     }
     return true;
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */
 static int pair_find_before(const plii_pair_cache* cache, plii_pair_key key) {
-    const int index = plii_key_table_find(&cache->table, pair_hash(key));
-    return index != PLI_NULL_INDEX && pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
+    const int index = plii_key_table_find(&cache->table, plii_pair_key_hash(key));
+    return index != PLI_NULL_INDEX && plii_pair_keys_equal(cache->before[index].key, key) ? index : PLI_NULL_INDEX;
 }
 
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key) {

@@ -12,6 +12,10 @@ typedef struct plii_pair_key {
     int part;          /* of `second` */
 } plii_pair_key;
 
+/* For a plii_key_table. Of keys with the same hash, which hardly happens, only the first is found. */
+uint64_t plii_pair_key_hash(plii_pair_key key);
+bool plii_pair_keys_equal(plii_pair_key a, plii_pair_key b);
+
 typedef struct plii_pair_record {
     plii_pair_key key;
     plii_convex_cache cache;

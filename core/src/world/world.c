@@ -323,7 +323,7 @@ static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rig
     plii_world_begin_body(body);
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->collide_rigid == NULL) { continue; }
+        if (feature->klass->collide_rigid == NULL || (rigid->is_sensor && !feature->klass->meets_sensors)) { continue; }
         world->context->pass.feature = feature->klass;
         plii_world_profile(world, "collide", feature->klass->name, true);
         (void)feature->klass->collide_rigid(body, feature->state, rigid);

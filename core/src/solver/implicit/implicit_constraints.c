@@ -80,6 +80,49 @@ void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraint
     }
 }
 
+static void implicit_constraint_report(const plii_implicit_constraint* constraint, plii_dvec3 impulse) {
+    if (constraint->reported == NULL) { return; }
+    const pli_vec3 sum = pli_vec3_add(*constraint->reported, plii_dvec3_to_float(impulse));
+    if (plii_vec3_is_finite(sum)) { *constraint->reported = sum; }
+}
+
+/* What impulses leave of the change of momentum of each rigid body, and what they are in all. */
+static void implicit_sum_impulses(plii_implicit_constraints* constraints) {
+    for (int i = 0; i < constraints->rigid_count; ++i) {
+        plii_implicit_rigid* rigid = &constraints->rigids[i];
+        memset(rigid->residual, 0, sizeof rigid->residual);
+        for (int k = 0; k < 3 && rigid->is_dynamic; ++k) {
+            rigid->residual[k] = rigid->mass[k] < IMPLICIT_IMMOVABLE ? rigid->mass[k] * rigid->change[k] : 0.0;
+        }
+    }
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        const double impulse[3] = {constraint->impulse.x, constraint->impulse.y, constraint->impulse.z};
+        for (int k = 0; k < 3; ++k) {
+            rigid->residual[k] += rigid->mass[k] < IMPLICIT_IMMOVABLE ? impulse[k] : 0.0;
+        }
+        rigid->residual[3] += constraint->reported != NULL ? plii_dvec3_length(constraint->impulse) : 0.0;
+    }
+}
+
+/* Where iterations end early impulses are not yet what moves the rigid body; the rest is shared among them. */
+void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded) {
+    if (!are_recorded) { return; }
+    implicit_sum_impulses(constraints);
+    for (int i = 0; i < constraints->count; ++i) {
+        const plii_implicit_constraint* constraint = &constraints->items[i];
+        const plii_implicit_rigid* rigid = &constraints->rigids[constraint->rigid];
+        const double* rest = rigid->residual;
+        plii_dvec3 impulse = constraint->impulse;
+        const double size = plii_dvec3_length(impulse);
+        if (rigid->is_dynamic && size > 0.0 && rest[3] > 0.0) {
+            impulse = plii_dvec3_add_scaled(impulse, plii_dvec3_make(rest[0], rest[1], rest[2]), -size / rest[3]);
+        }
+        implicit_constraint_report(constraint, impulse);
+    }
+}
+
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint) {
     plii_implicit_rigid* touched = &constraints->rigids[constraint->rigid];
@@ -108,6 +151,7 @@ void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraint
     const double push = constraint->influence * distance / (node_weight + rigid_weight); /* kg m */
     plii_set_xyz(&body->positions[constraint->nodes[0]],
                  plii_dvec3_to_float(plii_dvec3_add_scaled(x, direction, push * node_weight)));
+    implicit_constraint_report(constraint, plii_dvec3_scale(direction, push / h));
     if (!touched->is_dynamic) { return; }
     const pli_vec3 linear = rigid->state.linear_velocity, angular = rigid->state.angular_velocity;
     plii_rigid_apply_impulse(rigid, pli_vec3_scale(unit, (float)(-push / h)), arm);
@@ -253,6 +297,7 @@ static bool implicit_constraints_add(pli_body* body, plii_implicit_constraints* 
     plii_implicit_constraint* item = &constraints->items[constraints->count];
     *item = (plii_implicit_constraint){
         .is_anchor = from->is_anchor, .influence = (double)from->influence, .share = 1.0, .is_point = is_point};
+    item->reported = from->impulse;
     implicit_constraint_set_nodes(body, from, item);
     plii_rigid_touch(from->rigid);
     if ((item->is_pinned && !(from->rigid->state.inverse_mass > 0.0f)) || !(from->influence > 0.0f)) { return false; }

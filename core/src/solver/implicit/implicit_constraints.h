@@ -39,6 +39,7 @@ typedef struct plii_implicit_constraint {
     plii_dvec3
         goal_position;  /* m: where it wants the node at the end of the step, but for the change of the rigid body */
     plii_dvec3 impulse; /* N s on the node */
+    pli_vec3* reported; /* where its impulse is to be added; NULL: nobody asks */
     int rows;           /* directions held: 0, 1 (normal) or 3 */
     plii_dvec3 impulse_before; /* when last looked at by conjugate gradients */
     int rows_before;
@@ -68,6 +69,8 @@ void plii_implicit_constraints_gather(pli_body* body, plii_implicit_constraints*
 bool plii_implicit_constraints_have_contacts(const plii_implicit_constraints* constraints);
 /* Hands the changes to the rigid bodies. */
 void plii_implicit_constraints_push_rigids(plii_implicit_constraints* constraints);
+/* Tells those that ask what the solution has pushed them by. */
+void plii_implicit_constraints_report(plii_implicit_constraints* constraints, bool are_recorded);
 /* Takes back a node that others have moved off its anchor or into a surface, at the expense of both sides. */
 void plii_implicit_constraint_reproject(pli_body* body, plii_implicit_constraints* constraints,
                                         plii_implicit_constraint* constraint);

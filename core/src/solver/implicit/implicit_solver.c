@@ -232,6 +232,7 @@ static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
         plii_set_xyz(&body->positions[i], pli_vec3_add(implicit_reached(body, i), others));
     }
     plii_implicit_constraints_push_rigids(&state->constraints);
+    plii_implicit_constraints_report(&state->constraints, body->records_contacts);
 }
 
 /* Taking back an error moves nodes, but gives them no speed. */

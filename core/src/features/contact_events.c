@@ -1,0 +1,427 @@
+/* Contacts that begin, go on and end, from what the features that make contacts tell of them at the end of a step. */
+
+#include "pliant/contact_events.h"
+
+#include "body/contact_report.h"
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "geometry/pair_cache.h"
+#include "math/bounds.h"
+#include "math/definition.h"
+#include "shape/shape_impl.h"
+
+#include <string.h>
+
+/* Of the margin: so far from the surface a contact does not end yet. What rests leaves and comes back by less. */
+#define CONTACT_EVENTS_SLACK 0.25f
+
+enum {
+    CONTACT_EVENTS_BATCH = 64,  /* nodes whose distances from a sensor are asked in one call */
+    CONTACT_EVENTS_ROOM = 1024, /* contacts that there is room for ahead, at most */
+    CONTACT_PHASES = PLI_CONTACT_END + 1
+};
+
+typedef struct contact_item {
+    pli_contact_event event; /* point and normal: sums by weight until the step ends */
+    plii_pair_key key;
+    float weight, strongest; /* N s: sum and largest of the impulses */
+    float gap;               /* m, the smallest, while nothing pushes */
+    bool goes_on;            /* into the next step */
+} contact_item;
+
+typedef struct contact_list {
+    contact_item* items;
+    int count, capacity;
+    plii_key_table table; /* of `items`, by hashes of keys */
+} contact_list;
+
+typedef struct contact_events {
+    pli_contact_events_def def;
+    contact_list present, past; /* of the last step, and of the one before */
+    pli_rigid** sensed;         /* met in this step */
+    int sensed_count, sensed_capacity;
+    pli_contact_event* events; /* phase by phase */
+    int event_capacity, event_counts[CONTACT_PHASES];
+} contact_events;
+
+// ------------------------------------------------------------------------------------------------------ the list
+
+static int contact_list_find(const contact_list* list, plii_pair_key key) {
+    const int index = plii_key_table_find(&list->table, plii_pair_key_hash(key));
+    return index != PLI_NULL_INDEX && plii_pair_keys_equal(list->items[index].key, key) ? index : PLI_NULL_INDEX;
+}
+
+static bool contact_list_reserve(pli_context* context, contact_list* list, int count) {
+    list->table.context = context;
+    return PLII_RESERVE(context, &list->items, &list->capacity, count) &&
+           plii_key_table_reserve(&list->table, (size_t)count);
+}
+
+static void contact_list_clear(contact_list* list) {
+    list->count = 0;
+    plii_key_table_clear(&list->table);
+}
+
+/* NULL without memory. */
+static contact_item* contact_list_add(pli_context* context, contact_list* list, plii_pair_key key) {
+    if (!contact_list_reserve(context, list, list->count + 1)) { return NULL; }
+    (void)plii_key_table_add(&list->table, plii_pair_key_hash(key), list->count);
+    contact_item* item = &list->items[list->count++];
+    *item = (contact_item){.key = key, .gap = INFINITY};
+    return item;
+}
+
+// ------------------------------------------------------------------------------------------------------ gathering
+
+/* Of a node, or of a face or link, which is odd. */
+static int contact_element(int node, int face) {
+    return node != PLI_NULL_INDEX ? 2 * node : 2 * face + 1;
+}
+
+static plii_pair_key contact_key(const contact_events* state, const plii_contact_report* report) {
+    plii_pair_key key = {.other = report->rigid != NULL ? (const void*)report->rigid : (const void*)report->other};
+    if (!state->def.each_element) { return key; }
+    key.first = contact_element(report->node, report->face != PLI_NULL_INDEX ? report->face : report->link);
+    key.second = contact_element(report->other_node, report->other_face);
+    key.part = report->shape;
+    return key;
+}
+
+static void contact_set_place(pli_contact_event* event, const plii_contact_report* report) {
+    event->shape = report->shape;
+    event->node = report->node;
+    event->face = report->face;
+    event->link = report->link;
+    event->other_node = report->other_node;
+    event->other_face = report->other_face;
+}
+
+static void contact_item_add(contact_item* item, const plii_contact_report* report, float weight) {
+    pli_contact_event* event = &item->event;
+    const bool is_nearest = item->weight == 0.0f && weight == 0.0f && report->gap < item->gap;
+    if (is_nearest) { item->gap = report->gap; }
+    if (is_nearest || weight > item->strongest) { contact_set_place(event, report); }
+    if (weight > 0.0f) {
+        const float before = item->weight > 0.0f ? 1.0f : 0.0f;
+        event->point = pli_vec3_add(pli_vec3_scale(event->point, before), pli_vec3_scale(report->point, weight));
+        event->normal = pli_vec3_add(pli_vec3_scale(event->normal, before), pli_vec3_scale(report->normal, weight));
+        event->impulse = pli_vec3_add(event->impulse, report->impulse);
+        item->weight += weight;
+        item->strongest = plii_max(item->strongest, weight);
+    } else if (is_nearest) {
+        event->point = report->point;
+        event->normal = report->normal;
+    }
+    event->is_sensor = event->is_sensor || report->is_sensor;
+    event->contact_count += weight > 0.0f || report->is_sensor;
+}
+
+typedef struct contact_visit {
+    const pli_body* body;
+    contact_events* state;
+} contact_visit;
+
+static void contact_events_visit(const plii_contact_report* report, void* user) {
+    const contact_visit* visit = user;
+    const pli_body* body = visit->body;
+    contact_events* state = visit->state;
+    const float weight = pli_vec3_length(report->impulse);
+    const bool touches = weight > 0.0f || report->is_sensor;
+    if (!touches && !(report->gap <= CONTACT_EVENTS_SLACK * body->collision_margin)) { return; }
+    const plii_pair_key key = contact_key(state, report);
+    const int known = contact_list_find(&state->present, key);
+    contact_item* item = known != PLI_NULL_INDEX ? &state->present.items[known] : NULL;
+    if (item == NULL) {
+        if (!touches && contact_list_find(&state->past, key) == PLI_NULL_INDEX) { return; }
+        item = contact_list_add(body->context, &state->present, key);
+        if (item == NULL) { return; } /* the step tells; without memory a contact is left out */
+        item->event.rigid = report->rigid;
+        item->event.other = report->other;
+        item->event.user_data = report->rigid != NULL ? report->rigid->user_data : report->other->user_data;
+    }
+    contact_item_add(item, report, weight);
+}
+
+// -------------------------------------------------------------------------------------------------------- sensors
+
+static pli_status contact_events_collide(pli_body* body, void* data, pli_rigid* rigid) {
+    contact_events* state = data;
+    if (!rigid->is_sensor && !state->def.senses_all) { return PLI_OK; }
+    if (!PLII_RESERVE(body->context, &state->sensed, &state->sensed_capacity, state->sensed_count + 1)) {
+        return PLI_ERROR_OUT_OF_MEMORY;
+    }
+    state->sensed[state->sensed_count++] = rigid;
+    return PLI_OK;
+}
+
+typedef struct contact_sensing {
+    contact_visit visit;
+    pli_rigid* rigid;
+    int shape;
+    pli_transform pose;
+} contact_sensing;
+
+static void contact_events_sense_batch(const contact_sensing* sensing, int count, const int* nodes) {
+    const pli_body* body = sensing->visit.body;
+    const pli_shape* shape = sensing->rigid->shapes[sensing->shape];
+    const float margin = body->collision_margin;
+    pli_vec3 points[CONTACT_EVENTS_BATCH] = {0}, normals[CONTACT_EVENTS_BATCH];
+    float distances[CONTACT_EVENTS_BATCH];
+    for (int i = 0; i < count; ++i) {
+        points[i] = pli_transform_inverse_point(sensing->pose, plii_xyz(body->positions[nodes[i]]));
+    }
+    shape->def.distances(shape->def.user, count, points, margin, distances, normals);
+    for (int i = 0; i < count; ++i) {
+        const pli_vec3 normal = pli_mat3_mul_vec3(sensing->pose.rotation, normals[i]);
+        if (!(distances[i] < margin) || !plii_is_finite(distances[i]) || !plii_vec3_is_finite(normal)) { continue; }
+        plii_contact_report report = plii_contact_report_make(sensing->rigid, NULL);
+        report.shape = sensing->shape;
+        report.node = nodes[i];
+        report.normal = normal;
+        report.point = pli_vec3_sub(plii_xyz(body->positions[nodes[i]]), pli_vec3_scale(normal, distances[i]));
+        report.gap = distances[i] - margin;
+        report.is_sensor = true;
+        contact_visit visit = sensing->visit;
+        contact_events_visit(&report, &visit);
+    }
+}
+
+static void contact_events_sense(const contact_sensing* sensing) {
+    const pli_body* body = sensing->visit.body;
+    const pli_shape* shape = sensing->rigid->shapes[sensing->shape];
+    const pli_bounds bounds = plii_bounds_grow(plii_bounds_transform(shape->def.bounds(shape->def.user), sensing->pose),
+                                               body->collision_margin);
+    int nodes[CONTACT_EVENTS_BATCH], count = 0;
+    for (int i = 0; i < body->node_count; ++i) {
+        const pli_vec3 x = plii_xyz(body->positions[i]);
+        if (!plii_bounds_overlap(bounds, (pli_bounds){x, x})) { continue; }
+        nodes[count++] = i;
+        if (count < CONTACT_EVENTS_BATCH) { continue; }
+        contact_events_sense_batch(sensing, count, nodes);
+        count = 0;
+    }
+    if (count > 0) { contact_events_sense_batch(sensing, count, nodes); }
+}
+
+// --------------------------------------------------------------------------------------------------------- the step
+
+static void contact_events_begin(pli_body* body, void* data) {
+    contact_events* state = data;
+    (void)body;
+    state->sensed_count = 0;
+}
+
+static void contact_item_finish(contact_item* item) {
+    if (!(item->weight > 0.0f)) { return; }
+    item->event.point = pli_vec3_scale(item->event.point, 1.0f / item->weight);
+    item->event.normal = plii_vec3_safe_normalize(item->event.normal);
+}
+
+static void contact_events_append(contact_events* state, pli_contact_phase phase, const contact_item* item) {
+    int end = 0;
+    for (int k = 0; k <= (int)phase; ++k) {
+        end += state->event_counts[k];
+    }
+    state->event_counts[phase] += 1;
+    state->events[end] = item->event;
+    if (phase != PLI_CONTACT_END) { return; }
+    state->events[end].impulse = pli_vec3_make(0, 0, 0);
+    state->events[end].contact_count = 0;
+}
+
+static void contact_events_list(pli_body* body, contact_events* state) {
+    contact_list *present = &state->present, *past = &state->past;
+    memset(state->event_counts, 0, sizeof state->event_counts);
+    if (!PLII_RESERVE(body->context, &state->events, &state->event_capacity, present->count + past->count)) { return; }
+    for (int phase = PLI_CONTACT_BEGIN; phase <= PLI_CONTACT_PERSIST; ++phase) {
+        for (int i = 0; i < present->count; ++i) {
+            const int before = contact_list_find(past, present->items[i].key);
+            if ((before == PLI_NULL_INDEX) != (phase == PLI_CONTACT_BEGIN)) { continue; }
+            if (before != PLI_NULL_INDEX) { past->items[before].goes_on = true; }
+            contact_events_append(state, (pli_contact_phase)phase, &present->items[i]);
+        }
+    }
+    for (int i = 0; i < past->count; ++i) {
+        if (!past->items[i].goes_on) { contact_events_append(state, PLI_CONTACT_END, &past->items[i]); }
+    }
+}
+
+/* Also called where positions were set between steps, in which nothing touches. */
+static void contact_events_end(pli_body* body, void* data) {
+    contact_events* state = data;
+    if (!body->world->is_stepping) { return; }
+    const contact_list past = state->past;
+    state->past = state->present;
+    state->present = past;
+    contact_list_clear(&state->present);
+    contact_visit visit = {body, state};
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->visit_contacts == NULL) { continue; }
+        feature->klass->visit_contacts(body, feature->state, contact_events_visit, &visit);
+    }
+    for (int i = 0; i < state->sensed_count; ++i) {
+        pli_rigid* rigid = state->sensed[i];
+        for (int k = 0; k < rigid->shape_count; ++k) {
+            const contact_sensing sensing = {visit, rigid, k, plii_rigid_shape_transform(rigid, k)};
+            contact_events_sense(&sensing);
+        }
+    }
+    for (int i = 0; i < state->present.count; ++i) {
+        contact_item_finish(&state->present.items[i]);
+    }
+    contact_events_list(body, state);
+}
+
+// ------------------------------------------------------------------------------------------- what goes away or changes
+
+static int contact_events_count(const contact_events* state) {
+    return state->event_counts[PLI_CONTACT_BEGIN] + state->event_counts[PLI_CONTACT_PERSIST] +
+           state->event_counts[PLI_CONTACT_END];
+}
+
+static void contact_forget(pli_contact_event* event, const void* gone) {
+    if (event->rigid == gone) { event->rigid = NULL; }
+    if (event->other == gone) { event->other = NULL; }
+}
+
+/* The next step tells that its contacts have ended. */
+static void contact_events_forget(contact_events* state, const void* gone) {
+    for (int i = 0; i < state->present.count; ++i) {
+        contact_item* item = &state->present.items[i];
+        if (item->key.other == gone) { item->key.other = NULL; }
+        contact_forget(&item->event, gone);
+    }
+    for (int i = 0; i < contact_events_count(state); ++i) {
+        contact_forget(&state->events[i], gone);
+    }
+    int kept = 0;
+    for (int i = 0; i < state->sensed_count; ++i) {
+        if (state->sensed[i] != gone) { state->sensed[kept++] = state->sensed[i]; }
+    }
+    state->sensed_count = kept;
+}
+
+static void contact_events_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
+    (void)body;
+    contact_events_forget(data, rigid);
+}
+static void contact_events_on_body_removed(pli_body* body, void* data, const pli_body* other) {
+    (void)body;
+    contact_events_forget(data, other);
+}
+
+/* Faces and links have other indices now: those of `other`, or of the body itself (NULL). */
+static void contact_events_drop_faces(contact_events* state, const pli_body* other) {
+    for (int i = 0; i < state->present.count; ++i) {
+        contact_item* item = &state->present.items[i];
+        pli_contact_event* event = &item->event;
+        int* face = other != NULL ? &event->other_face : &event->face;
+        if (other != NULL && event->other != other) { continue; }
+        const bool is_of_face = *face != PLI_NULL_INDEX || (other == NULL && event->link != PLI_NULL_INDEX);
+        if (is_of_face && state->def.each_element) { item->key.other = NULL; }
+        *face = PLI_NULL_INDEX;
+        if (other == NULL) { event->link = PLI_NULL_INDEX; }
+    }
+}
+
+static void contact_events_on_topology_changed(pli_body* body, void* data, const pli_body* other) {
+    (void)body;
+    contact_events_drop_faces(data, other);
+}
+static void contact_events_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
+                                           void** old_arrays) {
+    (void)body;
+    (void)change;
+    (void)old_arrays;
+    contact_events_drop_faces(data, NULL);
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static void contact_events_reserve(pli_body* body, void* data) {
+    contact_events* state = data;
+    const int faces = body->topology->face_count;
+    int room = body->world->rigid_count + body->world->body_count;
+    if (state->def.each_element) { room = body->node_count + faces; }
+    if (room > CONTACT_EVENTS_ROOM) { room = CONTACT_EVENTS_ROOM; }
+    (void)contact_list_reserve(body->context, &state->present, room);
+    (void)contact_list_reserve(body->context, &state->past, room);
+    (void)PLII_RESERVE(body->context, &state->events, &state->event_capacity, 2 * room);
+}
+
+static void contact_events_disable(pli_body* body, void* data) {
+    contact_events* state = data;
+    body->records_contacts = false;
+    plii_key_table_free(&state->present.table);
+    plii_key_table_free(&state->past.table);
+}
+
+static size_t contact_events_bytes(const pli_body* body, const void* data) {
+    const contact_events* state = data;
+    (void)body;
+    return plii_key_table_bytes(&state->present.table) + plii_key_table_bytes(&state->past.table);
+}
+
+/* What there is outlives a cut. */
+static const plii_feature_array contact_events_arrays[] = {
+    {PLII_LIST_OF(contact_events, present.items, present.capacity), .is_kept = true},
+    {PLII_LIST_OF(contact_events, past.items, past.capacity), .is_kept = true},
+    {PLII_LIST_OF(contact_events, sensed, sensed_capacity), .is_kept = true},
+    {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true},
+    {0},
+};
+
+enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* after normals */
+
+static const plii_feature_class contact_events_class = {
+    .name = "contact events",
+    .state_size = sizeof(contact_events),
+    .arrays = contact_events_arrays,
+    .stages = {[PLII_STAGE_UPDATE] = {contact_events_begin, CONTACT_EVENTS_BEGIN_ORDER},
+               [PLII_STAGE_REFRESH] = {contact_events_end, CONTACT_EVENTS_END_ORDER}},
+    .disable = contact_events_disable,
+    .collide_rigid = contact_events_collide,
+    .meets_sensors = true,
+    .on_rigid_removed = contact_events_on_rigid_removed,
+    .on_body = {[PLII_BODY_REMOVED] = contact_events_on_body_removed,
+                [PLII_TOPOLOGY_CHANGED] = contact_events_on_topology_changed},
+    .bytes = contact_events_bytes,
+    .reserve = contact_events_reserve,
+    .topology_commit = contact_events_topology_commit,
+};
+
+pli_contact_events_def pli_contact_events_def_default(void) {
+    return (pli_contact_events_def){.cookie = PLII_DEF_COOKIE};
+}
+
+pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_contact_events_def used = def != NULL ? *def : pli_contact_events_def_default();
+    PLII_TRY(PLII_CHECK_MADE(body->context, pli_contact_events_def, &used, __func__));
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &contact_events_class, &data));
+    contact_events* state = data;
+    state->def = used;
+    contact_list_clear(&state->present);
+    memset(state->event_counts, 0, sizeof state->event_counts);
+    body->records_contacts = true;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_contact_events(pli_body* body) {
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &contact_events_class);
+}
+
+const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_contact_phase phase, int* count) {
+    if (count != NULL) { *count = 0; }
+    if (plii_check_body(body, __func__) != PLI_OK || (unsigned)phase >= CONTACT_PHASES) { return NULL; }
+    const contact_events* state = plii_feature_state(body, &contact_events_class);
+    if (state == NULL || body->is_frozen || state->event_counts[phase] == 0) { return NULL; }
+    int begin = 0;
+    for (int k = 0; k < (int)phase; ++k) {
+        begin += state->event_counts[k];
+    }
+    if (count != NULL) { *count = state->event_counts[phase]; }
+    return &state->events[begin];
+}
