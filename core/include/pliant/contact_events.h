@@ -57,7 +57,7 @@ PLI_API pli_contact_events_def pli_contact_events_def_default(void);
 /// than a quarter of the margin.
 /// @param def NULL for the defaults; copied
 /// @return PLI_ERROR_OUT_OF_MEMORY, PLI_ERROR_WRONG_STATE while stepping
-/// Cost: about 200 B per contact and step kept; one visit of all contacts per step.
+/// Cost: about 500 B for each that is told; one visit of all contacts per step.
 PLI_API pli_status pli_body_enable_contact_events(pli_body* body, const pli_contact_events_def* def);
 
 /// Ends it. Nothing when not enabled.

@@ -20,11 +20,10 @@ typedef uint16_t plii_link_tag;
 typedef struct plii_solver_class {
     const char* name;
     void (*predict)(pli_body* body, float dt); /* to where contacts are looked for; dt s, not yet scaled */
-    /* The solve: begin -> sweep*n -> end. Bodies that touch each other go through it side by side where they can
-       (world/islands.h). */
-    int (*sweeps)(const pli_body* body);
+    /* The solve: begin -> sweep*n -> end; n: the position iterations, with substeps 1. Bodies that touch each other go
+       through it side by side where they can (world/islands.h). */
     void (*begin)(pli_body* body); /* optional */
-    void (*sweep)(pli_body* body, int sweep);
+    void (*sweep)(pli_body* body);
     void (*end)(pli_body* body); /* optional */
     bool has_substeps;           /* runs the substeps of features instead of PREPARE and POSITION */
     /* Of the collision margin: contacts with rigid bodies that are not solved in sweeps are looked for so much further
@@ -60,7 +59,6 @@ struct pli_body {
 
     float collision_margin;
     const plii_solver_class* solver_class;
-    void* solver_state; /* of the implicit solver */
     pli_solver_settings solver;
     plii_step step;       /* of the step in progress */
     int joint_iterations; /* wanted in the joint solve; 0 without clusters */

@@ -44,11 +44,8 @@ void plii_world_add_event(pli_world* world, pli_event event);
 /* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
 void plii_world_add_anchors_lost(pli_body* body);
 
-/* The bodies touch: they are solved together in this step, where their solves have the same parts. */
+/* The bodies touch: they are solved side by side in this step, where they can be. */
 void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other);
-static inline bool plii_bodies_are_joined(const pli_body* body, const pli_body* other) {
-    return body->island != NULL && body->island == other->island;
-}
 
 /* What memory is missing from now on is missing for this body. */
 static inline void plii_world_begin_body(const pli_body* body) {

@@ -67,11 +67,7 @@ static plii_contact_report soft_contact_report(const pli_body* node_body, const 
     const plii_soft_contact* contact = &state->contacts[index];
     const pli_body* other = contact->face_body;
     const int* face = other->topology->faces[contact->face];
-    const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
-    pli_vec3 point = pli_vec3_make(0, 0, 0);
-    for (int k = 0; k < 3; ++k) {
-        point = pli_vec3_add(point, pli_vec3_scale(plii_xyz(other->positions[face[k]]), weights[k]));
-    }
+    const pli_vec3 point = plii_soft_contacts_blend(other->positions, face, contact->weights);
     plii_contact_report report = plii_contact_report_make(NULL, contact->face_body);
     report.node = contact->node;
     report.other_face = contact->face;

@@ -36,9 +36,7 @@ pli_vec3 plii_soft_contacts_face_normal(const plii_soft_contacts_pass* pass, int
                                           pli_vec3_sub(plii_soft_contacts_position(pass->face_body, face[2]), a));
     const pli_vec3 normal = plii_vec3_divide(cross, pli_vec3_length(cross));
     const pli_vec4* previous = pass->face_body->previous;
-    const pli_vec3 point = pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(previous[face[0]]), weights.x),
-                                                     pli_vec3_scale(plii_xyz(previous[face[1]]), weights.y)),
-                                        pli_vec3_scale(plii_xyz(previous[face[2]]), weights.z));
+    const pli_vec3 point = plii_soft_contacts_blend(previous, face, weights);
     const pli_vec3 before = pli_vec3_sub(plii_xyz(pass->node_body->previous[node]), point);
     const float side = pli_vec3_dot(before, normal);
     const float noise = pass->use_boxes ? 0.0f : 4.0f * PLII_EPSILON * pli_vec3_length(point);

@@ -78,6 +78,13 @@ static inline pli_vec3 plii_soft_contacts_position(const pli_body* body, int nod
     return plii_xyz(body->positions[node]);
 }
 
+/* At a point of a face, by its barycentric weights. */
+static inline pli_vec3 plii_soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
+    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
+                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
+                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
+}
+
 static inline pli_bounds plii_soft_contacts_face_bounds(const pli_vec4* positions, const int* face) {
     const pli_vec3 a = plii_xyz(positions[face[0]]), b = plii_xyz(positions[face[1]]), c = plii_xyz(positions[face[2]]);
     const pli_bounds bounds = {plii_vec3_min(a, plii_vec3_min(b, c)), plii_vec3_max(a, plii_vec3_max(b, c))};

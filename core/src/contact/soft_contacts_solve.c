@@ -6,12 +6,6 @@
 #include "contact/contact_substep.h"
 #include "contact/soft_contacts_impl.h"
 
-static pli_vec3 soft_contacts_blend(const pli_vec4* values, const int* face, pli_vec3 weights) {
-    return pli_vec3_add(pli_vec3_add(pli_vec3_scale(plii_xyz(values[face[0]]), weights.x),
-                                     pli_vec3_scale(plii_xyz(values[face[1]]), weights.y)),
-                        pli_vec3_scale(plii_xyz(values[face[2]]), weights.z));
-}
-
 static void soft_contacts_move(pli_vec4* position, pli_vec3 step) {
     plii_set_xyz(position, pli_vec3_sub(plii_xyz(*position), step));
 }
@@ -39,7 +33,7 @@ void plii_soft_contacts_recover(pli_body* body, void* data) {
         const int* face = other->topology->faces[contact->face];
         const float weights[3] = {contact->weights.x, contact->weights.y, contact->weights.z};
         const pli_vec3 apart = pli_vec3_sub(plii_xyz(body->previous[contact->node]),
-                                            soft_contacts_blend(other->previous, face, contact->weights));
+                                            plii_soft_contacts_blend(other->previous, face, contact->weights));
         const float distance = pli_vec3_dot(contact->normal, apart);
         const float depth = body->collision_margin + other->collision_margin - distance;
         if (!(depth > 0.0f) || (contact->is_bullet && distance < 0.0f)) { continue; }
@@ -77,8 +71,8 @@ void plii_soft_contacts_solve(pli_body* body, void* data) {
         const int* face = other->topology->faces[contact->face];
         const pli_vec3 n = contact->normal, weights = contact->weights;
         const pli_vec3 x = plii_soft_contacts_position(body, contact->node);
-        const pli_vec3 point = soft_contacts_blend(other->positions, face, weights);
-        const pli_vec3 point_before = soft_contacts_blend(other->previous, face, weights);
+        const pli_vec3 point = plii_soft_contacts_blend(other->positions, face, weights);
+        const pli_vec3 point_before = plii_soft_contacts_blend(other->previous, face, weights);
         const pli_vec3 motion =
             pli_vec3_sub(pli_vec3_sub(x, plii_xyz(body->previous[contact->node])), pli_vec3_sub(point, point_before));
         const float along_normal = pli_vec3_dot(motion, n);

@@ -10,11 +10,11 @@ void plii_islands_start(pli_world* world) {
     world->has_islands = false;
 }
 
-/* Each takes its velocities from the same time, after as many sweeps. */
+/* As many iterations of one length. Substeps side by side let thin sheets pass (docs/experiments.md). */
 static bool islands_are_in_step(const pli_body* body, const pli_body* other) {
     const plii_solver_class* solver = body->solver_class;
     return other->solver_class == solver && !solver->has_substeps && other->step.dt == body->step.dt &&
-           solver->sweeps(other) == solver->sweeps(body);
+           other->solver.position_iterations == body->solver.position_iterations;
 }
 
 void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
@@ -47,19 +47,12 @@ static void islands_run(pli_body* first, void (*run)(pli_body* body)) {
     }
 }
 
-static void islands_sweep(pli_body* first, int sweep) {
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
-        plii_world_begin_body(body);
-        body->solver_class->sweep(body, sweep);
-    }
-}
-
 static void islands_solve(pli_body* first) {
     const plii_solver_class* solver = first->solver_class;
-    const int sweeps = solver->sweeps(first);
+    const int sweeps = solver->has_substeps ? 1 : first->solver.position_iterations;
     islands_run(first, solver->begin);
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-        islands_sweep(first, sweep);
+    for (int i = 0; i < sweeps; ++i) {
+        islands_run(first, solver->sweep);
     }
     islands_run(first, solver->end);
     for (pli_body* body = first; body != NULL; body = body->island_next) {

@@ -282,24 +282,19 @@ static void implicit_project_moved_nodes(pli_body* body, plii_implicit_constrain
     }
 }
 
-static int implicit_sweeps(const pli_body* body) {
-    return body->solver.position_iterations;
-}
-
 static void implicit_begin(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_PREPARE);
-    implicit_solve_constraints(body, body->solver_state);
+    implicit_solve_constraints(body, plii_feature_state(body, &implicit_class));
 }
 
-static void implicit_sweep(pli_body* body, int iteration) {
-    implicit_state* state = body->solver_state;
-    (void)iteration;
+static void implicit_sweep(pli_body* body) {
+    implicit_state* state = plii_feature_state(body, &implicit_class);
     plii_run_stage(body, PLII_STAGE_POSITION);
     implicit_project_moved_nodes(body, &state->constraints);
 }
 
 static void implicit_end(pli_body* body) {
-    const implicit_state* state = body->solver_state;
+    const implicit_state* state = plii_feature_state(body, &implicit_class);
     implicit_follow_corrections(body);
     implicit_end_recovery(body, &state->constraints);
     if (body->solver.velocity_damping > 0.0f) {
@@ -313,7 +308,6 @@ static void implicit_end(pli_body* body) {
 
 static const plii_solver_class implicit_solver = {.name = "implicit",
                                                   .predict = implicit_predict,
-                                                  .sweeps = implicit_sweeps,
                                                   .begin = implicit_begin,
                                                   .sweep = implicit_sweep,
                                                   .end = implicit_end,
@@ -323,15 +317,14 @@ static const plii_solver_class implicit_solver = {.name = "implicit",
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static pli_status implicit_enable(pli_body* body, void* data) {
+    (void)data;
     body->solver_class = &implicit_solver;
-    body->solver_state = data;
     return PLI_OK;
 }
 
 static void implicit_disable(pli_body* body, void* data) {
     (void)data;
     body->solver_class = &plii_position_solver;
-    body->solver_state = NULL;
 }
 
 /* Nothing of a step is needed by the next one, but the spectral radius, which is another now. */

@@ -98,10 +98,6 @@ static void solver_positions_from_velocities(pli_body* body, float dt) {
     }
 }
 
-static int solver_sweeps(const pli_body* body) {
-    return body->solver.position_iterations;
-}
-
 static void solver_begin(pli_body* body) {
     const pli_solver_settings* settings = &body->solver;
     plii_run_stage(body, PLII_STAGE_PREPARE);
@@ -113,8 +109,7 @@ static void solver_begin(pli_body* body) {
     }
 }
 
-static void solver_sweep(pli_body* body, int iteration) {
-    (void)iteration;
+static void solver_sweep(pli_body* body) {
     plii_run_stage(body, PLII_STAGE_POSITION);
 }
 
@@ -146,7 +141,6 @@ static void solver_end(pli_body* body) {
 const plii_solver_class plii_position_solver = {
     .name = "position-based",
     .predict = solver_predict,
-    .sweeps = solver_sweeps,
     .begin = solver_begin,
     .sweep = solver_sweep,
     .end = solver_end,

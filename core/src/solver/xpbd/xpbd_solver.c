@@ -128,8 +128,7 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const plii_su
     plii_substep_rigids_finish(body, substep->dt);
 }
 
-static void xpbd_solve(pli_body* body, int sweep) {
-    (void)sweep;
+static void xpbd_solve(pli_body* body) {
     const xpbd_state* state = plii_feature_state(body, &xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
@@ -144,14 +143,8 @@ static void xpbd_solve(pli_body* body, int sweep) {
     plii_run_stage(body, PLII_STAGE_FINISH);
 }
 
-/* Substeps side by side with those of bodies that touch were tried (docs/experiments.md). */
-static int xpbd_sweeps(const pli_body* body) {
-    (void)body;
-    return 1;
-}
-
 static const plii_solver_class xpbd_solver = {
-    .name = "XPBD", .predict = xpbd_predict, .sweeps = xpbd_sweeps, .sweep = xpbd_solve, .has_substeps = true};
+    .name = "XPBD", .predict = xpbd_predict, .sweep = xpbd_solve, .has_substeps = true};
 
 // ------------------------------------------------------------------------------------------------------ the feature
 
