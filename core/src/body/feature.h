@@ -188,7 +188,8 @@ typedef struct plii_pipeline_entry {
 typedef struct plii_pipeline {
     plii_feature* features; /* in the order of enabling */
     int feature_count, feature_capacity;
-    plii_pipeline_entry* entries; /* sorted by stage and order */
+    plii_pipeline_entry* entries; /* sorted by stage and order; after them what takes part in substeps, by its order */
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
+    int substepped_count;
 } plii_pipeline;

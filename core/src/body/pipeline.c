@@ -3,6 +3,7 @@
 #include "body/pipeline.h"
 
 #include "body/feature_arrays.h"
+#include "body/substep.h"
 #include "body/world_state.h"
 
 #include <string.h>
@@ -32,6 +33,22 @@ void* plii_feature_state(const pli_body* body, const plii_feature_class* klass) 
     return index != PLI_NULL_INDEX ? body->pipeline.features[index].state : NULL;
 }
 
+/* By order of substeps. */
+static void feature_rebuild_substepped(plii_pipeline* pipeline) {
+    plii_pipeline_entry* entries = &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT]];
+    pipeline->substepped_count = 0;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        const plii_substep_class* kind = feature->klass->substepped;
+        if (kind == NULL) { continue; }
+        int at = pipeline->substepped_count++;
+        for (; at > 0 && entries[at - 1].klass->substepped->order > kind->order; --at) {
+            entries[at] = entries[at - 1];
+        }
+        entries[at] = (plii_pipeline_entry){NULL, feature->state, feature->klass};
+    }
+}
+
 /* Equal orders run in the order of enabling. Room was made before. */
 static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
@@ -55,6 +72,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
+    feature_rebuild_substepped(pipeline);
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -90,7 +108,8 @@ static int feature_count_stages(const plii_feature_class* klass) {
 
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
-    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass);
+    const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass) +
+                            pipeline->substepped_count + (klass->substepped != NULL);
     if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;

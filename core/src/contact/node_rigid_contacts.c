@@ -452,9 +452,17 @@ const plii_feature_class plii_rigid_contacts_class = {
     .topology_commit = rigid_contacts_topology_commit,
 };
 
+typedef struct rigid_contacts_last {
+    plii_rigid_contacts* contacts;
+} rigid_contacts_last;
+
+static pli_status rigid_contacts_last_enable(pli_body* body, void* data) {
+    ((rigid_contacts_last*)data)->contacts = plii_feature_state(body, &plii_rigid_contacts_class);
+    return PLI_OK;
+}
+
 static void rigid_contacts_solve_last(pli_body* body, void* data) {
-    (void)data;
-    rigid_contacts_solve(body, plii_feature_state(body, &plii_rigid_contacts_class));
+    rigid_contacts_solve(body, ((const rigid_contacts_last*)data)->contacts);
 }
 
 static const plii_feature_class* const rigid_contacts_last_needs[] = {&plii_rigid_contacts_class, NULL};
@@ -462,7 +470,9 @@ static const plii_feature_class* const rigid_contacts_last_needs[] = {&plii_rigi
 /* Their solve at another place of the iteration. */
 static const plii_feature_class rigid_contacts_last_class = {
     .name = "rigid contacts last",
+    .state_size = sizeof(rigid_contacts_last),
     .needs = rigid_contacts_last_needs,
+    .enable = rigid_contacts_last_enable,
     .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
 };
 

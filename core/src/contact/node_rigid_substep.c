@@ -266,7 +266,10 @@ static void rigid_substep_sweep(pli_body* body, void* data, const plii_substep* 
     const plii_rigid_groups_settings settings = {
         found->def.compliance, plii_contact_recovery_speed(found->def.recovery_speed), body->records_contacts};
     plii_point_contacts_sweep(body, &found->substeps.contacts, substep, settings.compliance);
-    PLII_KERNEL(body->context, plii_rigid_groups_sweep)(&found->substeps.groups, &settings, body->positions, substep);
+    if (found->substeps.groups.count > 0) {
+        PLII_KERNEL(body->context, plii_rigid_groups_sweep)
+        (&found->substeps.groups, &settings, body->positions, substep);
+    }
     if (body->records_contacts && substep->is_last_sweep) { rigid_substep_record(found, substep); }
 }
 
