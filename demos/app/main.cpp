@@ -200,6 +200,11 @@ static void add_stability(CLI::App& program, StabilityOptions& options, SoakOpti
     CLI::App* command = program.add_subcommand("stability", "Run extreme cases with btSoftBody and the three solvers");
     command->add_option("groups", options.groups, "Groups of cases (default: all but heavy and random)")
         ->type_name("GROUP");
+    command->add_option("--case", options.part_of_name, "Only cases with this text in their names")->type_name("TEXT");
+    command->add_option("--solver", options.solvers, "Only these columns, as the table names them (default: all)")
+        ->check(CLI::IsMember({"btSoftBody", "position-based", "implicit", "gradients", "xpbd"}).description(""))
+        ->delimiter(',')
+        ->type_name("NAME");
     command->add_option("--rest-steps", options.rest_steps, "Steps of the cases at rest (default: 20000)")
         ->check(CLI::Range(2000, 10000000).description(""))
         ->type_name("N");

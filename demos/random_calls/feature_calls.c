@@ -28,7 +28,6 @@ static void change_rigid_contacts(calls* c, pli_body* body, calls_context* home)
         const int flags = bytes_next(&c->bytes);
         if ((flags & 16) != 0) { def.compliance = bytes_float(&c->bytes, 0.0f, 0.01f); }
         if ((flags & 32) != 0) { def.recovery_speed = bytes_float(&c->bytes, 0.0f, 2.0f); }
-        def.after_links = (flags & 1) != 0;
         if ((flags & 14) == 14) { TURN(pli_body_enable_bullet_node_boxes(body)); }
         if ((flags & 14) == 6) { TURN(pli_body_disable_bullet_node_boxes(body)); }
     }

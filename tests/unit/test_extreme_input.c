@@ -458,7 +458,6 @@ static void enable_contacts(pli_body* body) {
         def.static_hardness = share(0.1f);
         def.compliance = chance(0.5f) ? 0.0f : number(1e-3f);
         def.recovery_speed = chance(0.5f) ? 0.0f : number(1);
-        def.after_links = chance(0.3f);
         TRY(pli_body_enable_rigid_contacts(body, &def));
     }
     if (chance(0.3f)) {

@@ -271,9 +271,6 @@ static void run_colored_sheet(trial* t) {
     enable_rigid_contacts(t, sheet);
     enable_rigid_contacts(t, rope);
     trial_steps(t, 6);
-    pli_rigid_contacts_def last = pli_rigid_contacts_def_default();
-    last.after_links = true;
-    TRIAL_CALL(t, pli_body_enable_rigid_contacts(sheet, &last));
     trial_steps(t, 3);
 }
 

@@ -336,7 +336,7 @@ static void test_triangle_meshes_do_not_pass_a_coarse_cloth(void** state) {
     }
 }
 
-/* A peak of a floor holds a cloth between its nodes; nodes alone do not see it. */
+/* A peak of a floor holds a cloth between its nodes; nodes alone meet its flanks only. */
 static void test_a_peak_of_a_mesh_holds_a_cloth(void** state) {
     fixture* f = *state;
     for (int with = 0; with < 2; ++with) {
@@ -351,7 +351,7 @@ static void test_a_peak_of_a_mesh_holds_a_cloth(void** state) {
         }
         const float top = pli_body_get_bounds(cloth).max.y;
         assert_int_equal(top > -0.3f, with); /* free fall: -2.8 */
-        assert_int_equal(top < -0.8f, 1 - with);
+        assert_int_equal(top < -0.5f, 1 - with);
         pli_rigid_destroy(floor);
         pli_body_destroy(cloth);
     }

@@ -259,7 +259,9 @@ static void test_penetrations_go_at_the_recovery_speed(void** unused) {
     check_near(speed, 0.0, 1e-5);
     /* A tenth of what is left in each step, which is slower than 1 m/s. */
     check_near(lift(IMPLICIT, 0.0f, &speed), 0.1 * (1.0 - pow(0.9, 6.0)), 1e-5);
-    check_near(lift(POSITION, 0.2f, &speed), lift(POSITION, 0.0f, &speed), 0.0);
+    check_near(lift(POSITION, 0.5f, &speed), 0.05, 1e-5);
+    check_near(speed, 0.0, 1e-5);
+    check_near(lift(POSITION, 0.0f, &speed), 0.1, 1e-5);
 }
 
 static void test_wrong_values_are_refused(void** unused) {
@@ -313,7 +315,7 @@ static void test_memory_of_substeps_comes_and_goes_with_the_solver(void** unused
         enable_solver(bodies[0], XPBD);
         enable_solver(bodies[1], XPBD);
         steps(20);
-        assert_true(feature_bytes(bodies[0], "rigid contacts") > rigid);
+        assert_int_equal(feature_bytes(bodies[0], "rigid contacts"), rigid); /* they are solved in the same way */
         assert_true(feature_bytes(bodies[1], "soft contacts") > soft);
         disable_solver(bodies[0], XPBD);
         disable_solver(bodies[1], XPBD);

@@ -15,22 +15,19 @@ extern "C" {
 
 /// How nodes meet rigid bodies.
 typedef struct pli_rigid_contacts_def {
-    /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Coulomb's coefficient; position-based
-    /// solver: share of the sliding that a contact takes away, where as in Bullet a product above 1 reverses the
-    /// sliding. Bullet name: kDF
+    /// 0 to PLI_MAX_FACTOR, default 0.2; multiplied with the rigid body's. Coulomb's coefficient; in reference mode the
+    /// share of the sliding that a contact takes away, where as in Bullet a product above 1 reverses the sliding.
+    /// Bullet name: kDF
     float friction;
-    /// [0, 1], default 1: share of the penetration removed per iteration, with the implicit solver per step. XPBD has
-    /// the compliance instead. Bullet name: kCHR
+    /// [0, 1], default 1: share of the penetration that the implicit solver removes per step, and an iteration in
+    /// reference mode. The other solvers have the compliance instead. Bullet name: kCHR
     float dynamic_hardness;
     float static_hardness; ///< [0, 1], default 0.1: the same of static and kinematic bodies. Bullet name: kKHR
-    float compliance;      ///< m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid). XPBD only
+    /// m/N, 0 to PLI_MAX_COEFFICIENT, default 0 (rigid). Position-based solver and XPBD, not in reference mode
+    float compliance;
     /// m/s, 0 to PLI_MAX_SPEED: a penetration from before, with XPBD from before the substep, goes at this speed at
-    /// most and leaves none. 0 (default): 1 m/s. Not in the position-based solver, which has the hardnesses alone.
+    /// most and leaves none. 0 (default): 1 m/s. Not in reference mode, which has the hardnesses alone.
     float recovery_speed;
-    /// Default false, as in Bullet: links come after contacts in each iteration, and what they make nodes slide stays,
-    /// so that bodies creep for ever. True: contacts come last, and what friction holds comes to rest. Position-based
-    /// solver only; the others have no such order.
-    bool after_links;
     uint32_t cookie; ///< set by the default function
 } pli_rigid_contacts_def;
 

@@ -29,7 +29,7 @@ struct plii_substep {
     bool has_new_positions;             /* since the substep before, or the first one */
     bool is_first_sweep, is_last_sweep; /* of the substep: multipliers are 0 before, nobody needs them afterwards */
     pli_vec4* displacements;            /* [node_count] m; w = inverse mass */
-    pli_vec4* start_displacements; /* [node_count] m, the displacements at the start of the substep; w = inverse mass */
+    pli_vec4* start_displacements;      /* [node_count] m, the displacements at the start of the substep */
     const plii_substep_limits* limits;
 };
 

@@ -221,7 +221,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
     const bool is_fixed = motion->inverse_mass == 0.0f && plii_mat3_is_zero(&motion->inverse_inertia_world);
     candidate.is_still =
         is_fixed && plii_vec3_is_zero(motion->linear_velocity) && plii_vec3_is_zero(motion->angular_velocity);
-    candidate.is_swept = body->solver_class->has_substeps || (!is_fixed && plii_follows_rigids(body));
+    candidate.is_swept = plii_follows_rigids(body);
     for (int i = 0; i < rigid->shape_count; ++i) {
         candidate.shape = i;
         const pli_status status = rigid_contacts_collide_shape(&candidate);
@@ -261,66 +261,12 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, 
     return true;
 }
 
-/* Four contacts with still rigid bodies, of four nodes, as the search lists them. */
-static bool rigid_contacts_are_equal(const plii_rigid_contact* c) {
-    return c[0].is_still && c[1].is_still && c[2].is_still && c[3].is_still && c[0].node < c[1].node &&
-           c[1].node < c[2].node && c[2].node < c[3].node;
-}
-
-/* What rigid_contacts_solve does with each of them. */
-static void rigid_contacts_solve_four(const plii_rigid_contact* c, pli_vec4* positions, const pli_vec4* previous,
-                                      float margin) {
-    const plii_float4 records[PLII_LANES] = {
-        plii_float4_from(&positions[c[0].node]), plii_float4_from(&positions[c[1].node]),
-        plii_float4_from(&positions[c[2].node]), plii_float4_from(&positions[c[3].node])};
-    plii_float4 x[PLII_LANES] = {records[0], records[1], records[2], records[3]};
-    plii_float4 moved[PLII_LANES] = {
-        records[0] - plii_float4_from(&previous[c[0].node]), records[1] - plii_float4_from(&previous[c[1].node]),
-        records[2] - plii_float4_from(&previous[c[2].node]), records[3] - plii_float4_from(&previous[c[3].node])};
-    plii_float4 planes[PLII_LANES] = {plii_float4_from(&c[0].normal), plii_float4_from(&c[1].normal),
-                                      plii_float4_from(&c[2].normal), plii_float4_from(&c[3].normal)};
-    plii_float4_transpose(x);
-    plii_float4_transpose(moved);
-    plii_float4_transpose(planes);
-    const plii_vec3x4 motion = {moved[0], moved[1], moved[2]}, normal = {planes[0], planes[1], planes[2]};
-    const plii_float4 along_normal = plii_vec3x4_dot(motion, normal);
-    const plii_mask4 acts = along_normal <= plii_float4_all(PLII_EPSILON);
-    if (plii_lanes_bits(acts) == 0) { return; }
-    const plii_float4 height = plii_vec3x4_dot((plii_vec3x4){x[0], x[1], x[2]}, normal) + planes[3];
-    const plii_float4 gap = plii_lanes_min(height, plii_float4_all(margin));
-    const plii_float4 slip =
-        plii_lanes_xyzw(c[0].matrix[PLII_RIGID_CONTACT_SLIP].w, c[1].matrix[PLII_RIGID_CONTACT_SLIP].w,
-                        c[2].matrix[PLII_RIGID_CONTACT_SLIP].w, c[3].matrix[PLII_RIGID_CONTACT_SLIP].w);
-    const plii_float4 hardness =
-        plii_lanes_xyzw(c[0].matrix[PLII_RIGID_CONTACT_HARDNESS].w, c[1].matrix[PLII_RIGID_CONTACT_HARDNESS].w,
-                        c[2].matrix[PLII_RIGID_CONTACT_HARDNESS].w, c[3].matrix[PLII_RIGID_CONTACT_HARDNESS].w);
-    const plii_float4 own = plii_lanes_xyzw(c[0].matrix[0].x, c[1].matrix[0].x, c[2].matrix[0].x, c[3].matrix[0].x);
-    const plii_float4 per_impulse = plii_lanes_xyzw(c[0].arm.w, c[1].arm.w, c[2].arm.w, c[3].arm.w);
-    const plii_vec3x4 sliding = plii_vec3x4_sub(motion, plii_vec3x4_scale(normal, along_normal));
-    const plii_vec3x4 error = plii_vec3x4_add(plii_vec3x4_sub(motion, plii_vec3x4_scale(sliding, slip)),
-                                              plii_vec3x4_scale(normal, gap * hardness));
-    const plii_vec3x4 pushed = plii_vec3x4_scale(plii_vec3x4_scale(error, own), per_impulse);
-    const plii_float4 zero = plii_float4_all(0.0f);
-    plii_float4 pushes[PLII_LANES] = {plii_lanes_select(acts, pushed.x, zero), plii_lanes_select(acts, pushed.y, zero),
-                                      plii_lanes_select(acts, pushed.z, zero), zero};
-    plii_float4_transpose(pushes);
-    plii_float4_to(&positions[c[0].node], records[0] - pushes[0]);
-    plii_float4_to(&positions[c[1].node], records[1] - pushes[1]);
-    plii_float4_to(&positions[c[2].node], records[2] - pushes[2]);
-    plii_float4_to(&positions[c[3].node], records[3] - pushes[3]);
-}
-
 static void rigid_contacts_solve(pli_body* body, void* data) {
     const plii_rigid_contacts* state = data;
     if (body->solver_class->solves_constraints) { return; }
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
         if (contact->is_swept) { continue; }
-        if (!body->records_contacts && state->count - i >= PLII_LANES && rigid_contacts_are_equal(contact)) {
-            rigid_contacts_solve_four(contact, body->positions, body->previous, body->collision_margin);
-            i += PLII_LANES - 1;
-            continue;
-        }
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
         const plii_float4 arm = plii_float4_from(&contact->arm);
         plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]), impulse;
@@ -338,10 +284,6 @@ static void rigid_contacts_solve(pli_body* body, void* data) {
             plii_contact_impulses_push(&state->impulses, i, pli_vec3_neg(taken));
         }
     }
-}
-
-static void rigid_contacts_solve_first(pli_body* body, void* data) {
-    if (!((const plii_rigid_contacts*)data)->def.after_links) { rigid_contacts_solve(body, data); }
 }
 
 static int rigid_contacts_list_constraints(const pli_body* body, const void* data, int capacity,
@@ -429,8 +371,8 @@ static void rigid_contacts_topology_commit(pli_body* body, void* data, const pli
     ((plii_rigid_contacts*)data)->count = 0;
 }
 
-/* After anchors and before the links, or, which Bullet has not, after the links. */
-enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20, RIGID_CONTACTS_LAST_ORDER = PLII_ORDER_LINKS + 5 };
+/* As in Bullet after anchors and before the links. */
+enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
 static const plii_feature_class* const rigid_contacts_needs[] = {&plii_iterated_sweeps_class, NULL};
 
@@ -440,7 +382,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .needs = rigid_contacts_needs,
     .arrays = rigid_contacts_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
-               [PLII_STAGE_POSITION] = {rigid_contacts_solve_first, RIGID_CONTACTS_ORDER}},
+               [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,
     .disable = rigid_contacts_disable,
     .collide_rigid = rigid_contacts_collide,
@@ -450,30 +392,6 @@ const plii_feature_class plii_rigid_contacts_class = {
     .bytes = rigid_contacts_bytes,
     .reserve = rigid_contacts_preallocate,
     .topology_commit = rigid_contacts_topology_commit,
-};
-
-typedef struct rigid_contacts_last {
-    plii_rigid_contacts* contacts;
-} rigid_contacts_last;
-
-static pli_status rigid_contacts_last_enable(pli_body* body, void* data) {
-    ((rigid_contacts_last*)data)->contacts = plii_feature_state(body, &plii_rigid_contacts_class);
-    return PLI_OK;
-}
-
-static void rigid_contacts_solve_last(pli_body* body, void* data) {
-    rigid_contacts_solve(body, ((const rigid_contacts_last*)data)->contacts);
-}
-
-static const plii_feature_class* const rigid_contacts_last_needs[] = {&plii_rigid_contacts_class, NULL};
-
-/* Their solve at another place of the iteration. */
-static const plii_feature_class rigid_contacts_last_class = {
-    .name = "rigid contacts last",
-    .state_size = sizeof(rigid_contacts_last),
-    .needs = rigid_contacts_last_needs,
-    .enable = rigid_contacts_last_enable,
-    .stages = {[PLII_STAGE_POSITION] = {rigid_contacts_solve_last, RIGID_CONTACTS_LAST_ORDER}},
 };
 
 static const plii_field rigid_contacts_fields[] = {
@@ -488,23 +406,14 @@ pli_status pli_body_enable_rigid_contacts(pli_body* body, const pli_rigid_contac
     PLII_TRY(plii_check_body_change(body, __func__));
     const pli_rigid_contacts_def used = def != NULL ? *def : pli_rigid_contacts_def_default();
     PLII_TRY_DEF(body->context, pli_rigid_contacts_def, &used, rigid_contacts_fields, __func__);
-    const bool was_enabled = plii_feature_is_enabled(body, &plii_rigid_contacts_class);
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_rigid_contacts_class, &state));
-    if (used.after_links) {
-        const pli_status status = plii_feature_enable(body, &rigid_contacts_last_class, NULL);
-        if (status != PLI_OK && !was_enabled) { plii_feature_disable(body, &plii_rigid_contacts_class); }
-        PLII_TRY(status);
-    } else {
-        plii_feature_disable(body, &rigid_contacts_last_class);
-    }
     ((plii_rigid_contacts*)state)->def = used;
     return PLI_OK;
 }
 
 pli_status pli_body_disable_rigid_contacts(pli_body* body) {
     PLII_TRY(plii_check_body_change(body, __func__));
-    plii_feature_disable(body, &rigid_contacts_last_class);
     plii_feature_disable(body, &plii_rigid_contacts_class);
     return PLI_OK;
 }

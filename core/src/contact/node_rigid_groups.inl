@@ -7,7 +7,7 @@
 #include "contact/node_rigid_groups.h"
 
 typedef struct groups_pass {
-    const pli_vec4* positions;
+    const pli_vec4* positions; /* NULL: displacements are positions */
     pli_vec4 *displacements, *start_displacements;
     float dt, moved_time; /* s, of the substep and of those before */
     float alpha;          /* compliance / dt^2, 1/kg */
@@ -36,18 +36,6 @@ PLII_SIMD_INLINE plii_nodes8 groups_gather(const pli_vec4* records, const uint32
     return (plii_nodes8){r[0], r[1], r[2], r[3]};
 }
 
-PLII_SIMD_INLINE plii_float8 groups_motion(const groups_pass* pass, const uint32_t* scaled_indices) {
-    return plii_float8_sub(plii_simd_load_two(pass->displacements, scaled_indices),
-                           plii_simd_load_two(pass->start_displacements, scaled_indices));
-}
-/* How far they have come since then. */
-PLII_SIMD_INLINE plii_vec3x8 groups_motions(const groups_pass* pass, const uint32_t* scaled_indices) {
-    plii_float8 r[4] = {groups_motion(pass, scaled_indices), groups_motion(pass, scaled_indices + 2),
-                        groups_motion(pass, scaled_indices + 4), groups_motion(pass, scaled_indices + 6)};
-    plii_float8_transpose4(r);
-    return (plii_vec3x8){r[0], r[1], r[2]};
-}
-
 PLII_SIMD_INLINE plii_float8 groups_moved(const pli_vec4* records, const uint32_t* scaled_indices, plii_float8 by) {
     return plii_float8_add(plii_simd_load_two(records, scaled_indices), by);
 }
@@ -68,14 +56,19 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
                                   plii_rigid_sum* sum) {
     const plii_float8 zero = plii_float8_all(0.0f);
     const plii_nodes8 start = groups_gather(pass->start_displacements, group->scaled_indices);
-    const plii_float8 weight = start.w;
+    const plii_nodes8 now = groups_gather(pass->displacements, group->scaled_indices);
+    const plii_float8 weight = now.w;
     const plii_vec3x8 normal = groups_load(group->normal);
     if (pass->is_first && pass->has_new_positions) {
-        const plii_nodes8 x = groups_gather(pass->positions, group->scaled_indices);
-        const plii_float8 along = plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z});
-        plii_float8_store(group->height, plii_float8_add(along, plii_float8_load(group->offset)));
+        plii_float8 height = plii_float8_load(group->offset);
+        if (pass->positions != NULL) {
+            const plii_nodes8 x = groups_gather(pass->positions, group->scaled_indices);
+            height = plii_float8_add(plii_vec3x8_dot(normal, (plii_vec3x8){x.x, x.y, x.z}), height);
+        }
+        plii_float8_store(group->height, height);
     }
-    plii_vec3x8 from = {start.x, start.y, start.z}, motion = groups_motions(pass, group->scaled_indices);
+    plii_vec3x8 from = {start.x, start.y, start.z};
+    plii_vec3x8 motion = plii_vec3x8_sub((plii_vec3x8){now.x, now.y, now.z}, from);
     if (surface != NULL) {
         const plii_vec3x8 velocity = groups_load(surface->velocity);
         from = plii_vec3x8_sub(from, plii_vec3x8_scale(velocity, plii_float8_all(pass->moved_time)));
@@ -131,7 +124,7 @@ PLII_SIMD_LARGE void groups_solve(const groups_pass* pass, plii_rigid_group* gro
 
 static void groups_sweep(plii_rigid_groups* groups, const plii_rigid_groups_settings* settings,
                          const pli_vec4* positions, const plii_substep* substep) {
-    const groups_pass pass = {.positions = positions,
+    const groups_pass pass = {.positions = substep->is_absolute ? NULL : positions,
                               .displacements = substep->displacements,
                               .start_displacements = substep->start_displacements,
                               .dt = substep->dt,

@@ -22,20 +22,20 @@ static bool rigid_substep_has_nearest(const pli_body* body, plii_rigid_substeps*
 
 /* For `count` contacts, all with dynamic bodies or all with others. */
 void plii_rigid_substeps_reserve(pli_body* body, plii_rigid_substeps* substeps, int count) {
-    int dynamic_count = 0, surface_count = 0, shape_count = 0;
+    enum { MOST_PARTIAL_GROUPS = 8 }; /* as a rule; one per shape that the body touches may not be full */
+    int dynamic_count = 0, surface_count = 0;
     for (int i = 0; i < body->world->rigid_count; ++i) {
         const pli_rigid* rigid = body->world->rigids[i];
         dynamic_count += rigid->kind == PLI_RIGID_DYNAMIC;
         surface_count += rigid->kind == PLI_RIGID_KINEMATIC;
-        shape_count += rigid->shape_count;
     }
     if (dynamic_count > 0) {
         (void)PLII_RESERVE(body->context, &substeps->contacts.items, &substeps->contacts.capacity, count);
         if (dynamic_count < body->world->rigid_count) { (void)rigid_substep_has_nearest(body, substeps); }
     }
-    if (dynamic_count == body->world->rigid_count || !body->solver_class->has_substeps) { return; }
-    const int starts = shape_count < count ? shape_count : count; /* of groups that are not full */
-    const int groups = count / PLII_RIGID_GROUP_SIZE + starts;
+    if (dynamic_count == body->world->rigid_count) { return; }
+    const int partial_groups = count < MOST_PARTIAL_GROUPS ? count : MOST_PARTIAL_GROUPS;
+    const int groups = count / PLII_RIGID_GROUP_SIZE + partial_groups;
     (void)rigid_groups_reserve(body, &substeps->groups, groups, surface_count > 0 ? groups : 0);
 }
 
@@ -166,6 +166,14 @@ static bool rigid_substep_find_fixed(pli_body* body, plii_rigid_contacts* found)
     return true;
 }
 
+/* Nodes or faces, which come before, have met rigid bodies that give way. */
+static bool rigid_substep_is_pressed(const pli_body* body) {
+    for (const pli_rigid* rigid = body->followed_rigids; rigid != NULL; rigid = rigid->path.next) {
+        if (!rigid_substep_is_fixed(rigid)) { return true; }
+    }
+    return false;
+}
+
 static void rigid_substep_begin(pli_body* body, void* data) {
     plii_rigid_contacts* found = data;
     plii_rigid_substeps* substeps = &found->substeps;
@@ -188,9 +196,7 @@ static void rigid_substep_begin(pli_body* body, void* data) {
         }
     }
     rigid_groups_close(&substeps->groups);
-    /* Contacts of faces with rigid bodies ask too. */
-    const bool is_asked = substeps->contacts.count > 0 || body->sweeping_features > 0;
-    substeps->has_fixed_nodes = is_asked && has_still && rigid_substep_find_fixed(body, found);
+    substeps->has_fixed_nodes = has_still && rigid_substep_is_pressed(body) && rigid_substep_find_fixed(body, found);
 }
 
 /* To the surfaces of bodies that nothing moves. */

@@ -72,7 +72,6 @@ scene_soft_def heavy_def(float velocity_damping, double stiffness) {
     def.solver.position_iterations = iterations;
     def.solver.velocity_damping = velocity_damping;
     def.rigid_contacts.friction = 1;
-    def.rigid_contacts.after_links = true; // what the position-based solver needs to come to rest
     def.link_stiffness = static_cast<float>(stiffness);
     return def;
 }

@@ -99,7 +99,6 @@ void add_rest_cases(std::vector<StabilityCase>& cases, int steps) {
         scene_soft_def def = case_def("sheet");
         def.collision_margin = 0.03f;
         def.rigid_contacts.friction = 1;
-        def.rigid_contacts.after_links = true;
         def.solver.velocity_damping = 0.01f;
         set_stiffness(builder, mesh, def, 1000);
         scene_add_soft(builder, mesh, &def);
@@ -111,7 +110,6 @@ void add_rest_cases(std::vector<StabilityCase>& cases, int steps) {
         scene_check(builder, pli_mesh_translate(mesh, pli_vec3_make(0, 0.6f, 0)));
         scene_soft_def def = case_def("cube");
         def.rigid_contacts.friction = 1;
-        def.rigid_contacts.after_links = true;
         def.solver.velocity_damping = 0.01f;
         scene_add_soft(builder, mesh, &def);
     }));

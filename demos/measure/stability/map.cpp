@@ -328,10 +328,10 @@ static Cell cell_of(const ChildAnswer& answer, double limit) {
 std::vector<std::vector<Cell>> run_cells(const std::vector<const StabilityCase*>& cases,
                                          const StabilityOptions& options,
                                          const std::function<void(const StabilityCase&)>& done) {
-    constexpr size_t columns = std::size(all_columns);
+    const size_t columns = options.columns.size();
     std::vector<ChildWork> works;
     for (const StabilityCase* which : cases) {
-        for (const Column column : all_columns) {
+        for (const Column column : options.columns) {
             works.push_back(
                 {[which, column] { return to_text(run_here(*which, column)); }, options.time_limit + which->more_time});
         }

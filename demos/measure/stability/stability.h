@@ -7,6 +7,7 @@
 #include "engines/engine.h"
 
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,6 +90,7 @@ struct StabilityOptions {
     int random_count = 100;
     double time_limit = 20; // s of wall time per cell, beside what a case may take more
     int jobs = 1;           // cells that run at the same time
+    std::vector<Column> columns{std::begin(all_columns), std::end(all_columns)};
 };
 
 // All cases, in the order of the table.
@@ -97,7 +99,7 @@ std::vector<StabilityCase> stability_cases(const StabilityOptions& options);
 // Runs one cell in a process of its own.
 Cell run_cell(const StabilityCase& which, Column column, const StabilityOptions& options);
 
-// Cells by case and column; `done` is called after each one.
+// Cells by case and wanted column; `done` is called after each one.
 std::vector<std::vector<Cell>> run_cells(const std::vector<const StabilityCase*>& cases,
                                          const StabilityOptions& options,
                                          const std::function<void(const StabilityCase&)>& done);

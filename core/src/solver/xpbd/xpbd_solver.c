@@ -255,7 +255,9 @@ static void xpbd_leave(pli_body* body) {
     const plii_pipeline* pipeline = &body->pipeline;
     for (int i = 0; i < pipeline->feature_count; ++i) {
         const plii_substep_class* kind = pipeline->features[i].klass->substepped;
-        if (kind != NULL && kind->leave != NULL) { kind->leave(body, pipeline->features[i].state); }
+        if (kind == NULL || kind->leave == NULL) { continue; }
+        const bool stays = kind->is_in_iterations && !body->world->def.reference_mode;
+        if (!stays) { kind->leave(body, pipeline->features[i].state); }
     }
 }
 
