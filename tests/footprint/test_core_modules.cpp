@@ -54,7 +54,7 @@ static void more_features_link_more(void**) {
 static void features_are_known_by_the_names_of_the_core(void**) {
     const std::vector<std::string> names = demos::core_features();
     assert_true(names.size() > 30);
-    for (const char* name : {"links", "clusters", "XPBD solver", "rigid contacts last", "self-collision of faces"}) {
+    for (const char* name : {"links", "clusters", "XPBD solver", "rigid contacts", "self-collision of faces"}) {
         assert_true(has(names, name));
     }
     assert_false(has(names, "bullet")); // a solver, which is no feature
