@@ -43,7 +43,8 @@ typedef struct rigid_contacts_candidate {
     plii_rigid_contacts* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still, is_swept; /* see plii_rigid_contact */
+    bool is_still; /* see plii_rigid_contact */
+    bool is_swept; /* as a substep: see plii_substep_class */
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
@@ -109,7 +110,6 @@ static pli_status rigid_contacts_add(const rigid_contacts_candidate* candidate, 
     contact->node = node;
     contact->shape = candidate->shape;
     contact->is_still = candidate->is_still;
-    contact->is_swept = candidate->is_swept;
     const plii_float4 x = plii_float4_from(&body->positions[node]);
     plii_float4_to(&contact->normal, normal);
     contact->normal.w = -plii_lanes_dot(normal, x - normal * plii_float4_all(distance));
@@ -263,10 +263,9 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, 
 
 static void rigid_contacts_solve(pli_body* body, void* data) {
     const plii_rigid_contacts* state = data;
-    if (body->solver_class->solves_constraints) { return; }
+    if (body->solver_class->solves_constraints || plii_follows_rigids(body)) { return; }
     for (int i = 0; i < state->count; ++i) {
         const plii_rigid_contact* contact = &state->contacts[i];
-        if (contact->is_swept) { continue; }
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
         const plii_float4 arm = plii_float4_from(&contact->arm);
         plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]), impulse;

@@ -14,7 +14,6 @@ typedef struct plii_rigid_contact {
     pli_vec4 normal; /* w, the offset: dot(normal, x) + w = distance to the surface that is kept free */
     float distance;
     bool is_still; /* the rigid body neither moves nor takes impulses */
-    bool is_swept; /* see plii_substep_class; else the contact is solved in the stages of a step */
     /* For solvers of whole steps. */
     pli_vec4 matrix[3]; /* columns of the impulse matrix, Bullet: c0; w: see below */
     pli_vec4 arm; /* from the rigid body's centre of mass to the node. Bullet: c1; w: of the node per impulse, c2 */

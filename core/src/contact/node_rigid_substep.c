@@ -183,7 +183,6 @@ static void rigid_substep_begin(pli_body* body, void* data) {
     for (int i = 0; i < found->count; ++i) { /* those without memory are left out in this step */
         const plii_rigid_contact* contact = &found->contacts[i];
         has_still = has_still || contact->is_still;
-        if (!contact->is_swept) { continue; }
         if (contact->rigid != rigid) {
             rigid = contact->rigid;
             is_fixed = rigid_substep_is_fixed(rigid);
@@ -243,7 +242,6 @@ static void rigid_substep_record(plii_rigid_contacts* found, const plii_substep*
     int point = 0, group = 0, record = 0;
     for (int i = 0; i < found->count; ++i) {
         const plii_rigid_contact* contact = &found->contacts[i];
-        if (!contact->is_swept) { continue; }
         if (!rigid_substep_is_fixed(contact->rigid)) {
             const plii_point_contact* item = &points->items[point];
             if (point == points->count || item->nodes[0] != contact->node || item->surface.rigid != contact->rigid) {
