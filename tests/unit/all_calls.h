@@ -50,6 +50,7 @@ typedef struct call_row {
 #define CALL_DEF(prefix) ((const prefix##_def[]){prefix##_def_default()})
 
 static const pli_vec3 call_point = {1, 1, 1};
+static const int call_nodes[1] = {0};
 static const pli_vec3 call_points[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int call_indices[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
@@ -114,6 +115,9 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_add_anchor, BODY, CHANGES, CALL_STATUS(call_add_anchor(h)))                                             \
     X(pli_body_add_anchor, RIGID, CHANGES, CALL_STATUS(call_add_anchor(h)))                                            \
     X(pli_body_remove_anchor, BODY, CHANGES, CALL_STATUS(pli_body_remove_anchor(h->body, ((pli_anchor_id){1, 1}))))    \
+    X(pli_body_attach_nodes, BODY, CHANGES, CALL_STATUS(pli_body_attach_nodes(h->body, call_nodes, 1, h->rigid)))      \
+    X(pli_body_attach_nodes, RIGID, CHANGES, CALL_STATUS(pli_body_attach_nodes(h->body, call_nodes, 1, h->rigid)))     \
+    X(pli_body_detach_nodes, BODY, CHANGES, CALL_STATUS(pli_body_detach_nodes(h->body, call_nodes, 1)))                \
     X(pli_body_anchor_count, BODY, READS, CALL_VALUE(pli_body_anchor_count(h->body) == 0))                             \
     X(pli_body_set_anchor_hardness, BODY, CHANGES, CALL_STATUS(pli_body_set_anchor_hardness(h->body, 0.5f)))           \
     X(pli_context_destroy, CONTEXT, CHANGES, CALL_STATUS(pli_context_destroy(h->context)))                             \
