@@ -75,6 +75,20 @@ static inline pli_status call_add_anchor(const call_handles* h) {
     return pli_body_add_anchor(h->body, &def, NULL);
 }
 
+static inline pli_status call_enable_targets(const call_handles* h) {
+    static const pli_target target = {.max_distance = 1};
+    pli_targets_def def = pli_targets_def_default();
+    def.targets = &target;
+    def.count = 1;
+    return pli_body_enable_targets(h->body, &def);
+}
+
+typedef pli_status call_targets(pli_body*, const pli_vec3*, const pli_vec3*, int);
+static inline pli_status call_move_targets(const call_handles* h, call_targets* call) {
+    const pli_status status = call(h->body, &call_point, NULL, 1);
+    return status == PLI_ERROR_INVALID_VALUE ? PLI_OK : status; /* there may be none */
+}
+
 /* `other`: what is at the other end, else the world. */
 static inline pli_status call_add_linear_joint(const call_handles* h, call_kind other) {
     pli_linear_joint_def def = pli_linear_joint_def_default();
@@ -368,6 +382,10 @@ static inline pli_status call_refine(const call_handles* h) {
       CALL_STATUS(pli_shape_create_lattice(h->context, h->shape, 0.5f, (pli_shape*[]){NULL})))                         \
     X(pli_shape_distance, SHAPE, READS, CALL_VALUE(isinf(pli_shape_distance(h->shape, call_point, NULL))))             \
     X(pli_shape_bounds, SHAPE, READS, CALL_VALUE(pli_shape_bounds(h->shape).max.x == 0.0f))                            \
+    X(pli_body_enable_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_enable_targets(h)))                                \
+    X(pli_body_disable_targets, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_targets(h->body)))                    \
+    X(pli_body_move_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_move_targets(h, pli_body_move_targets)))             \
+    X(pli_body_teleport_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_move_targets(h, pli_body_teleport_targets)))     \
     X(pli_body_enable_tethers, BODY, CHANGES_IDLE,                                                                     \
       CALL_STATUS(pli_body_enable_tethers(h->body, CALL_DEF(pli_tethers))))                                            \
     X(pli_body_disable_tethers, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_tethers(h->body)))                    \

@@ -24,6 +24,7 @@
 #include "rigid.h"
 #include "self_collision.h"
 #include "shape.h"
+#include "target.h"
 #include "tether.h"
 #include "world.h"
 #include "xpbd.h"
