@@ -12,7 +12,7 @@ set(ccd_modules convex_penetration) # the only ones that may read libccd
 set(simd_modules simd_float4 simd_float8) # the only ones that may read headers of instruction sets
 set(service_modules link_coloring link_graph substep_kinds) # features that only others need
 set(step_modules body bounds context context_create feature mesh pipeline pbd_solver vec world) # what every program links
-set(feature_headers anchor bullet_reference contact forces generate implicit io pliant pose self_collision target tether xpbd) # public headers that the step must not read
+set(feature_headers anchor bullet_reference contact drag forces generate implicit io pliant pose self_collision target tether xpbd) # public headers that the step must not read
 
 set(problems "")
 function(problem file text)

@@ -51,6 +51,7 @@ typedef struct call_row {
 
 static const pli_vec3 call_point = {1, 1, 1};
 static const int call_nodes[1] = {0};
+static const pli_drag_id call_drag = {1, 1};
 static const pli_vec3 call_points[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int call_indices[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
@@ -382,6 +383,11 @@ static inline pli_status call_refine(const call_handles* h) {
       CALL_STATUS(pli_shape_create_lattice(h->context, h->shape, 0.5f, (pli_shape*[]){NULL})))                         \
     X(pli_shape_distance, SHAPE, READS, CALL_VALUE(isinf(pli_shape_distance(h->shape, call_point, NULL))))             \
     X(pli_shape_bounds, SHAPE, READS, CALL_VALUE(pli_shape_bounds(h->shape).max.x == 0.0f))                            \
+    X(pli_body_begin_drag, BODY, CHANGES_IDLE,                                                                         \
+      CALL_STATUS(pli_body_begin_drag(h->body, CALL_DEF(pli_drag), (pli_drag_id[]){{0}})))                             \
+    X(pli_body_move_drag, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_move_drag(h->body, call_drag, call_point)))         \
+    X(pli_body_end_drag, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_end_drag(h->body, call_drag)))                       \
+    X(pli_body_get_drag, BODY, READS, CALL_STATUS(pli_body_get_drag(h->body, call_drag, NULL, NULL)))                  \
     X(pli_body_enable_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_enable_targets(h)))                                \
     X(pli_body_disable_targets, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_targets(h->body)))                    \
     X(pli_body_move_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_move_targets(h, pli_body_move_targets)))             \

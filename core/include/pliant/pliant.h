@@ -10,6 +10,7 @@
 #include "contact.h"
 #include "contact_events.h"
 #include "cut.h"
+#include "drag.h"
 #include "drawing.h"
 #include "forces.h"
 #include "generate.h"
