@@ -201,8 +201,8 @@ static void implicit_predict(pli_body* body, float dt) {
     };
     state->report = (pli_implicit_report){0};
     implicit_add_external(body, state, step->dt, system->rhs);
-    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
     plii_implicit_gather_holds(body, system, &state->holds);
+    state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
     plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
     if (state->def.start == PLI_IMPLICIT_START_IN_FREE_FLIGHT) { implicit_keep_momentum(body, graph, system); }

@@ -41,13 +41,12 @@ typedef struct plii_implicit_system {
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
-/* Springs at their present lengths and the velocities of the body; adds the spring part to rhs. Gives the number of
-   springs that are too short to have a direction. */
+/* Springs at their present lengths and the velocities of the body, and holds; adds the spring part to rhs. Gives the
+   number of springs that are too short to have a direction. */
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
                            plii_implicit_system* system);
 
-/* The springs to fixed points that features have; to the blocks and the right-hand side, after
-   plii_implicit_assemble. */
+/* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
 void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds);
 
 /* What a sweep makes of the solution at a node, and W x there but for holds; the node must not be pinned for the
