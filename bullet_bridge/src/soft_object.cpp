@@ -20,6 +20,44 @@ bool is_motion_clamping(const btTriangleCallback& callback) {
     return sweep != nullptr && sweep->m_convexShape->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
 }
 
+// Rays meet links as capsules of the margin, solids without faces as they are.
+void cast_ray(const pli_body* body, int targets, btTriangleRaycastCallback& callback) {
+    pli_ray_def def = pli_ray_def_default();
+    def.from = to_pli(callback.m_from);
+    def.to = to_pli(callback.m_to);
+    def.targets = targets;
+    def.radius = pli_body_get_collision_margin(body);
+    pli_ray_hit hit{};
+    if (pli_body_cast_ray(body, &def, &hit) != PLI_OK || hit.kind == PLI_FEATURE_NONE) { return; }
+    const btScalar fraction = btScalar(hit.fraction);
+    if (fraction >= callback.m_hitFraction) { return; }
+    callback.m_hitFraction = callback.reportHit(to_bullet(hit.normal), fraction, 0, hit.index);
+}
+
+// A triangle without width, to which Bullet adds the margin.
+void sweep_links(const pli_body_view& view, const btVector3& aabb_min, const btVector3& aabb_max,
+                 btTriangleConvexcastCallback& callback) {
+    for (int i = 0; i < view.link_count; ++i) {
+        btVector3 corners[3];
+        for (int k = 0; k < 2; ++k) {
+            const pli_vec4& p = view.positions[view.link_nodes[view.link_node_stride * i + k]];
+            corners[k] = to_bullet(pli_vec3_make(p.x, p.y, p.z));
+        }
+        corners[2] = corners[1];
+        if (TestTriangleAgainstAabb2(corners, aabb_min, aabb_max)) { callback.processTriangle(corners, 0, i); }
+    }
+}
+
+// Bodies without faces, for queries only: what collides with links is the core's to find.
+void query_links(const pli_body* body, const pli_body_view& view, const btVector3& aabb_min, const btVector3& aabb_max,
+                 btTriangleCallback& callback) {
+    if (auto* ray = dynamic_cast<btTriangleRaycastCallback*>(&callback)) {
+        cast_ray(body, view.tetra_count > 0 ? PLI_RAY_TETRAS : PLI_RAY_LINKS, *ray);
+    } else if (auto* sweep = dynamic_cast<btTriangleConvexcastCallback*>(&callback)) {
+        sweep_links(view, aabb_min, aabb_max, *sweep);
+    }
+}
+
 } // namespace
 
 SoftShape::SoftShape(Bridge::Impl& bridge, pli_body* body, const btCollisionObject& object)
@@ -55,6 +93,7 @@ void SoftShape::processAllTriangles(btTriangleCallback* callback, const btVector
                                     const btVector3& aabb_max) const {
     if (is_in_world() && bridge_.is_inside_step() && is_motion_clamping(*callback)) { return; }
     const pli_body_view view = pli_body_get_view(body_);
+    if (view.face_count == 0) { query_links(body_, view, aabb_min, aabb_max, *callback); }
     for (int f = 0; f < view.face_count; ++f) {
         btVector3 corners[3];
         for (int i = 0; i < 3; ++i) {

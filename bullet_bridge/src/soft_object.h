@@ -1,7 +1,8 @@
 #ifndef PLIANT_BULLET_SOFT_OBJECT_H
 #define PLIANT_BULLET_SOFT_OBJECT_H
 
-// What Bullet sees of a soft body: a movable collision object whose concave shape yields the faces where they are now.
+// What Bullet sees of a soft body: a movable collision object whose concave shape yields the faces where they are now,
+// and to rays and sweeps the links of a body without faces.
 
 #include "bridge_impl.h"
 

@@ -42,7 +42,7 @@ protected:
     void add_soft(const SoftRecord& record) override;
     RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
     pli_vec3 node_position(int soft, int node) const override;
-    void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
+    void drag_soft(const RayHit& held, pli_vec3 goal, float seconds) override;
 
 private:
     struct JointControl;

@@ -64,9 +64,17 @@ pli_vec3 BulletEngine::node_position(int soft, int node) const {
     return from_bullet(from.m_nodes[node].m_x);
 }
 
-void BulletEngine::set_node_velocity(int soft, int node, pli_vec3 velocity) {
-    btSoftBody::Node& held = body(soft).m_nodes[node];
-    if (held.m_im > 0) { held.m_v = to_bullet(velocity); }
+// A held node gets the velocity that brings it to the goal in one step, but none that would tear at its links.
+static pli_vec3 velocity_towards(pli_vec3 goal, pli_vec3 position, float seconds) {
+    constexpr float fastest = 60.0f; // m/s
+    const pli_vec3 velocity = pli_vec3_scale(pli_vec3_sub(goal, position), 1.0f / seconds);
+    const float speed = pli_vec3_length(velocity);
+    return speed > fastest ? pli_vec3_scale(velocity, fastest / speed) : velocity;
+}
+
+void BulletEngine::drag_soft(const RayHit& held, pli_vec3 goal, float seconds) {
+    btSoftBody::Node& node = body(held.soft).m_nodes[held.node];
+    if (node.m_im > 0) { node.m_v = to_bullet(velocity_towards(goal, from_bullet(node.m_x), seconds)); }
 }
 
 std::vector<ContactMark> BulletEngine::contacts(int soft) const {

@@ -82,6 +82,7 @@ struct StepTimes {
 // What a ray meets first.
 struct RayHit {
     int soft = -1, node = -1; // a soft body and its node that is nearest to the point, or
+    int face = -1;            // of the soft body, where one was met that can be dragged
     int rigid = -1;           // a rigid body
     pli_vec3 point{};         // m
     float fraction = 1;       // (0, 1) of the way along the ray; 1: it meets nothing
@@ -139,7 +140,9 @@ public:
     RayHit cast_ray(pli_vec3 from, pli_vec3 to, float radius) const;
     // Takes hold of a node, or of a rigid body that moves, where the ray has met it; false when it cannot be held.
     bool grab(const RayHit& hit);
-    // From now on each step moves what is held towards the goal.
+    // Where it is held, now. Nothing is held: the point of the last hit.
+    pli_vec3 grip() const;
+    // From now on each step moves what is held, by its grip, towards the goal.
     void drag(pli_vec3 goal);
     void let_go();
 
@@ -172,7 +175,11 @@ protected:
     // After a step. Throws Error.
     virtual void check_step() const {}
     virtual RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const = 0;
-    virtual void set_node_velocity(int soft, int node, pli_vec3 velocity) = 0;
+    virtual void grab_soft(const RayHit& /*hit*/) {}
+    virtual pli_vec3 soft_grip(const RayHit& held) const { return node_position(held.soft, held.node); }
+    // Before each step of so many seconds.
+    virtual void drag_soft(const RayHit& held, pli_vec3 goal, float seconds) = 0;
+    virtual void let_go_soft(const RayHit& /*held*/) {}
 
     const Description& description_;
     EngineOptions options_;

@@ -14,9 +14,14 @@ bool Engine::grab(const RayHit& hit) {
     let_go();
     if (hit.rigid >= 0 && !rigids().hold(hit.rigid, hit.point)) { return false; }
     if (hit.rigid < 0 && hit.node < 0) { return false; }
+    if (hit.rigid < 0) { grab_soft(hit); }
     held_ = hit;
-    goal_ = hit.rigid >= 0 ? hit.point : node_position(hit.soft, hit.node);
+    goal_ = grip();
     return true;
+}
+
+pli_vec3 Engine::grip() const {
+    return held_.node >= 0 ? soft_grip(held_) : held_.point;
 }
 
 void Engine::drag(pli_vec3 goal) {
@@ -25,6 +30,7 @@ void Engine::drag(pli_vec3 goal) {
 
 void Engine::let_go() {
     rigids().let_go();
+    if (held_.node >= 0) { let_go_soft(held_); }
     held_ = RayHit();
 }
 
@@ -35,23 +41,12 @@ void Engine::shoot(pli_vec3 from, pli_vec3 velocity, float radius, float mass) {
     rigids().add_ball(from, velocity, radius, mass);
 }
 
-// A held node gets the velocity that brings it to the goal in one step, but none that would tear at its links.
-static pli_vec3 velocity_towards(pli_vec3 goal, pli_vec3 position, float seconds) {
-    constexpr float fastest = 60.0f; // m/s
-    const pli_vec3 velocity = pli_vec3_scale(pli_vec3_sub(goal, position), 1.0f / seconds);
-    const float speed = pli_vec3_length(velocity);
-    return speed > fastest ? pli_vec3_scale(velocity, fastest / speed) : velocity;
-}
-
 void Engine::prepare_step() {
     for (const ControlEvent& event : description().control_events) {
         if (clock_.begins(event.frame)) { set_control(event.control, event.value); }
     }
     if (held_.rigid >= 0) { rigids().drag(goal_); }
-    if (held_.node >= 0) {
-        const pli_vec3 position = node_position(held_.soft, held_.node);
-        set_node_velocity(held_.soft, held_.node, velocity_towards(goal_, position, clock_.step_seconds()));
-    }
+    if (held_.node >= 0) { drag_soft(held_, goal_, clock_.step_seconds()); }
 }
 
 } // namespace demos

@@ -44,7 +44,10 @@ protected:
     void check_step() const override;
     RayHit cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) const override;
     pli_vec3 node_position(int soft, int node) const override;
-    void set_node_velocity(int soft, int node, pli_vec3 velocity) override;
+    void grab_soft(const RayHit& hit) override;
+    pli_vec3 soft_grip(const RayHit& held) const override;
+    void drag_soft(const RayHit& held, pli_vec3 goal, float seconds) override;
+    void let_go_soft(const RayHit& held) override;
 
 private:
     void enable_features(pli_body* body, const scene_soft_def& def);
@@ -56,6 +59,7 @@ private:
     void check(pli_status status) const;
 
     SolverRun run_;
+    pli_drag_id drag_{}; // of the body that is held
     struct JointControl {
         const Drive& drive;
         const JointRecord& record;

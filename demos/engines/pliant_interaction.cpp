@@ -22,6 +22,7 @@ RayHit PliantEngine::cast_soft_ray(pli_vec3 from, pli_vec3 to, float radius) con
         if (hit.kind == PLI_FEATURE_NONE || hit.fraction >= nearest.fraction) { continue; }
         nearest.soft = i;
         nearest.node = hit.nearest_node;
+        nearest.face = hit.kind == PLI_FEATURE_FACE ? hit.index : PLI_NULL_INDEX;
         nearest.point = hit.point;
         nearest.fraction = hit.fraction;
     }
@@ -34,9 +35,26 @@ pli_vec3 PliantEngine::node_position(int soft, int node) const {
     return xyz(view.positions[node]);
 }
 
-void PliantEngine::set_node_velocity(int soft, int node, pli_vec3 velocity) {
-    const bool is_pinned = pli_body_get_view(body(soft)).positions[node].w <= 0.0f;
-    if (!is_pinned) { check(pli_body_set_node_velocity(body(soft), node, velocity)); }
+void PliantEngine::grab_soft(const RayHit& hit) {
+    pli_drag_def def = pli_drag_def_default();
+    def.node = hit.node;
+    def.face = hit.face;
+    def.point = hit.point;
+    check(pli_body_begin_drag(body(hit.soft), &def, &drag_));
+}
+
+pli_vec3 PliantEngine::soft_grip(const RayHit& held) const {
+    pli_vec3 point{};
+    check(pli_body_get_drag(body(held.soft), drag_, &point, nullptr));
+    return point;
+}
+
+void PliantEngine::drag_soft(const RayHit& held, pli_vec3 goal, float) {
+    check(pli_body_move_drag(body(held.soft), drag_, goal));
+}
+
+void PliantEngine::let_go_soft(const RayHit& held) {
+    check(pli_body_end_drag(body(held.soft), drag_));
 }
 
 // All contacts of one kind, by the function that copies them.

@@ -14,8 +14,7 @@ bool DragTool::begin(Session& session, const render::Camera& camera, const Ray& 
     session.for_each([&](demos::Engine& engine, size_t run) {
         const demos::RayHit hit = engine.cast_ray(ray.from, ray.to, radius);
         if (!hit.is_hit() || !engine.grab(hit)) { return; }
-        const pli_vec3 held = hit.rigid >= 0 ? hit.point : engine.node_position(hit.soft, hit.node);
-        grips_.push_back({run, hit.point, held - hit.point});
+        grips_.push_back({run, hit.point, engine.grip() - hit.point});
     });
     return is_active();
 }

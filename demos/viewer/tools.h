@@ -8,7 +8,7 @@
 
 namespace viewer {
 
-// Pulls a node, or a rigid body that moves, in the plane that faces the camera.
+// Pulls a point of a soft body, or a rigid body that moves, in the plane that faces the camera.
 class DragTool {
 public:
     // False when the ray meets nothing that can be dragged, in no run.

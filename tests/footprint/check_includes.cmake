@@ -12,7 +12,7 @@ set(ccd_modules convex_penetration) # the only ones that may read libccd
 set(simd_modules simd_float4 simd_float8) # the only ones that may read headers of instruction sets
 set(service_modules link_coloring link_graph substep_kinds) # features that only others need
 set(step_modules body bounds context context_create feature mesh pipeline pbd_solver vec world) # what every program links
-set(feature_headers anchor bullet_reference contact forces generate implicit io pliant pose self_collision tether xpbd) # public headers that the step must not read
+set(feature_headers anchor bullet_reference contact drag forces generate implicit io pliant pose self_collision target tether xpbd) # public headers that the step must not read
 
 set(problems "")
 function(problem file text)
@@ -132,7 +132,7 @@ check_layer(bench demos bullet_bridge/include core/include core/src) # it times 
 include(${CMAKE_CURRENT_LIST_DIR}/rooms.cmake)
 set(bullet_bridge_rooms include/pliant_bullet src)
 set(demos_rooms
-    "description measure/reference random_calls hello_core hello_bullet hello_features"
+    "description measure/reference random_calls hello_core hello_bullet hello_cape hello_features"
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
     "measure/stability measure/workprec viewer"

@@ -50,6 +50,8 @@ typedef struct call_row {
 #define CALL_DEF(prefix) ((const prefix##_def[]){prefix##_def_default()})
 
 static const pli_vec3 call_point = {1, 1, 1};
+static const int call_nodes[1] = {0};
+static const pli_drag_id call_drag = {1, 1};
 static const pli_vec3 call_points[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 static const int call_indices[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
 
@@ -72,6 +74,20 @@ static inline pli_status call_add_anchor(const call_handles* h) {
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = h->rigid;
     return pli_body_add_anchor(h->body, &def, NULL);
+}
+
+static inline pli_status call_enable_targets(const call_handles* h) {
+    static const pli_target target = {.max_distance = 1};
+    pli_targets_def def = pli_targets_def_default();
+    def.targets = &target;
+    def.count = 1;
+    return pli_body_enable_targets(h->body, &def);
+}
+
+typedef pli_status call_targets(pli_body*, const pli_vec3*, const pli_vec3*, int);
+static inline pli_status call_move_targets(const call_handles* h, call_targets* call) {
+    const pli_status status = call(h->body, &call_point, NULL, 1);
+    return status == PLI_ERROR_INVALID_VALUE ? PLI_OK : status; /* there may be none */
 }
 
 /* `other`: what is at the other end, else the world. */
@@ -114,6 +130,9 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_add_anchor, BODY, CHANGES, CALL_STATUS(call_add_anchor(h)))                                             \
     X(pli_body_add_anchor, RIGID, CHANGES, CALL_STATUS(call_add_anchor(h)))                                            \
     X(pli_body_remove_anchor, BODY, CHANGES, CALL_STATUS(pli_body_remove_anchor(h->body, ((pli_anchor_id){1, 1}))))    \
+    X(pli_body_attach_nodes, BODY, CHANGES, CALL_STATUS(pli_body_attach_nodes(h->body, call_nodes, 1, h->rigid)))      \
+    X(pli_body_attach_nodes, RIGID, CHANGES, CALL_STATUS(pli_body_attach_nodes(h->body, call_nodes, 1, h->rigid)))     \
+    X(pli_body_detach_nodes, BODY, CHANGES, CALL_STATUS(pli_body_detach_nodes(h->body, call_nodes, 1)))                \
     X(pli_body_anchor_count, BODY, READS, CALL_VALUE(pli_body_anchor_count(h->body) == 0))                             \
     X(pli_body_set_anchor_hardness, BODY, CHANGES, CALL_STATUS(pli_body_set_anchor_hardness(h->body, 0.5f)))           \
     X(pli_context_destroy, CONTEXT, CHANGES, CALL_STATUS(pli_context_destroy(h->context)))                             \
@@ -364,6 +383,15 @@ static inline pli_status call_refine(const call_handles* h) {
       CALL_STATUS(pli_shape_create_lattice(h->context, h->shape, 0.5f, (pli_shape*[]){NULL})))                         \
     X(pli_shape_distance, SHAPE, READS, CALL_VALUE(isinf(pli_shape_distance(h->shape, call_point, NULL))))             \
     X(pli_shape_bounds, SHAPE, READS, CALL_VALUE(pli_shape_bounds(h->shape).max.x == 0.0f))                            \
+    X(pli_body_begin_drag, BODY, CHANGES_IDLE,                                                                         \
+      CALL_STATUS(pli_body_begin_drag(h->body, CALL_DEF(pli_drag), (pli_drag_id[]){{0}})))                             \
+    X(pli_body_move_drag, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_move_drag(h->body, call_drag, call_point)))         \
+    X(pli_body_end_drag, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_end_drag(h->body, call_drag)))                       \
+    X(pli_body_get_drag, BODY, READS, CALL_STATUS(pli_body_get_drag(h->body, call_drag, NULL, NULL)))                  \
+    X(pli_body_enable_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_enable_targets(h)))                                \
+    X(pli_body_disable_targets, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_targets(h->body)))                    \
+    X(pli_body_move_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_move_targets(h, pli_body_move_targets)))             \
+    X(pli_body_teleport_targets, BODY, CHANGES_IDLE, CALL_STATUS(call_move_targets(h, pli_body_teleport_targets)))     \
     X(pli_body_enable_tethers, BODY, CHANGES_IDLE,                                                                     \
       CALL_STATUS(pli_body_enable_tethers(h->body, CALL_DEF(pli_tethers))))                                            \
     X(pli_body_disable_tethers, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_tethers(h->body)))                    \

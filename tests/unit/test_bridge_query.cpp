@@ -102,6 +102,72 @@ static void test_a_sweep_stops_at_a_sheet(void**) {
     check_near(2 - 4 * hit.m_closestHitFraction, 0.3, 0.01);
 }
 
+// From (-1, 0, 0) to (1, 0, 0), with a margin.
+static pli_body* add_rope(pliant::Bridge& bridge, float margin) {
+    pli_mesh* mesh = nullptr;
+    pli_body* rope = nullptr;
+    const pli_vec3 from = pli_vec3_make(-1, 0, 0), to = pli_vec3_make(1, 0, 0);
+    assert_int_equal(pli_mesh_create_rope(bridge.context(), from, to, 3, 0, &mesh), PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = margin;
+    assert_int_equal(bridge.add_body(mesh, &def, &rope), PLI_OK);
+    pli_mesh_destroy(mesh);
+    return rope;
+}
+
+// As capsules: beside the middle line the surface is lower, beyond the end it is round.
+static void test_rays_hit_a_rope(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, 0.05f);
+    const struct {
+        double x, z, height; // of the surface; 0: none
+    } rays[] = {{0.3, 0, 0.05}, {-0.7, 0.03, 0.04}, {0.3, 0.051, 0}, {1.03, 0, 0.04}, {1.06, 0, 0}};
+    for (const auto& ray : rays) {
+        const btVector3 from(btScalar(ray.x), 1, btScalar(ray.z)), to(btScalar(ray.x), -1, btScalar(ray.z));
+        btCollisionWorld::ClosestRayResultCallback hit(from, to);
+        stock.world->rayTest(from, to, hit);
+        assert_true(hit.hasHit() == (ray.height > 0));
+        if (!hit.hasHit()) { continue; }
+        assert_ptr_equal(bridge.body(hit.m_collisionObject), rope);
+        check_near(1 - 2 * hit.m_closestHitFraction, ray.height, 1e-5);
+        check_near(hit.m_hitNormalWorld.y(), ray.height / 0.05, 1e-4);
+    }
+    // The nearest counts, whatever else is there.
+    stock.add_body(new btBoxShape(btVector3(2, btScalar(0.01), 2)), 0, btVector3(0, btScalar(0.2), 0));
+    btCollisionWorld::ClosestRayResultCallback above(btVector3(0, 1, 0), btVector3(0, -1, 0));
+    stock.world->rayTest(above.m_rayFromWorld, above.m_rayToWorld, above);
+    assert_null(bridge.body(above.m_collisionObject));
+    btCollisionWorld::ClosestRayResultCallback below(btVector3(0, -1, 0), btVector3(0, 1, 0));
+    stock.world->rayTest(below.m_rayFromWorld, below.m_rayToWorld, below);
+    assert_ptr_equal(bridge.body(below.m_collisionObject), rope);
+    check_near(2 * below.m_closestHitFraction, 0.95, 1e-5);
+}
+
+static void test_sweeps_stop_at_a_rope(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* rope = add_rope(bridge, 0.05f);
+    btSphereShape ball(btScalar(0.25));
+    btBoxShape box(btVector3(btScalar(0.2), btScalar(0.25), btScalar(0.2)));
+    const btQuaternion none = btQuaternion::getIdentity();
+    for (const btConvexShape* shape : {static_cast<btConvexShape*>(&ball), static_cast<btConvexShape*>(&box)}) {
+        for (const double x : {-0.6, 0.1}) {
+            const btVector3 from(btScalar(x), 2, 0), to(btScalar(x), -2, 0);
+            btCollisionWorld::ClosestConvexResultCallback hit(from, to);
+            stock.world->convexSweepTest(shape, btTransform(none, from), btTransform(none, to), hit);
+            assert_true(hit.hasHit());
+            assert_ptr_equal(bridge.body(hit.m_hitCollisionObject), rope);
+            check_near(2 - 4 * hit.m_closestHitFraction, 0.3, 0.01);
+            check_near(hit.m_hitNormalWorld.y(), 1, 1e-3);
+        }
+    }
+    const btVector3 from(0, 2, btScalar(0.4)), to(0, -2, btScalar(0.4));
+    btCollisionWorld::ClosestConvexResultCallback miss(from, to);
+    stock.world->convexSweepTest(&ball, btTransform(none, from), btTransform(none, to), miss);
+    assert_false(miss.hasHit());
+}
+
 static void test_contact_tests_find_a_sheet(void**) {
     StockWorld stock;
     pliant::Bridge bridge(*stock.world);
@@ -171,6 +237,8 @@ int main() {
         cmocka_unit_test(test_a_ray_hits_a_sheet_where_it_is),
         cmocka_unit_test(test_a_ray_names_the_face),
         cmocka_unit_test(test_a_sweep_stops_at_a_sheet),
+        cmocka_unit_test(test_rays_hit_a_rope),
+        cmocka_unit_test(test_sweeps_stop_at_a_rope),
         cmocka_unit_test(test_contact_tests_find_a_sheet),
         cmocka_unit_test(test_debug_drawing_shows_faces_and_ropes),
         cmocka_unit_test(test_the_collision_object_belongs_to_the_game),

@@ -2,76 +2,22 @@
    input. */
 
 #include "failing_allocator.h"
-#include "test_world.h"
+#include "hanging_cape.h"
 
-static const float dt = 1.0f / 60.0f;
+enum { FRAMES = 120 };
 
-enum { COLUMNS = 40, ROWS = 25, FRAMES = 120 };
-
-typedef enum solver_choice { POSITION, COLORS, SWEEPS, GRADIENTS, XPBD, SOLVER_COUNT } solver_choice;
-
-static void use_solver(pli_body* body, solver_choice which) {
-    if (which == COLORS) { assert_int_equal(pli_body_enable_colored_links(body), PLI_OK); }
-    if (which == XPBD) {
-        assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
-        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
-        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
-    }
-    if (which == SWEEPS || which == GRADIENTS) {
-        pli_implicit_def def = pli_implicit_def_default();
-        if (which == GRADIENTS) { def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT; }
-        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
-    }
-}
-
-/* A sheet of 1.2 m by 0.7 m that hangs from its first row, which is pinned. */
-static pli_body* make_cape(void) {
-    pli_patch_def def = pli_patch_def_default();
-    def.corner_00 = pli_vec3_make(-0.6f, 0, 0);
-    def.corner_10 = pli_vec3_make(0.6f, 0, 0);
-    def.corner_01 = pli_vec3_make(-0.6f, -0.7f, 0);
-    def.corner_11 = pli_vec3_make(0.6f, -0.7f, 0);
-    def.columns = COLUMNS;
-    def.rows = ROWS;
-    def.diagonals = true;
-    pli_mesh* mesh = NULL;
-    assert_int_equal(pli_mesh_create_patch(context, &def, &mesh), PLI_OK);
-    assert_int_equal(pli_mesh_set_total_mass(mesh, 0.5f), PLI_OK);
-    pli_body_def body_def = pli_body_def_default();
-    body_def.solver.position_iterations = 8;
-    body_def.solver.velocity_damping = 0.01f;
-    pli_body* body = NULL;
-    assert_int_equal(pli_body_create(world, mesh, &body_def, &body), PLI_OK);
-    pli_mesh_destroy(mesh);
+static pli_body* make_pinned_cape(void) {
+    pli_body* body = make_cape(ROWS);
     for (int i = 0; i < COLUMNS; ++i) {
         assert_int_equal(pli_body_set_node_mass(body, i, 0), PLI_OK);
     }
     return body;
 }
 
-static pli_vec3 xyz(pli_vec4 v) {
-    return pli_vec3_make(v.x, v.y, v.z);
-}
-
-static float distance(pli_vec3 a, pli_vec3 b) {
-    return pli_vec3_length(pli_vec3_sub(a, b));
-}
-
 /* Of node i in step `frame`: along x at 6 m/s, turning about y with 20 rad/s. */
 static pli_vec3 place(int i, int frame) {
     const float time = (float)frame * dt, x = -0.6f + 1.2f * (float)i / (COLUMNS - 1);
     return pli_vec3_make(6 * time + x * cosf(20 * time), 0, x * sinf(20 * time));
-}
-
-/* Of all tethers, as a share of their length. */
-static float longest_tether(const pli_body* body) {
-    const pli_vec4* positions = pli_body_get_view(body).positions;
-    float most = 0;
-    for (int i = COLUMNS; i < COLUMNS * ROWS; ++i) {
-        const pli_tether t = pli_body_get_tether(body, i);
-        most = fmaxf(most, distance(xyz(positions[i]), xyz(positions[t.origin])) / t.length - 1);
-    }
-    return most;
 }
 
 static void check_is_led(const pli_body* body, int frame) {
@@ -88,7 +34,7 @@ static void check_is_led(const pli_body* body, int frame) {
 static void test_nodes_are_where_they_are_led_under_each_solver(void** unused) {
     (void)unused;
     for (int which = 0; which < SOLVER_COUNT; ++which) {
-        pli_body* cape = make_cape();
+        pli_body* cape = make_pinned_cape();
         use_solver(cape, (solver_choice)which);
         assert_int_equal(pli_body_enable_tethers(cape, NULL), PLI_OK);
         float most = 0;
@@ -119,7 +65,7 @@ static void test_nodes_are_where_they_are_led_under_each_solver(void** unused) {
 /* A velocity that the caller gives between two steps is not taken back; a node that gets a mass falls. */
 static void test_a_led_node_goes_on_as_it_is_told(void** unused) {
     (void)unused;
-    pli_body* cape = make_cape();
+    pli_body* cape = make_pinned_cape();
     assert_int_equal(pli_body_move_node(cape, 0, place(0, 1)), PLI_OK);
     assert_int_equal(pli_body_move_node(cape, 1, place(1, 1)), PLI_OK);
     assert_int_equal(pli_world_step(world, dt), PLI_OK);
@@ -134,7 +80,7 @@ static void test_a_led_node_goes_on_as_it_is_told(void** unused) {
 
 static void test_led_nodes_cost_what_is_said(void** unused) {
     (void)unused;
-    pli_body* cape = make_cape();
+    pli_body* cape = make_pinned_cape();
     uint64_t allocations = 0;
     for (int frame = 1; frame <= 20; ++frame) {
         for (int i = 0; i < COLUMNS; ++i) {
@@ -178,7 +124,7 @@ static void test_running_out_of_memory_leaves_nothing(void** unused) {
 
 static void test_bad_input_is_refused(void** unused) {
     (void)unused;
-    pli_body* cape = make_cape();
+    pli_body* cape = make_pinned_cape();
     const pli_vec3 up = pli_vec3_make(0, 1, 0);
     assert_int_equal(pli_body_move_node(NULL, 0, up), PLI_ERROR_NULL_ARGUMENT);
     check_refused(pli_body_move_node(cape, COLUMNS * ROWS, up), PLI_ERROR_INDEX_OUT_OF_RANGE, "node 1000");

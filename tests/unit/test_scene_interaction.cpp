@@ -73,10 +73,10 @@ static void a_node_follows_the_hand(void**) {
         const EnginePointer engine = demos::make_engine(kind, *description, {});
         const RayHit hit = cast_down(*engine, 0.4f, 0.4f);
         assert_true(engine->grab(hit));
-        const pli_vec3 goal = pli_vec3_add(engine->node_position(0, hit.node), {0, 3, 0});
+        const pli_vec3 goal = pli_vec3_add(engine->grip(), {0, 3, 0});
         engine->drag(goal);
         step(*engine, 40);
-        assert_true(distance(engine->node_position(0, hit.node), goal) < 0.4f);
+        assert_true(distance(engine->grip(), goal) < 0.4f);
         engine->let_go();
         step(*engine, 40); // it falls back
         assert_true(engine->node_position(0, hit.node).y < goal.y - 2.0f);

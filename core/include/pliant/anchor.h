@@ -33,8 +33,9 @@ PLI_API pli_anchor_def pli_anchor_def_default(void);
 
 /// Holds a node to a rigid body until it is removed, with any solver. The node takes no part in contacts with rigid
 /// bodies; it may have several anchors. Between pli_world_predict and pli_world_solve too. Bullet name: appendAnchor
-/// A node on a static or kinematic body is where the body's point is at the end of the step with XPBD (compliance 0)
-/// and the implicit solver; with the position-based solver it lags behind by about a step's motion, as in Bullet.
+/// A node on a static or kinematic body is where the body's point is at the end of the step, with any solver, unless it
+/// is to yield (compliance, influence below 1) or in reference mode, where it lags by about a step's motion, as in
+/// Bullet.
 /// @param anchor receives the id; may be NULL
 /// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (also for a rigid body of another world),
 ///         PLI_ERROR_OUT_OF_MEMORY
@@ -44,6 +45,21 @@ PLI_API pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def
 /// Lets go of one anchor. A pair that `disable_collision` has switched off stays so.
 /// @return PLI_ERROR_STALE_ID when the body has no such anchor (any more)
 PLI_API pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id anchor);
+
+/// Holds many nodes to one rigid body, as a collar to a bone: an anchor with the defaults for each, where the nodes are
+/// now. On static and kinematic bodies nodes are where the body's points are at the end of every step. All or nothing.
+/// @param nodes [count] of the body, none twice, none that has an anchor; may be NULL when count is 0
+/// @param count from 0
+/// @return PLI_ERROR_INDEX_OUT_OF_RANGE (node), PLI_ERROR_INVALID_VALUE (count, twice, anchored already, a rigid body
+/// of
+///         another world), PLI_ERROR_NULL_ARGUMENT, PLI_ERROR_OUT_OF_MEMORY
+/// Cost: about 150 B per node.
+PLI_API pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pli_rigid* rigid);
+
+/// Lets go of all anchors of many nodes; their ids are stale then. All or nothing.
+/// @param nodes [count], none twice, each with an anchor; may be NULL when count is 0
+/// @return as pli_body_attach_nodes
+PLI_API pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count);
 
 /// Number of anchors, 0 when there never was one.
 PLI_API int pli_body_anchor_count(const pli_body* body);

@@ -51,6 +51,7 @@ typedef enum plii_stage {
 enum { PLII_ORDER_LINKS = 40 };
 
 struct plii_node_constraint;
+struct plii_node_spring;
 struct plii_contact_report;
 
 typedef void plii_run_fn(pli_body* body, void* state);
@@ -152,6 +153,9 @@ typedef struct plii_feature_class {
     /* Writes what rigid bodies demand of nodes in this step, at most `capacity`; returns how many there are. */
     int (*list_constraints)(const pli_body* body, const void* state, int capacity,
                             struct plii_node_constraint* constraints);
+    /* Springs of nodes to fixed points, for solvers with `solves_constraints`; after FORCES. */
+    void (*visit_springs)(const pli_body* body, const void* state,
+                          void (*visit)(const struct plii_node_spring* spring, void* user), void* user);
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
     void (*visit_contacts)(const pli_body* body, const void* state,
                            void (*visit)(const struct plii_contact_report* report, void* user), void* user);

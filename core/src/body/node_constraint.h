@@ -23,3 +23,11 @@ typedef struct plii_node_constraint {
     float influence;      /* [0, 1] fraction of what would hold the node wholly */
     pli_vec3* impulse;    /* N s: what it pushes the node by is added there; NULL: nobody asks */
 } plii_node_constraint;
+
+/* A spring from a node to a fixed point, implicit in time: at the end of a step h the impulse times h on the node is
+   the hardness times what is left of the way. Solvers that set the positions of constraints need not ask. */
+typedef struct plii_node_spring {
+    int node;
+    float hardness; /* kg: stiffness h^2 */
+    pli_vec3 way;   /* m, at the start of the step */
+} plii_node_spring;

@@ -235,14 +235,21 @@ static const plii_field anchor_fields[] = {
     PLII_FIELD(pli_anchor_def, compliance, 0, PLI_MAX_COEFFICIENT),
 };
 
+static pli_status anchor_check_rigid(const pli_body* body, const pli_rigid* rigid, const char* name,
+                                     const char* function) {
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, body->context, name, function));
+    if (rigid->world != body->world) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "%s is in another world than the body",
+                         name);
+    }
+    return PLI_OK;
+}
+
 static pli_status anchor_check(pli_body* body, const pli_anchor_def* def, const char* function) {
     pli_context* context = body->context;
     PLII_TRY_DEF(context, pli_anchor_def, def, anchor_fields, function);
     PLII_TRY(plii_check_node(body, def->node, function));
-    PLII_TRY(plii_check_handle(def->rigid, PLII_HANDLE_RIGID, context, "def->rigid", function));
-    if (def->rigid->world != body->world) {
-        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "def->rigid is in another world than the body");
-    }
+    PLII_TRY(anchor_check_rigid(body, def->rigid, "def->rigid", function));
     if (def->local_pivot != NULL) {
         PLII_TRY(plii_check_vec3_within(context, *def->local_pivot, PLI_MAX_COORDINATE, "local_pivot", function));
     }
@@ -256,28 +263,8 @@ static pli_vec3 anchor_present_pivot(const pli_rigid* rigid, pli_vec3 point) {
                         pli_mat3_transpose_mul_vec3(pose.rotation, pli_vec3_neg(pose.origin)));
 }
 
-pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
-    PLII_TRY(plii_check_body_change(body, __func__));
-    PLII_TRY(anchor_check(body, def, __func__));
-    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
-    void* state = NULL;
-    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
-    plii_anchors* anchors = state;
-
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
-        !plii_id_pool_reserve(body->context, &anchors->ids)) {
-        goto fail;
-    }
-    if (body->anchored == NULL) {
-        body->anchored = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->anchored);
-        if (body->anchored == NULL) { goto fail; }
-    }
-    if (def->disable_collision) {
-        status = pli_body_ignore_rigid(body, def->rigid, true);
-        if (status != PLI_OK) { goto fail; }
-    }
-
+/* Room in the lists and marks is there. */
+static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const pli_anchor_def* def) {
     plii_anchor* anchor = &anchors->items[anchors->item_count];
     memset(anchor, 0, sizeof *anchor);
     anchor->node = def->node;
@@ -290,6 +277,40 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     anchor_note_start(anchor);
     anchors->item_count += 1;
     body->anchored[def->node] = 1;
+    return anchor;
+}
+
+static bool anchor_allocate_marks(pli_body* body) {
+    if (body->anchored == NULL) {
+        body->anchored = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->anchored);
+    }
+    return body->anchored != NULL;
+}
+
+/* After a call that has failed. */
+static void anchor_leave_unused(pli_body* body, const plii_anchors* anchors, bool was_enabled) {
+    if (anchors->item_count == 0) { anchor_release_marks(body); }
+    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
+}
+
+pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(anchor_check(body, def, __func__));
+    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    plii_anchors* anchors = state;
+
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
+        !plii_id_pool_reserve(body->context, &anchors->ids) || !anchor_allocate_marks(body)) {
+        goto fail;
+    }
+    if (def->disable_collision) {
+        status = pli_body_ignore_rigid(body, def->rigid, true);
+        if (status != PLI_OK) { goto fail; }
+    }
+    const plii_anchor* anchor = anchor_append(body, anchors, def);
     if (id != NULL) {
         id->index1 = anchor->slot + 1;
         id->generation = anchors->ids.slots[anchor->slot].generation;
@@ -297,8 +318,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     return PLI_OK;
 
 fail:
-    if (anchors->item_count == 0) { anchor_release_marks(body); }
-    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
+    anchor_leave_unused(body, anchors, was_enabled);
     return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
 }
 
@@ -311,6 +331,117 @@ pli_status pli_body_remove_anchor(pli_body* body, pli_anchor_id id) {
                          (unsigned)id.generation);
     }
     anchor_retire(anchors, &anchors->items[item]);
+    anchor_compact(body, anchors);
+    return PLI_OK;
+}
+
+// -------------------------------------------------------------------------------------------- many nodes at once
+
+/* body->anchored of a node that is in the list of the call. */
+enum { ANCHOR_LISTED = 2 };
+
+static int anchor_find_node(const int* nodes, int count, int node) {
+    int place = 0;
+    while (place < count && nodes[place] != node) {
+        ++place;
+    }
+    return place;
+}
+
+/* Marks as listed all nodes of the list, which are to be anchored or free; on an error none. */
+static pli_status anchor_mark_nodes(pli_body* body, const int* nodes, int count, bool are_anchored,
+                                    const char* function) {
+    pli_status status = PLI_OK;
+    int marked = 0;
+    for (; marked < count; ++marked) {
+        const int node = nodes[marked];
+        if (node < 0 || node >= body->node_count) {
+            status = plii_fail(body->context, PLI_ERROR_INDEX_OUT_OF_RANGE, function,
+                               "nodes[%d] = %d is out of range, the body has %d nodes", marked, node, body->node_count);
+            break;
+        }
+        if (body->anchored[node] == ANCHOR_LISTED) {
+            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] and nodes[%d] are both %d",
+                               anchor_find_node(nodes, marked, node), marked, node);
+            break;
+        }
+        if ((body->anchored[node] != 0) != are_anchored) {
+            status = plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "nodes[%d] = %d is %s anchored",
+                               marked, node, are_anchored ? "not" : "already");
+            break;
+        }
+        body->anchored[node] = ANCHOR_LISTED;
+    }
+    for (int i = 0; i < marked && status != PLI_OK; ++i) {
+        body->anchored[nodes[i]] = are_anchored ? 1 : 0;
+    }
+    return status;
+}
+
+static pli_status anchor_check_list(pli_body* body, const int* nodes, int count, const char* function) {
+    if (count < 0) {
+        return plii_fail(body->context, PLI_ERROR_INVALID_VALUE, function, "count is %d, negative", count);
+    }
+    if (nodes == NULL && count > 0) {
+        return plii_fail(body->context, PLI_ERROR_NULL_ARGUMENT, function, "nodes is null");
+    }
+    return PLI_OK;
+}
+
+/* False when out of memory: then none is added. The nodes are marked. */
+static bool anchor_append_nodes(pli_body* body, plii_anchors* anchors, const int* nodes, int count, pli_rigid* rigid) {
+    const int before = anchors->item_count;
+    bool has_memory = count <= INT_MAX - before && PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity,
+                                                                anchors->item_count + count);
+    pli_anchor_def def = pli_anchor_def_default();
+    def.rigid = rigid;
+    for (int i = 0; i < count && has_memory; ++i) {
+        def.node = nodes[i];
+        has_memory = plii_id_pool_reserve(body->context, &anchors->ids);
+        if (has_memory) { anchor_append(body, anchors, &def); }
+    }
+    if (has_memory) { return true; }
+    for (int i = 0; i < count; ++i) {
+        body->anchored[nodes[i]] = 0;
+    }
+    while (anchors->item_count > before) {
+        anchor_retire(anchors, &anchors->items[--anchors->item_count]);
+    }
+    return false;
+}
+
+pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pli_rigid* rigid) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(anchor_check_list(body, nodes, count, __func__));
+    PLII_TRY(anchor_check_rigid(body, rigid, "rigid", __func__));
+    const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
+    void* state = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
+    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
+    if (anchor_allocate_marks(body)) {
+        status = anchor_mark_nodes(body, nodes, count, false, __func__);
+        if (status == PLI_OK && !anchor_append_nodes(body, state, nodes, count, rigid)) {
+            status = PLI_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    if (status == PLI_OK && count > 0) { return PLI_OK; }
+    anchor_leave_unused(body, state, was_enabled);
+    return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for %d anchors", count)
+                                             : status;
+}
+
+pli_status pli_body_detach_nodes(pli_body* body, const int* nodes, int count) {
+    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(anchor_check_list(body, nodes, count, __func__));
+    if (count == 0) { return PLI_OK; }
+    plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
+    if (anchors == NULL || anchors->item_count == 0) {
+        return PLII_FAIL(body->context, PLI_ERROR_INVALID_VALUE, "the body has no anchors");
+    }
+    PLII_TRY(anchor_mark_nodes(body, nodes, count, true, __func__));
+    for (int i = 0; i < anchors->item_count; ++i) {
+        if (body->anchored[anchors->items[i].node] == ANCHOR_LISTED) { anchor_retire(anchors, &anchors->items[i]); }
+    }
     anchor_compact(body, anchors);
     return PLI_OK;
 }

@@ -280,10 +280,7 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
     if (tether == NULL) { return INFINITY; }
     const pli_vec3 apart =
         pli_vec3_sub(plii_substep_position(body, substep, node), plii_substep_position(body, substep, tether->origin));
-    const float radius = tether->length * (1.0f + state->def.slack);
-    const float along = pli_vec3_dot(apart, direction), beyond = pli_vec3_length_squared(apart) - radius * radius;
-    if (beyond >= 0.0f && along >= 0.0f) { return 0.0f; }
-    return plii_max(sqrtf(plii_max(along * along - beyond, 0.0f)) - along, 0.0f);
+    return plii_sphere_room(apart, tether->length * (1.0f + state->def.slack), direction);
 }
 
 // ------------------------------------------------------------------------------------------------------ the feature

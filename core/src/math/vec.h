@@ -61,6 +61,13 @@ static inline float plii_lerp(float a, float b, float t) {
     return a + (b - a) * t;
 }
 
+/* From `apart`, seen from the centre of a sphere, along a unit vector to the surface; 0 outside, on the way out. */
+static inline float plii_sphere_room(pli_vec3 apart, float radius, pli_vec3 direction) {
+    const float along = pli_vec3_dot(apart, direction), beyond = pli_vec3_length_squared(apart) - radius * radius;
+    if (beyond >= 0.0f && along >= 0.0f) { return 0.0f; }
+    return plii_max(sqrtf(plii_max(along * along - beyond, 0.0f)) - along, 0.0f);
+}
+
 static inline pli_vec3 plii_vec3_min(pli_vec3 a, pli_vec3 b) {
     return pli_vec3_make(plii_min(a.x, b.x), plii_min(a.y, b.y), plii_min(a.z, b.z));
 }

@@ -44,6 +44,55 @@ static implicit_spring implicit_make_spring(const pli_body* body, const pli_impl
     return spring;
 }
 
+// ------------------------------------------------------------------------------------------ springs to fixed points
+
+typedef struct implicit_hold_visit {
+    pli_body* body;
+    plii_implicit_system* system;
+    plii_implicit_holds* holds;
+} implicit_hold_visit;
+
+/* Without memory it is left out. */
+static void implicit_add_hold(const plii_node_spring* spring, void* user) {
+    const implicit_hold_visit* visit = user;
+    const pli_body* body = visit->body;
+    plii_implicit_holds* holds = visit->holds;
+    const int node = spring->node;
+    if (!(body->positions[node].w > 0.0f) ||
+        !PLII_RESERVE(body->context, &holds->items, &holds->capacity, holds->count + 1)) {
+        return;
+    }
+    const double hardness = (double)spring->hardness;
+    plii_implicit_hold* hold = &holds->items[holds->count++];
+    *hold = (plii_implicit_hold){.node = node, .hardness = hardness};
+    hold->rhs = plii_dvec3_scale(plii_dvec3_from(spring->way), hardness * (double)body->step.inverse_dt);
+    const plii_dvec3 velocity = plii_dvec3_from(plii_xyz(body->velocities[node]));
+    hold->rhs = plii_dvec3_add_scaled(hold->rhs, velocity, -hardness);
+    visit->system->rhs[node] = plii_dvec3_add(visit->system->rhs[node], hold->rhs);
+}
+
+void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds) {
+    implicit_hold_visit visit = {body, system, holds};
+    holds->count = 0;
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->visit_springs != NULL) {
+            feature->klass->visit_springs(body, feature->state, implicit_add_hold, &visit);
+        }
+    }
+    system->holds = holds;
+}
+
+static double implicit_hardness(const plii_implicit_holds* holds, int node) {
+    double sum = 0.0;
+    for (int i = 0; i < holds->count; ++i) {
+        if (holds->items[i].node == node) { sum += holds->items[i].hardness; }
+    }
+    return sum;
+}
+
+// ------------------------------------------------------------------------------------------------------- the system
+
 /* The Schur complements of a matrix that is at least mass * I are at least mass, which rounding may hide. */
 static plii_implicit_block implicit_factorise(const double d[6], double mass) {
     plii_implicit_block block;
@@ -89,6 +138,10 @@ static int implicit_assemble_node(const pli_body* body, const plii_link_graph* g
         d[4] += q.y * q.z;
         d[5] += q.z * q.z + b;
     }
+    const double held = implicit_hardness(system->holds, node);
+    d[0] += held;
+    d[3] += held;
+    d[5] += held;
     system->rhs[node] = rhs;
     system->blocks[node] = implicit_factorise(d, mass);
     return collapsed;

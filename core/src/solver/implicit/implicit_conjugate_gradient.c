@@ -140,6 +140,7 @@ static void gradient_start_residual(const pli_body* body, plii_implicit_system* 
             is_pinned ? (plii_dvec3){0}
                       : plii_dvec3_sub(system->rhs[i], plii_implicit_product(body, system, i, system->solution));
     }
+    plii_implicit_add_holds(system, system->solution, -1.0, system->residual);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         plii_implicit_rigid* rigid = &constraints->rigids[i];
         plii_implicit_rigid_mul(rigid, rigid->change, rigid->residual);
@@ -172,6 +173,7 @@ static double gradient_multiply(const pli_body* body, plii_implicit_system* syst
         const bool is_pinned = plii_implicit_block_is_pinned(&system->blocks[i]);
         system->spare[i] = is_pinned ? (plii_dvec3){0} : plii_implicit_product(body, system, i, system->direction);
     }
+    plii_implicit_add_holds(system, system->direction, 1.0, system->spare);
     for (int i = 0; i < constraints->rigid_count; ++i) {
         if (constraints->rigids[i].is_dynamic) {
             plii_implicit_rigid_mul(&constraints->rigids[i], constraints->rigids[i].direction,

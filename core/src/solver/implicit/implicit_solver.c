@@ -27,6 +27,7 @@ typedef struct implicit_state {
     plii_dvec3* vectors;   /* [IMPLICIT_VECTORS][node_count] */
     plii_dvec3* direction; /* [node_count], only for conjugate gradients */
     plii_implicit_constraints constraints;
+    plii_implicit_holds holds;
     plii_implicit_system system; /* of the step in progress */
     double spectral_radius;      /* 0: to be estimated */
     pli_implicit_report report;
@@ -117,7 +118,8 @@ static void implicit_join_groups(const plii_link_graph* graph, const plii_implic
 }
 
 /* Springs do not move the centre of mass of nodes that hang together, with the rigid bodies that hold them. Unfinished
-   sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. */
+   sweeps do, which is taken back here; a pinned node and a rigid body that cannot move count as infinitely heavy. What
+   holds nodes from outside moves it, by what it gives to the nodes as they then are. */
 static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* graph, plii_implicit_system* system) {
     plii_implicit_constraints* constraints = system->constraints;
     plii_dvec3 *momenta = system->residual, *masses = system->spare; /* by group; masses by axis */
@@ -138,6 +140,13 @@ static void implicit_keep_momentum(const pli_body* body, const plii_link_graph* 
         rigid->group = plii_union_root(system->groups, rigid->group);
         implicit_add_masses(&masses[rigid->group], m[0], m[1], m[2]);
         implicit_add_masses(&momenta[rigid->group], m[0] * q[0], m[1] * q[1], m[2] * q[2]);
+    }
+    for (int i = 0; i < system->holds->count; ++i) {
+        const plii_implicit_hold* hold = &system->holds->items[i];
+        const int group = plii_union_root(system->groups, graph->components[hold->node]);
+        const plii_dvec3 push = plii_dvec3_scale(system->solution[hold->node], hold->hardness);
+        implicit_add_masses(&masses[group], hold->hardness, hold->hardness, hold->hardness);
+        momenta[group] = plii_dvec3_add(momenta[group], plii_dvec3_sub(push, hold->rhs));
     }
     for (int i = 0; i < body->node_count; ++i) {
         const int group = plii_union_root(system->groups, graph->components[i]);
@@ -192,6 +201,7 @@ static void implicit_predict(pli_body* body, float dt) {
     };
     state->report = (pli_implicit_report){0};
     implicit_add_external(body, state, step->dt, system->rhs);
+    plii_implicit_gather_holds(body, system, &state->holds);
     state->report.collapsed_links = plii_implicit_assemble(body, graph, &state->def, step->dt, system);
     plii_implicit_constraints_gather(body, &state->constraints, false, state->blocks, NULL);
     implicit_iterate(body, state, false);
@@ -335,6 +345,7 @@ static void implicit_topology_commit(pli_body* body, void* data, const plii_topo
     implicit_state* state = data;
     state->spectral_radius = 0.0;
     state->constraints.count = 0;
+    state->holds.count = 0;
 }
 
 static const plii_feature_array implicit_arrays[] = {
@@ -346,6 +357,7 @@ static const plii_feature_array implicit_arrays[] = {
     {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE},
     {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
     {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
+    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity)},
     {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
     {0},
 };

@@ -15,6 +15,17 @@ typedef struct plii_implicit_half {
     int neighbour;
 } plii_implicit_half;
 
+/* A spring from a node to a fixed point: h^2 k on the diagonal of its block. */
+typedef struct plii_implicit_hold {
+    int node;
+    double hardness; /* kg */
+    plii_dvec3 rhs;  /* its part of the right-hand side */
+} plii_implicit_hold;
+typedef struct plii_implicit_holds {
+    plii_implicit_hold* items;
+    int count, capacity;
+} plii_implicit_holds;
+
 typedef struct plii_implicit_system {
     int node_count;
     const int* begin;           /* [node_count + 1] into halves */
@@ -22,6 +33,7 @@ typedef struct plii_implicit_system {
     plii_implicit_block* blocks;
     int* groups; /* [node_count] for the balance of momentum */
     plii_implicit_constraints* constraints;
+    const plii_implicit_holds* holds;
     plii_dvec3* rhs;      /* [node_count], as all vectors */
     plii_dvec3* solution; /* change of velocity, m/s */
     plii_dvec3* spare;
@@ -29,15 +41,28 @@ typedef struct plii_implicit_system {
     plii_dvec3* direction; /* NULL unless conjugate gradients are to be used */
 } plii_implicit_system;
 
-/* Springs at their present lengths and the velocities of the body; adds the spring part to rhs. Gives the number of
-   springs that are too short to have a direction. */
+/* Springs at their present lengths and the velocities of the body, and holds; adds the spring part to rhs. Gives the
+   number of springs that are too short to have a direction. */
 int plii_implicit_assemble(const pli_body* body, const plii_link_graph* graph, const pli_implicit_def* def, float dt,
                            plii_implicit_system* system);
 
-/* What a sweep makes of the solution at a node, and W x there; the node must not be pinned for the latter. */
+/* The springs to fixed points that features have, with their part of rhs; before plii_implicit_assemble. */
+void plii_implicit_gather_holds(pli_body* body, plii_implicit_system* system, plii_implicit_holds* holds);
+
+/* What a sweep makes of the solution at a node, and W x there but for holds; the node must not be pinned for the
+   latter. */
 plii_dvec3 plii_implicit_swept(const plii_implicit_system* system, int node);
 plii_dvec3 plii_implicit_product(const pli_body* body, const plii_implicit_system* system, int node,
                                  const plii_dvec3* x);
+
+/* sum += scale * what holds make of x. */
+static inline void plii_implicit_add_holds(const plii_implicit_system* system, const plii_dvec3* x, double scale,
+                                           plii_dvec3* sum) {
+    for (int i = 0; i < system->holds->count; ++i) {
+        const plii_implicit_hold* hold = &system->holds->items[i];
+        sum[hold->node] = plii_dvec3_add_scaled(sum[hold->node], x[hold->node], scale * hold->hardness);
+    }
+}
 
 /* All go on from the solution that is there if `is_warm`, and meet the constraints. */
 /* `sweeps` after the start W_ii^-1 rhs. */

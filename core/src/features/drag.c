@@ -1,0 +1,336 @@
+/* Dragging: a spring and a damper from a point of a body to a goal. Both in one, by the backward Euler rule: the force
+   at the end of a step h is -k (x - g) - c (x - x0) / h = -(k + c / h) (x - r), with the reference point
+   r = (k g + c / h x0) / (k + c / h), so it is one compliant constraint. */
+
+#include "pliant/drag.h"
+#include "base/id_pool.h"
+#include "body/node_constraint.h"
+#include "body/pipeline.h"
+#include "body/substep.h"
+#include "geometry/closest_point.h"
+#include "math/definition.h"
+
+typedef struct drag_item {
+    int slot;
+    int nodes[3], node_count;
+    float weights[3];
+    pli_vec3 shift; /* m, from the point of the nodes to what is dragged */
+    float stiffness, damping;
+    pli_vec3 from, to; /* goal at the start and the end of the step */
+    /* For a step or a substep. */
+    pli_vec3 reference;
+    float hardness; /* kg: (k + c / h) h^2 */
+    pli_vec3 multiplier;
+} drag_item;
+
+typedef struct drag_state {
+    drag_item* items;
+    int count, capacity;
+    plii_id_pool ids;
+} drag_state;
+
+/* `positions` of the body, which may be those of the start of the step. */
+static pli_vec3 drag_point(const drag_item* item, const pli_vec4* positions) {
+    pli_vec3 point = item->shift;
+    for (int k = 0; k < item->node_count; ++k) {
+        point = pli_vec3_add(point, pli_vec3_scale(plii_xyz(positions[item->nodes[k]]), item->weights[k]));
+    }
+    return point;
+}
+
+/* From `start`, towards a goal. */
+static void drag_begin_solve(drag_item* item, pli_vec3 start, pli_vec3 goal, float dt) {
+    const float spring = item->stiffness * dt * dt, damper = item->damping * dt;
+    item->hardness = spring + damper;
+    const float share = item->hardness > 0.0f ? spring / item->hardness : 0.0f;
+    item->reference = pli_vec3_lerp(start, goal, share);
+    item->multiplier = pli_vec3_make(0, 0, 0);
+}
+
+/* The step of the multiplier, kg m, of a point that is at `point` and as heavy as the nodes are. */
+static pli_vec3 drag_impulse(drag_item* item, const pli_body* body, pli_vec3 point) {
+    float weight = 0.0f;
+    for (int k = 0; k < item->node_count; ++k) {
+        weight += item->weights[k] * item->weights[k] * body->positions[item->nodes[k]].w;
+    }
+    const pli_vec3 error = pli_vec3_sub(item->reference, point);
+    const pli_vec3 missing = pli_vec3_sub(pli_vec3_scale(error, item->hardness), item->multiplier);
+    const pli_vec3 step = pli_vec3_scale(missing, 1.0f / (1.0f + item->hardness * weight));
+    if (!plii_vec3_is_finite(step)) { return pli_vec3_make(0, 0, 0); }
+    item->multiplier = pli_vec3_add(item->multiplier, step);
+    return step;
+}
+
+// -------------------------------------------------------------------------------------------- solving, whole steps
+
+static void drag_prepare(pli_body* body, void* data) {
+    drag_state* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        drag_item* item = &state->items[i];
+        drag_begin_solve(item, drag_point(item, body->previous), item->to, body->step.dt);
+    }
+}
+
+static void drag_solve(pli_body* body, void* data) {
+    drag_state* state = data;
+    if (body->solver_class->solves_constraints) { return; } /* has the spring in its system */
+    for (int i = 0; i < state->count; ++i) {
+        drag_item* item = &state->items[i];
+        const pli_vec3 push = drag_impulse(item, body, drag_point(item, body->positions));
+        for (int k = 0; k < item->node_count; ++k) {
+            pli_vec4* position = &body->positions[item->nodes[k]];
+            plii_set_xyz(position,
+                         pli_vec3_add(plii_xyz(*position), pli_vec3_scale(push, item->weights[k] * position->w)));
+        }
+    }
+}
+
+static void drag_finish(pli_body* body, void* data) {
+    drag_state* state = data;
+    (void)body;
+    for (int i = 0; i < state->count; ++i) {
+        state->items[i].from = state->items[i].to;
+    }
+}
+
+/* Each node on a spring of its own, stiff by its weight: the sum of the forces is that of the point, and its moment
+   against the turning of the face is a damper of the step. At the start of a step, before nodes move. */
+static void drag_visit_springs(const pli_body* body, const void* data,
+                               void (*visit)(const plii_node_spring* spring, void* user), void* user) {
+    const drag_state* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        drag_item item = state->items[i];
+        const pli_vec3 start = drag_point(&item, body->positions);
+        drag_begin_solve(&item, start, item.to, body->step.dt);
+        const pli_vec3 way = pli_vec3_sub(item.reference, start);
+        for (int k = 0; k < item.node_count; ++k) {
+            const plii_node_spring spring = {
+                .node = item.nodes[k], .hardness = item.weights[k] * item.hardness, .way = way};
+            visit(&spring, user);
+        }
+    }
+}
+
+// -------------------------------------------------------------------------------------------- solving, substeps
+
+static pli_vec3 drag_place(const pli_body* body, const drag_item* item, const plii_substep* substep,
+                           const pli_vec4* displacements) {
+    pli_vec3 point = item->shift;
+    for (int k = 0; k < item->node_count; ++k) {
+        const pli_vec3 place = plii_substep_place(body, substep, displacements, item->nodes[k]);
+        point = pli_vec3_add(point, pli_vec3_scale(place, item->weights[k]));
+    }
+    return point;
+}
+
+static void drag_restart(pli_body* body, void* data, const plii_substep* substep) {
+    drag_state* state = data;
+    const float share = (float)(substep->index + 1) * substep->dt * body->step.inverse_dt;
+    for (int i = 0; i < state->count; ++i) {
+        drag_item* item = &state->items[i];
+        const pli_vec3 goal = pli_vec3_lerp(item->from, item->to, share);
+        drag_begin_solve(item, drag_place(body, item, substep, substep->start_displacements), goal, substep->dt);
+    }
+}
+
+static void drag_sweep(pli_body* body, void* data, const plii_substep* substep) {
+    drag_state* state = data;
+    for (int i = 0; i < state->count; ++i) {
+        drag_item* item = &state->items[i];
+        const pli_vec3 push = drag_impulse(item, body, drag_place(body, item, substep, substep->displacements));
+        for (int k = 0; k < item->node_count; ++k) {
+            plii_substep_move(substep, item->nodes[k], push, item->weights[k]);
+        }
+    }
+}
+
+static bool drag_is_idle(const pli_body* body, const void* data) {
+    (void)body;
+    return ((const drag_state*)data)->count == 0;
+}
+
+// ------------------------------------------------------------------------------------------------------ the feature
+
+static bool drag_is_face(const drag_item* item, const int* nodes) {
+    return nodes[0] == item->nodes[0] && nodes[1] == item->nodes[1] && nodes[2] == item->nodes[2];
+}
+
+/* Faces that are cut are no longer there; their old nodes are. */
+static void drag_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
+    drag_state* state = data;
+    (void)blocks;
+    for (int i = 0; i < state->count; ++i) {
+        drag_item* item = &state->items[i];
+        int face = 0, heaviest = 0;
+        while (face < change->face_count && !drag_is_face(item, change->faces[face])) {
+            ++face;
+        }
+        if (item->node_count == 1 || face < change->face_count) { continue; }
+        for (int k = 1; k < item->node_count; ++k) {
+            if (item->weights[k] > item->weights[heaviest]) { heaviest = k; }
+        }
+        const pli_vec3 point = drag_point(item, body->positions);
+        item->nodes[0] = item->nodes[heaviest];
+        item->weights[0] = 1.0f;
+        item->node_count = 1;
+        item->shift = pli_vec3_sub(point, plii_xyz(body->positions[item->nodes[0]]));
+    }
+}
+
+static const plii_feature_array drag_arrays[] = {
+    {PLII_LIST_OF(drag_state, items, capacity), .is_kept = true},
+    {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), .is_kept = true},
+    {0},
+};
+
+/* After the links, which pull it back. */
+enum { DRAG_ORDER = PLII_ORDER_LINKS + 3, DRAG_SUBSTEP_ORDER = 42, DRAG_FINISH_ORDER = 0 };
+
+static const plii_feature_class drag_class;
+
+static const plii_substep_class drag_kind = {
+    .order = DRAG_SUBSTEP_ORDER,
+    .klass = &drag_class,
+    .restart = drag_restart,
+    .sweep = drag_sweep,
+    .is_idle = drag_is_idle,
+};
+
+/* Stays when the last drag ends, so that old ids stay stale. */
+static const plii_feature_class drag_class = {
+    .name = "drags",
+    .state_size = sizeof(drag_state),
+    .arrays = drag_arrays,
+    .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
+               [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},
+               [PLII_STAGE_FINISH] = {drag_finish, DRAG_FINISH_ORDER}},
+    .substepped = &drag_kind,
+    .visit_springs = drag_visit_springs,
+    .topology_commit = drag_topology_commit,
+};
+
+pli_drag_def pli_drag_def_default(void) {
+    return (pli_drag_def){.face = PLI_NULL_INDEX, .frequency = 5.0f, .damping_ratio = 1.0f, .cookie = PLII_DEF_COOKIE};
+}
+
+static const plii_field drag_fields[] = {
+    PLII_FIELD(pli_drag_def, point, -PLI_MAX_COORDINATE, PLI_MAX_COORDINATE),
+    PLII_FIELD(pli_drag_def, frequency, 0, PLI_MAX_FACTOR),
+    PLII_FIELD(pli_drag_def, stiffness, 0, PLI_MAX_COEFFICIENT),
+    PLII_FIELD(pli_drag_def, damping_ratio, 0, PLI_MAX_FACTOR),
+};
+
+// ------------------------------------------------------------------------------------------------------------ calls
+
+static pli_status drag_check(const pli_body* body, const pli_drag_def* def, const char* function) {
+    pli_context* context = body->context;
+    PLII_TRY_DEF(context, pli_drag_def, def, drag_fields, function);
+    if (def->face == PLI_NULL_INDEX) { return plii_check_node(body, def->node, function); }
+    if (def->face >= 0 && def->face < body->topology->face_count) { return PLI_OK; }
+    return plii_fail(context, PLI_ERROR_INDEX_OUT_OF_RANGE, function, "face %d is out of range, the body has %d faces",
+                     def->face, body->topology->face_count);
+}
+
+/* A face without an area is held at its first node. */
+static void drag_take_hold(const pli_body* body, const pli_drag_def* def, drag_item* item) {
+    item->node_count = 1;
+    item->nodes[0] = def->node;
+    item->weights[0] = 1.0f;
+    if (def->face == PLI_NULL_INDEX) { return; }
+    const int* nodes = body->topology->faces[def->face];
+    const pli_vec3 a = plii_xyz(body->positions[nodes[0]]), b = plii_xyz(body->positions[nodes[1]]),
+                   c = plii_xyz(body->positions[nodes[2]]);
+    item->nodes[0] = nodes[0];
+    if (!plii_measure_triangle(a, b, c).is_usable) { return; }
+    plii_closest_feature closest;
+    plii_closest_point_on_triangle(def->point, a, b, c, &closest);
+    item->node_count = 3;
+    const float weights[3] = {closest.weights.x, closest.weights.y, closest.weights.z};
+    for (int k = 0; k < 3; ++k) {
+        item->nodes[k] = nodes[k];
+        item->weights[k] = weights[k];
+    }
+}
+
+static void drag_set_spring(const pli_body* body, const pli_drag_def* def, drag_item* item) {
+    double mass = 0.0;
+    for (int i = 0; i < body->node_count; ++i) {
+        if (body->positions[i].w > 0.0f) { mass += 1.0 / (double)body->positions[i].w; }
+    }
+    const double rate = 2.0 * 3.14159265358979 * (double)def->frequency; /* rad/s */
+    double stiffness = def->stiffness > 0.0f ? (double)def->stiffness : mass * rate * rate;
+    if (stiffness > (double)PLI_MAX_COEFFICIENT) { stiffness = (double)PLI_MAX_COEFFICIENT; }
+    item->stiffness = (float)stiffness;
+    item->damping = (float)(2.0 * (double)def->damping_ratio * sqrt(stiffness * mass));
+}
+
+pli_status pli_body_begin_drag(pli_body* body, const pli_drag_def* def, pli_drag_id* drag) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(drag_check(body, def, __func__));
+    if (drag == NULL) { return PLII_FAIL(body->context, PLI_ERROR_NULL_ARGUMENT, "drag is null"); }
+    const bool was_enabled = plii_feature_state(body, &drag_class) != NULL;
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &drag_class, &data));
+    drag_state* state = data;
+    if (!PLII_RESERVE(body->context, &state->items, &state->capacity, state->count + 1) ||
+        !plii_id_pool_reserve(body->context, &state->ids)) {
+        if (!was_enabled) { plii_feature_disable(body, &drag_class); }
+        return PLII_FAIL(body->context, PLI_ERROR_OUT_OF_MEMORY, "no memory for a drag");
+    }
+    drag_item* item = &state->items[state->count];
+    *item = (drag_item){.slot = plii_id_pool_alloc(&state->ids, state->count)};
+    drag_take_hold(body, def, item);
+    drag_set_spring(body, def, item);
+    item->from = item->to = drag_point(item, body->positions);
+    state->count += 1;
+    *drag = (pli_drag_id){item->slot + 1, state->ids.slots[item->slot].generation};
+    return PLI_OK;
+}
+
+static pli_status drag_find(const pli_body* body, pli_drag_id drag, const char* function, drag_state** state,
+                            drag_item** item) {
+    *state = plii_feature_state(body, &drag_class);
+    const int place = *state != NULL ? plii_id_pool_find(&(*state)->ids, drag.index1, drag.generation) : PLI_NULL_INDEX;
+    if (place == PLI_NULL_INDEX) {
+        return plii_fail(body->context, PLI_ERROR_STALE_ID, function, "the body has no drag {%d, %u}", (int)drag.index1,
+                         (unsigned)drag.generation);
+    }
+    *item = &(*state)->items[place];
+    return PLI_OK;
+}
+
+pli_status pli_body_move_drag(pli_body* body, pli_drag_id drag, pli_vec3 goal) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_vec3_within(body->context, goal, PLI_MAX_COORDINATE, "goal", __func__));
+    drag_state* state = NULL;
+    drag_item* item = NULL;
+    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    item->to = goal;
+    return PLI_OK;
+}
+
+pli_status pli_body_end_drag(pli_body* body, pli_drag_id drag) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    drag_state* state = NULL;
+    drag_item* item = NULL;
+    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    plii_id_pool_free(&state->ids, item->slot);
+    for (int i = (int)(item - state->items) + 1; i < state->count; ++i) {
+        state->items[i - 1] = state->items[i];
+        state->ids.slots[state->items[i].slot].item = i - 1;
+    }
+    state->count -= 1;
+    return PLI_OK;
+}
+
+pli_status pli_body_get_drag(const pli_body* body, pli_drag_id drag, pli_vec3* point, pli_vec3* goal) {
+    if (point != NULL) { *point = pli_vec3_make(0, 0, 0); }
+    if (goal != NULL) { *goal = pli_vec3_make(0, 0, 0); }
+    PLII_TRY(plii_check_body(body, __func__));
+    drag_state* state = NULL;
+    drag_item* item = NULL;
+    PLII_TRY(drag_find(body, drag, __func__, &state, &item));
+    if (point != NULL) { *point = drag_point(item, body->positions); }
+    if (goal != NULL) { *goal = item->to; }
+    return PLI_OK;
+}

@@ -1,0 +1,178 @@
+/* Many nodes on one rigid body: where they are under each solver, what hangs on them, letting go, bad input. */
+
+#include "failing_allocator.h"
+#include "hanging_cape.h"
+
+enum { TALL = 38, FRAMES = 120 }; /* 40 x 38 = 1520 nodes */
+
+static pli_rigid* make_bone(pli_world* w, pli_vec3 velocity, float spin) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = PLI_RIGID_KINEMATIC;
+    def.state.linear_velocity = velocity;
+    def.state.angular_velocity = pli_vec3_make(0, spin, 0);
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(w, &def, &rigid), PLI_OK);
+    return rigid;
+}
+
+static const int* collar(void) {
+    static int nodes[COLUMNS];
+    for (int i = 0; i < COLUMNS; ++i) {
+        nodes[i] = i;
+    }
+    return nodes;
+}
+
+static float most_apart(const pli_body* body, pli_rigid* bone, const pli_vec3* pivots) {
+    const pli_body_view view = pli_body_get_view(body);
+    float most = 0;
+    for (int i = 0; i < COLUMNS; ++i) {
+        const pli_vec3 goal = pli_transform_point(pli_rigid_get_state(bone).pose, pivots[i]);
+        most = fmaxf(most, distance(xyz(view.positions[i]), goal));
+    }
+    return most;
+}
+
+/* Moves the bone before or after the solve; gives the largest distance of a node from its point and the longest
+   tether. */
+static void fly(solver_choice which, int frames, float speed, float spin, bool moves_within, float* apart,
+                float* longer) {
+    pli_rigid* bone = make_bone(world, pli_vec3_make(speed, 0, 0), spin);
+    pli_body* cape = make_cape(TALL);
+    use_solver(cape, which);
+    pli_vec3 pivots[COLUMNS];
+    for (int i = 0; i < COLUMNS; ++i) {
+        pivots[i] = xyz(pli_body_get_view(cape).positions[i]);
+    }
+    assert_int_equal(pli_body_attach_nodes(cape, collar(), COLUMNS, bone), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(cape), COLUMNS);
+    assert_int_equal(pli_body_enable_tethers(cape, NULL), PLI_OK);
+    *apart = *longer = 0;
+    for (int frame = 0; frame < frames; ++frame) {
+        assert_int_equal(pli_world_predict(world, dt), PLI_OK);
+        if (moves_within) { assert_int_equal(pli_rigid_integrate(bone, pli_vec3_make(0, 0, 0), dt), PLI_OK); }
+        assert_int_equal(pli_world_solve(world), PLI_OK);
+        if (!moves_within) { assert_int_equal(pli_rigid_integrate(bone, pli_vec3_make(0, 0, 0), dt), PLI_OK); }
+        *apart = fmaxf(*apart, most_apart(cape, bone, pivots));
+        *longer = fmaxf(*longer, longest_tether(cape));
+    }
+    assert_false(pli_body_is_frozen(cape));
+    pli_body_destroy(cape);
+    pli_rigid_destroy(bone);
+}
+
+static void test_nodes_are_where_the_points_of_a_kinematic_body_are(void** unused) {
+    (void)unused;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        float apart = 0, longer = 0;
+        fly((solver_choice)which, 30, 50, 20, which % 2 == 0, &apart, &longer);
+        print_message("solver %d at 50 m/s and 20 rad/s: %.1e m\n", which, (double)apart);
+        check_at_most(apart, 1e-5);
+    }
+}
+
+static void test_a_cape_on_a_collar_hardly_stretches(void** unused) {
+    (void)unused;
+    for (int which = 0; which < SOLVER_COUNT; ++which) {
+        float apart = 0, longer = 0;
+        fly((solver_choice)which, FRAMES, 6, 0, which % 2 == 0, &apart, &longer);
+        print_message("solver %d at 6 m/s: %.2f %% longer, %.1e m\n", which, 100 * (double)longer, (double)apart);
+        check_at_most(longer, 0.03);
+        check_at_most(apart, 1e-5);
+    }
+}
+
+static void test_nodes_are_let_go_in_one_call(void** unused) {
+    (void)unused;
+    pli_rigid* bone = make_bone(world, pli_vec3_make(0, 0, 0), 0);
+    pli_body* cape = make_cape(ROWS);
+    assert_int_equal(pli_body_attach_nodes(cape, collar(), COLUMNS, bone), PLI_OK);
+    pli_anchor_def def = pli_anchor_def_default();
+    def.node = 3;
+    def.rigid = bone;
+    pli_anchor_id second;
+    assert_int_equal(pli_body_add_anchor(cape, &def, &second), PLI_OK);
+    assert_int_equal(pli_body_detach_nodes(cape, collar(), COLUMNS - 1), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(cape), 1);
+    check_refused(pli_body_remove_anchor(cape, second), PLI_ERROR_STALE_ID, "no anchor");
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    const pli_vec4* positions = pli_body_get_view(cape).positions;
+    assert_true(positions[0].y < -1e-3f);
+    check_near(positions[COLUMNS - 1].y, 0, 1e-6);
+    assert_int_equal(pli_body_attach_nodes(cape, collar(), COLUMNS - 1, bone), PLI_OK);
+    assert_int_equal(pli_body_detach_nodes(cape, collar(), COLUMNS), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(cape), 0);
+}
+
+static void test_bad_lists_change_nothing(void** unused) {
+    (void)unused;
+    pli_rigid* bone = make_bone(world, pli_vec3_make(0, 0, 0), 0);
+    pli_body* cape = make_cape(ROWS);
+    const int fine[] = {0, 1, 2}, far[] = {0, 1, COLUMNS * ROWS}, below[] = {-1}, twice[] = {5, 6, 5},
+              late[] = {7, 8, 2};
+    const pli_status range = PLI_ERROR_INDEX_OUT_OF_RANGE, value = PLI_ERROR_INVALID_VALUE;
+    check_refused(pli_body_attach_nodes(cape, far, 3, bone), range, "nodes[2] = 1000 is out of range");
+    check_refused(pli_body_attach_nodes(cape, below, 1, bone), range, "nodes[0] = -1");
+    check_refused(pli_body_attach_nodes(cape, twice, 3, bone), value, "nodes[0] and nodes[2] are both 5");
+    check_refused(pli_body_attach_nodes(cape, fine, -3, bone), value, "count is -3");
+    check_refused(pli_body_attach_nodes(cape, NULL, 3, bone), PLI_ERROR_NULL_ARGUMENT, "nodes is null");
+    check_refused(pli_body_attach_nodes(cape, fine, 3, NULL), PLI_ERROR_NULL_ARGUMENT, "rigid");
+    check_refused(pli_body_detach_nodes(cape, fine, 3), value, "no anchors");
+    pli_world* elsewhere = NULL;
+    assert_int_equal(pli_world_create(context, NULL, &elsewhere), PLI_OK);
+    pli_rigid* foreign = make_bone(elsewhere, pli_vec3_make(0, 0, 0), 0);
+    check_refused(pli_body_attach_nodes(cape, fine, 3, foreign), value, "rigid is in another world");
+    pli_world_destroy(elsewhere);
+    assert_int_equal(pli_body_attach_nodes(cape, NULL, 0, bone), PLI_OK);
+    assert_int_equal(pli_body_anchor_count(cape), 0);
+
+    assert_int_equal(pli_body_attach_nodes(cape, fine, 3, bone), PLI_OK);
+    check_refused(pli_body_attach_nodes(cape, late, 3, bone), value, "nodes[2] = 2 is already anchored");
+    check_refused(pli_body_detach_nodes(cape, late, 3), value, "nodes[0] = 7 is not anchored");
+    check_refused(pli_body_detach_nodes(cape, far, 3), range, "nodes[2] = 1000");
+    check_refused(pli_body_detach_nodes(cape, fine, -1), value, "count is -1");
+    check_refused(pli_body_detach_nodes(cape, NULL, 1), PLI_ERROR_NULL_ARGUMENT, "nodes is null");
+    assert_int_equal(pli_body_anchor_count(cape), 3);
+    assert_int_equal(pli_body_attach_nodes(cape, late, 2, bone), PLI_OK); /* no mark has stayed */
+    assert_int_equal(pli_body_detach_nodes(cape, NULL, 0), PLI_OK);
+}
+
+static pli_status attach_and_let_go(pli_context* own, void* unused) {
+    (void)unused;
+    pli_world* w = NULL;
+    pli_mesh* mesh = NULL;
+    pli_body* rope = NULL;
+    pli_rigid* bone = NULL;
+    const int nodes[] = {0, 1, 2};
+    const pli_rigid_def def = pli_rigid_def_default();
+    pli_status status = pli_world_create(own, NULL, &w);
+    if (status == PLI_OK) {
+        status = pli_mesh_create_rope(own, pli_vec3_make(0, 0, 0), pli_vec3_make(1, 0, 0), 4, 0, &mesh);
+    }
+    if (status == PLI_OK) { status = pli_body_create(w, mesh, NULL, &rope); }
+    if (status == PLI_OK) { status = pli_rigid_create(w, &def, &bone); }
+    if (status == PLI_OK) {
+        status = pli_body_attach_nodes(rope, nodes, 3, bone);
+        assert_int_equal(pli_body_anchor_count(rope), status == PLI_OK ? 3 : 0);
+    }
+    pli_mesh_destroy(mesh);
+    pli_world_destroy(w);
+    return status;
+}
+
+static void test_attaching_survives_a_failing_allocator(void** unused) {
+    (void)unused;
+    assert_true(check_survives_failing_allocator(attach_and_let_go, NULL) > 6);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_nodes_are_where_the_points_of_a_kinematic_body_are, setup_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_cape_on_a_collar_hardly_stretches, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_nodes_are_let_go_in_one_call, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_bad_lists_change_nothing, setup_world, teardown_world),
+        cmocka_unit_test(test_attaching_survives_a_failing_allocator),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
