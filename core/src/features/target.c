@@ -31,8 +31,7 @@ typedef struct target_state {
     bool has_limits;
 } target_state;
 
-// ---------------------------------------------------------------------------------------------------- where nodes may
-// be
+// ---------------------------------------------------------------------------------------------- where nodes may be
 
 static target_pose target_between(const target_pose* a, const target_pose* b, float share) {
     target_pose pose = {pli_vec3_lerp(a->position, b->position, share), pli_vec3_lerp(a->normal, b->normal, share)};
@@ -277,9 +276,9 @@ static const plii_feature_array target_arrays[] = {
     {0},
 };
 
-/* Before what looks at velocities; after links and self-collision, lest they pull nodes away again; before anchors have
-   the last word. Self-collision of faces comes later, as nothing else parts them again. */
-enum { TARGET_START_ORDER = 0, TARGET_ORDER = 55, TARGET_SUBSTEP_ORDER = 900, TARGET_FINISH_ORDER = 190 };
+/* Before what looks at velocities; after links, self-collision and sweeps over contacts, lest they pull nodes away
+   again; before anchors have the last word. Self-collision of faces comes later, as nothing else parts them again. */
+enum { TARGET_START_ORDER = 0, TARGET_ORDER = 310, TARGET_SUBSTEP_ORDER = 900, TARGET_FINISH_ORDER = 190 };
 
 static const plii_feature_class target_class;
 
