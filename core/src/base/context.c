@@ -2,6 +2,13 @@
 
 #include "base/context.h"
 
+#if defined(_WIN32)
+#include <windows.h>
+#define CONTEXT_YIELD() SwitchToThread()
+#else
+#include <sched.h>
+#define CONTEXT_YIELD() sched_yield()
+#endif
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -30,14 +37,81 @@ const char* plii_lost_error(void) {
     return context_lost_error;
 }
 
-/* A call that fails inside of the log function is not logged, and its message does not stay. */
+// ----------------------------------------------------------------------------------------------------- threads
+
+_Thread_local plii_thread_state plii_thread;
+_Thread_local int plii_shape_queries;
+
+/* The thread has the lock of the context already: it is in a hook. */
+static bool context_is_in_hook(const pli_context* context) {
+    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
+        const bool is_hook = walk->kind == PLII_WALK_HOOK || walk->kind == PLII_WALK_LOG;
+        if (is_hook && walk->context == context) { return true; }
+    }
+    return false;
+}
+
+static bool context_is_logging(const pli_context* context) {
+    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
+        if (walk->kind == PLII_WALK_LOG && walk->context == context) { return true; }
+    }
+    return false;
+}
+
+bool plii_context_lock(pli_context* context) {
+    if (context_is_in_hook(context)) { return false; }
+    while (__atomic_exchange_n(&context->is_locked, true, __ATOMIC_ACQUIRE)) {
+        while (PLII_LOAD(&context->is_locked)) {
+            CONTEXT_YIELD();
+        }
+    }
+    return true;
+}
+void plii_context_unlock(pli_context* context, bool was_locked) {
+    if (was_locked) { __atomic_store_n(&context->is_locked, false, __ATOMIC_RELEASE); }
+}
+
+typedef struct parallel_task {
+    const pli_context* context;
+    pli_range_fn* range;
+    void* task;
+    plii_pass pass;
+} parallel_task;
+
+static void parallel_range(int begin, int end, void* data) {
+    const parallel_task* parallel = data;
+    const plii_pass pass = plii_thread.pass;
+    plii_walk walk;
+    plii_walk_begin(&walk, parallel->context, PLII_WALK_PARALLEL);
+    plii_thread.pass = parallel->pass;
+    parallel->range(begin, end, parallel->task);
+    plii_thread.pass = pass;
+    plii_walk_end(&walk);
+}
+
+void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
+    for (const plii_walk* walk = plii_thread.walk; walk != NULL; walk = walk->outer) {
+        if (walk->kind == PLII_WALK_PARALLEL && walk->context == context) {
+            range(0, count, task);
+            return;
+        }
+    }
+    parallel_task parallel = {context, range, task, plii_thread.pass};
+    plii_walk walk;
+    plii_walk_begin(&walk, context, PLII_WALK_STEP);
+    context->parallel_for(parallel_range, &parallel, count, grain, context->parallel_user);
+    plii_walk_end(&walk);
+}
+
+// ----------------------------------------------------------------------------------------------------- messages
+
+/* With the lock. */
 static void context_log(pli_context* context, pli_log_level level, const char* message) {
-    if (context->log == NULL || context->is_logging) { return; }
-    context->is_logging = true;
-    plii_walk_begin(context);
+    if (context->log == NULL) { return; }
+    plii_walk walk;
+    plii_walk_begin(&walk, context, PLII_WALK_LOG);
     context->log(level, message, context->log_user);
-    plii_walk_end(context);
-    context->is_logging = false;
+    plii_walk_end(&walk);
 }
 
 pli_status plii_fail(pli_context* context, pli_status status, const char* function, const char* format, ...) {
@@ -56,39 +130,53 @@ pli_status plii_fail(pli_context* context, pli_status status, const char* functi
         return status;
     }
 #endif
+    const bool is_logging = context_is_logging(context);
+    const bool was_locked = plii_context_lock(context);
     memcpy(context->last_error, message, strlen(message) + 1);
-    context_log(context, PLI_LOG_ERROR, message);
-    memcpy(context->last_error, message, strlen(message) + 1);
+    if (!is_logging) { /* a call that fails inside of the log function is not logged, and its message does not stay */
+        context_log(context, PLI_LOG_ERROR, message);
+        memcpy(context->last_error, message, strlen(message) + 1);
+    }
+    plii_context_unlock(context, was_locked);
     return status;
 }
-
-_Thread_local int plii_shape_queries;
 
 pli_status plii_refuse_change(pli_context* context, const char* function) {
     return plii_fail(context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 
+// ----------------------------------------------------------------------------------------------------- memory
+
 void* plii_allocate(pli_context* context, size_t size) {
     if (size == 0) { return NULL; }
-    plii_walk_begin(context);
+    const bool was_locked = plii_context_lock(context);
+    plii_walk walk;
+    plii_walk_begin(&walk, context, PLII_WALK_HOOK);
     void* block = context->allocator.allocate(size, PLII_ALIGNMENT, context->allocator.user);
-    plii_walk_end(context);
+    plii_walk_end(&walk);
     if (block == NULL) {
-        context->shortage = (plii_shortage){context->shortage.count + 1, size, context->pass};
-        return NULL;
+        context->shortage.size = size;
+        context->shortage.pass = plii_thread.pass;
+        PLII_STORE(&context->shortage.count, context->shortage.count + 1);
+        plii_thread.shortages += 1;
+    } else {
+        PLII_STORE(&context->allocated_bytes, context->allocated_bytes + size);
+        PLII_STORE(&context->allocation_count, context->allocation_count + 1);
     }
-    if (!context->has_zeroed_memory) { memset(block, 0, size); }
-    context->allocated_bytes += size;
-    context->allocation_count += 1;
+    plii_context_unlock(context, was_locked);
+    if (block != NULL && !context->has_zeroed_memory) { memset(block, 0, size); }
     return block;
 }
 
 void plii_release(pli_context* context, void* block, size_t size) {
     if (block == NULL) { return; }
-    context->allocated_bytes -= size;
-    plii_walk_begin(context);
+    const bool was_locked = plii_context_lock(context);
+    PLII_STORE(&context->allocated_bytes, context->allocated_bytes - size);
+    plii_walk walk;
+    plii_walk_begin(&walk, context, PLII_WALK_HOOK);
     context->allocator.release(block, size, context->allocator.user);
-    plii_walk_end(context);
+    plii_walk_end(&walk);
+    plii_context_unlock(context, was_locked);
 }
 
 bool plii_allocate_array(pli_context* context, void** pointer, size_t size) {

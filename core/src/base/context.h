@@ -1,6 +1,8 @@
 #pragma once
 
-/* Hooks, memory and error messages. Everything that can fail ends in plii_fail. */
+/* Hooks, memory and error messages. Everything that can fail ends in plii_fail. Several threads may be here at once:
+   the parts of a parallel range, and steps of different worlds. Hooks of the user are called by one of them at a time.
+ */
 
 #include "pliant/base.h"
 
@@ -25,18 +27,16 @@ struct pli_context {
     bool has_zeroed_memory; /* what the allocator gives is zero already */
     pli_log_fn* log;
     void* log_user;
-    pli_parallel_for_fn* parallel_for; /* never NULL */
+    pli_parallel_for_fn* parallel_for; /* or NULL */
     void* parallel_user;
     pli_simd simd; /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
-    plii_pass pass;
-    plii_shortage shortage;
+    bool has_threads;       /* the user gave a hook */
+    bool is_locked;         /* a thread is in a hook of the user, or writes what follows */
+    plii_shortage shortage; /* the last one */
     char last_error[512];
     int world_count, mesh_count, shape_count, triangles_count; /* that are alive */
-    bool is_logging;
-    int walk_depth;    /* see plii_walk_begin */
-    int release_depth; /* the walk_depth at which shapes may be retained and released */
 };
 
 /* Errors are rare: calls of what makes them are put out of the way. */
@@ -62,25 +62,62 @@ const char* plii_lost_error(void);
         if (plii_try_status != PLI_OK) { return plii_try_status; }                                                     \
     } while (0)
 
+#ifdef __cplusplus
+#define PLII_THREAD_LOCAL thread_local
+#else
+#define PLII_THREAD_LOCAL _Thread_local
+#endif
+
+/* Why a thread is in the middle of something. */
+typedef enum plii_walk_kind {
+    PLII_WALK_STEP,     /* of a world, or another change of many parts */
+    PLII_WALK_PARALLEL, /* a part of a range, on any thread */
+    PLII_WALK_HOOK,     /* the thread has the lock of the context */
+    PLII_WALK_LOG,      /* likewise, in the log function */
+    PLII_WALK_RELEASE   /* the end of a shape, which may retain and release others */
+} plii_walk_kind;
+
 /* While the library is in the middle of something, it may call hooks and callbacks of the user: nothing of the context
-   may be changed then. Walks nest. Every public function that changes something asks plii_check_change before it does
-   anything else. */
-static inline void plii_walk_begin(pli_context* context) {
-    context->walk_depth += 1;
+   may be changed then. Walks nest, and each thread knows its own: they are a list on its stack. Every public function
+   that changes something asks plii_check_change before it does anything else. */
+typedef struct plii_walk {
+    const pli_context* context;
+    const struct plii_walk* outer;
+    plii_walk_kind kind;
+} plii_walk;
+
+/* What a thread is at. */
+typedef struct plii_thread_state {
+    const plii_walk* walk; /* the innermost, or NULL */
+    plii_pass pass;
+    uint64_t shortages; /* allocations of this thread that failed */
+} plii_thread_state;
+extern PLII_THREAD_LOCAL plii_thread_state plii_thread;
+
+static inline void plii_walk_begin(plii_walk* walk, const pli_context* context, plii_walk_kind kind) {
+    walk->context = context;
+    walk->outer = plii_thread.walk;
+    walk->kind = kind;
+    plii_thread.walk = walk;
 }
-static inline void plii_walk_end(pli_context* context) {
-    context->walk_depth -= 1;
+/* In the order of their beginnings, from the last one. */
+static inline void plii_walk_end(const plii_walk* walk) {
+    plii_thread.walk = walk->outer;
+}
+/* The innermost walk of this thread through the context, or NULL. */
+static inline const plii_walk* plii_walk_find(const pli_context* context) {
+    const plii_walk* walk = plii_thread.walk;
+    while (walk != NULL && walk->context != context) {
+        walk = walk->outer;
+    }
+    return walk;
 }
 /* PLI_OK, or the error of a null or wrong handle. */
 pli_status plii_check_context(const pli_context* context, const char* function);
 /* The same for a call that changes something, which must not come from a callback. */
 pli_status plii_check_context_change(pli_context* context, const char* function);
 /* Around queries of shapes, which each thread counts for itself: no walks, as several may ask shapes of one context. */
-#ifdef __cplusplus
-extern thread_local int plii_shape_queries;
-#else
-extern _Thread_local int plii_shape_queries;
-#endif
+extern PLII_THREAD_LOCAL int plii_shape_queries;
 static inline void plii_shape_query_begin(void) {
     ++plii_shape_queries;
 }
@@ -93,7 +130,7 @@ static inline bool plii_is_in_shape_query(void) {
 PLII_COLD pli_status plii_refuse_change(pli_context* context, const char* function);
 /* PLI_OK outside of walks. */
 static inline pli_status plii_check_change(pli_context* context, const char* function) {
-    const bool is_free = context->walk_depth == 0 && !plii_is_in_shape_query();
+    const bool is_free = plii_walk_find(context) == NULL && !plii_is_in_shape_query();
     return is_free ? PLI_OK : plii_refuse_change(context, function);
 }
 
@@ -118,11 +155,21 @@ bool plii_reserve(pli_context* context, void** data, int* capacity, int needed, 
 /* Copies a block into a new one; NULL when out of memory or when `size` is 0. */
 void* plii_duplicate(pli_context* context, const void* block, size_t size);
 
+/* Of what threads change in the context and its rigid bodies: for a short time, or for a hook. False: an outer hook of
+   this thread has it, and plii_context_unlock does nothing. */
+bool plii_context_lock(pli_context* context);
+void plii_context_unlock(pli_context* context, bool was_locked);
+
+/* Numbers that several threads read and write where no order matters. */
+#define PLII_LOAD(place) __atomic_load_n(place, __ATOMIC_RELAXED)
+#define PLII_STORE(place, value) __atomic_store_n(place, value, __ATOMIC_RELAXED)
+
+/* Through the hook. Within a part of another range everything is one part. */
+void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
+
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
-    if (count > grain) {
-        plii_walk_begin(context);
-        context->parallel_for(range, task, count, grain, context->parallel_user);
-        plii_walk_end(context);
+    if (count > grain && context->has_threads) {
+        plii_parallel_run(context, range, task, count, grain);
     } else if (count > 0) {
         range(0, count, task);
     }

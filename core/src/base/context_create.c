@@ -27,12 +27,6 @@ static void context_default_release(void* block, size_t size, void* user) {
     free(base);
 }
 
-static void context_serial_for(pli_range_fn* range, void* task, int count, int grain, void* user) {
-    (void)grain;
-    (void)user;
-    range(0, count, task);
-}
-
 static bool context_has_simd(pli_simd simd) {
     switch (simd) {
     case PLI_SIMD_PORTABLE:
@@ -82,8 +76,9 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     made->has_zeroed_memory = used.allocator.allocate == context_default_allocate;
     made->log = used.log;
     made->log_user = used.log_user;
-    made->parallel_for = used.parallel_for != NULL ? used.parallel_for : context_serial_for;
+    made->parallel_for = used.parallel_for;
     made->parallel_user = used.parallel_user;
+    made->has_threads = used.parallel_for != NULL;
     made->simd = used.simd;
     if (!plii_handle_add_context(made)) {
         used.allocator.release(made, sizeof *made, used.allocator.user);
@@ -110,10 +105,10 @@ const char* pli_last_error(const pli_context* context) {
     return plii_handle_is_alive(context, PLII_HANDLE_CONTEXT) ? context->last_error : plii_lost_error();
 }
 size_t pli_context_allocated_bytes(const pli_context* context) {
-    return plii_check_context(context, __func__) == PLI_OK ? context->allocated_bytes : 0;
+    return plii_check_context(context, __func__) == PLI_OK ? PLII_LOAD(&context->allocated_bytes) : 0;
 }
 uint64_t pli_context_allocation_count(const pli_context* context) {
-    return plii_check_context(context, __func__) == PLI_OK ? context->allocation_count : 0;
+    return plii_check_context(context, __func__) == PLI_OK ? PLII_LOAD(&context->allocation_count) : 0;
 }
 
 pli_status plii_check_context(const pli_context* context, const char* function) {

@@ -219,9 +219,11 @@ bool plii_handle_add_context(pli_context* context) {
 
 /* Bodies and rigid bodies go with their world. */
 static void handle_count(pli_context* context, plii_handle_kind kind, int change) {
-    if (kind == PLII_HANDLE_WORLD) { context->world_count += change; }
-    if (kind == PLII_HANDLE_MESH) { context->mesh_count += change; }
-    if (kind == PLII_HANDLE_SHAPE) { context->shape_count += change; }
+    int* count = kind == PLII_HANDLE_WORLD   ? &context->world_count
+                 : kind == PLII_HANDLE_MESH  ? &context->mesh_count
+                 : kind == PLII_HANDLE_SHAPE ? &context->shape_count
+                                             : NULL;
+    if (count != NULL) { (void)__atomic_add_fetch(count, change, __ATOMIC_RELAXED); } /* a step may end a shape */
 }
 
 void* plii_handle_create(pli_context* context, plii_handle_kind kind, size_t size) {

@@ -12,6 +12,10 @@
 
 // --------------------------------------------------------------------------------------------------- checks
 
+pli_status plii_check_body_free(const pli_body* body, const char* function) {
+    return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
+}
+
 pli_status plii_check_body_idle(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
@@ -199,11 +203,12 @@ pli_status pli_body_set_collision_margin(pli_body* body, float margin) {
 // ------------------------------------------------------------------------------------------ derived quantities
 
 void plii_body_refresh(pli_body* body) {
-    plii_walk_begin(body->context);
+    plii_walk walk;
+    plii_walk_begin(&walk, body->context, PLII_WALK_STEP);
     if (plii_solver_update_bounds(body) && plii_solver_check_velocities(body)) {
         plii_run_stage(body, PLII_STAGE_REFRESH);
     }
-    plii_walk_end(body->context);
+    plii_walk_end(&walk);
 }
 
 // ---------------------------------------------------------------------------------------------------- state

@@ -37,6 +37,7 @@ struct pli_body {
     /* What hosts ask of every body and pair comes first, in one line of the cache. */
     uint32_t magic;
     bool is_frozen;
+    bool was_frozen;           /* just now, at `lost_node`: the event comes when all bodies are through */
     bool collides_with_bodies; /* a feature has collide_body */
     int world_index;           /* in the world's list */
     pli_bounds bounds;         /* of the nodes, grown by the margin; in a step see sweeping_features */
@@ -83,6 +84,7 @@ struct pli_body {
     uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
+    int lost_node;
     bool is_solved; /* in this step, while others are */
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
     pli_body *island, *island_next;
@@ -150,6 +152,8 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
+/* PLI_OK, or the error of a call while another thread steps the world. */
+pli_status plii_check_body_free(const pli_body* body, const char* function);
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
 static inline pli_status plii_check_body(const pli_body* body, const char* function) {
     return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
@@ -157,7 +161,8 @@ static inline pli_status plii_check_body(const pli_body* body, const char* funct
 /* The same for a call that changes something, which must not come from a callback ... */
 static inline pli_status plii_check_body_change(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
-    return plii_check_change(body->context, function);
+    PLII_TRY(plii_check_change(body->context, function));
+    return plii_check_body_free(body, function);
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_body_idle(const pli_body* body, const char* function);

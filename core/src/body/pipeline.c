@@ -257,7 +257,7 @@ static void feature_run_profiled(pli_body* body, plii_stage stage) {
     };
     for (int i = pipeline->begin[stage]; i < pipeline->begin[stage + 1]; ++i) {
         const plii_pipeline_entry* entry = &pipeline->entries[i];
-        body->context->pass.feature = entry->klass;
+        plii_thread.pass.feature = entry->klass;
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
@@ -270,7 +270,7 @@ void plii_run_entries(pli_body* body, plii_stage stage) {
         feature_run_profiled(body, stage);
         return;
     }
-    plii_pass* pass = &body->context->pass;
+    plii_pass* pass = &plii_thread.pass;
     const plii_pipeline* pipeline = &body->pipeline;
     const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
     for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {

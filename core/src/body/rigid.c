@@ -13,7 +13,7 @@
 
 static inline pli_status rigid_check_change(const pli_rigid* rigid, const char* function) {
     PLII_TRY(plii_check_rigid(rigid, function));
-    return plii_check_change(rigid->context, function);
+    return plii_check_world_change(rigid->world, function);
 }
 
 pli_rigid_def pli_rigid_def_default(void) {
@@ -118,7 +118,7 @@ static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
         rigid->state.linear_velocity = rigid->given_linear_velocity = zero;
         rigid->state.angular_velocity = rigid->given_angular_velocity = zero;
     }
-    if (rigid->was_touched) {
+    if (rigid->was_touched || rigid->kind == PLI_RIGID_STATIC) {
         rigid->start_linear_velocity = rigid->given_linear_velocity;
         rigid->start_angular_velocity = rigid->given_angular_velocity;
     }
@@ -226,6 +226,7 @@ void pli_rigid_destroy(pli_rigid* rigid) {
 static pli_status rigid_change(pli_rigid* rigid, pli_rigid_kind kind, const pli_rigid_state* state,
                                const char* function) {
     PLII_TRY(rigid_check_state(rigid->context, kind, state, function));
+    if (rigid->kind != kind) { rigid->world->has_groups = false; } /* were made by kinds */
     rigid->kind = kind;
     rigid_store_state(rigid, state);
     return PLI_OK;
@@ -305,6 +306,24 @@ void* pli_rigid_get_user_data(const pli_rigid* rigid) {
 }
 bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
+}
+
+/* All who come here at once write the same, the first one does. */
+void plii_rigid_start_path(pli_rigid* rigid) {
+    plii_rigid_path* path = &rigid->path;
+    const bool was_locked = plii_context_lock(rigid->context);
+    if (!path->has_begun) {
+        path->shift = path->carried = plii_twist_zero();
+        /* A static one is followed by nobody, and stays. */
+        path->moved = path->drift = plii_twist_zero();
+        path->is_followed = false;
+        path->begin = rigid->state.pose;
+        path->begin_velocity = plii_rigid_velocity(rigid);
+        path->begin_velocity.linear = pli_vec3_sub(path->begin_velocity.linear, path->pull);
+        path->begin_version = rigid->pose_version;
+        __atomic_store_n(&path->has_begun, true, __ATOMIC_RELEASE);
+    }
+    plii_context_unlock(rigid->context, was_locked);
 }
 
 /* To be called after the solve. */

@@ -65,7 +65,8 @@ struct pli_rigid {
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     plii_rigid_path path;
-    pli_vec3 pull; /* change of velocity by gravity in the next step */
+    int first_body; /* of those that meet it in this step (world/groups.h) */
+    pli_vec3 pull;  /* change of velocity by gravity in the next step */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -114,19 +115,11 @@ static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
     rigid->start_linear_velocity = rigid->state.linear_velocity;
     rigid->start_angular_velocity = rigid->state.angular_velocity;
 }
-/* To be called where a feature first meets it in a step, if possible before its host moves it. */
+void plii_rigid_start_path(pli_rigid* rigid);
+/* To be called where a feature first meets it in a step, if possible before its host moves it. Bodies on several
+   threads may do so in a prediction, and of static ones in a solve. */
 static inline void plii_rigid_begin_path(pli_rigid* rigid) {
-    plii_rigid_path* path = &rigid->path;
-    if (path->has_begun) { return; }
-    path->shift = path->carried = plii_twist_zero();
-    /* A static one is followed by nobody, and stays. */
-    path->moved = path->drift = plii_twist_zero();
-    path->is_followed = false;
-    path->begin = rigid->state.pose;
-    path->begin_velocity = plii_rigid_velocity(rigid);
-    path->begin_velocity.linear = pli_vec3_sub(path->begin_velocity.linear, path->pull);
-    path->begin_version = rigid->pose_version;
-    path->has_begun = true;
+    if (!__atomic_load_n(&rigid->path.has_begun, __ATOMIC_ACQUIRE)) { plii_rigid_start_path(rigid); }
 }
 static inline bool plii_rigid_is_moved_by_host(const pli_rigid* rigid) {
     return rigid->path.begin_version != rigid->pose_version;
@@ -134,9 +127,10 @@ static inline bool plii_rigid_is_moved_by_host(const pli_rigid* rigid) {
 /* To be called before the first impulse of a step. */
 static inline void plii_rigid_touch(pli_rigid* rigid) {
     plii_rigid_begin_path(rigid);
-    if (rigid->was_touched) { return; }
-    rigid->was_touched = true;
-    plii_rigid_keep_velocities(rigid);
+    if (PLII_LOAD(&rigid->was_touched)) { return; }
+    PLII_STORE(&rigid->was_touched, true);
+    /* A static one stays, and soft bodies on several threads may touch it at once. */
+    if (rigid->kind != PLI_RIGID_STATIC) { plii_rigid_keep_velocities(rigid); }
 }
 
 /* Velocity at an offset from the centre of mass. */

@@ -41,7 +41,7 @@ void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in
     int busy = 0;
     for (int k = 0; k < kinds->count; ++k) {
         const plii_substep_class* kind = kinds->at[k];
-        body->context->pass.feature = kind->klass;
+        plii_thread.pass.feature = kind->klass;
         if (kind->begin != NULL) { kind->begin(body, kinds->states[k]); }
         if (kind->is_idle != NULL && kind->is_idle(body, kinds->states[k])) { continue; }
         kinds->at[busy] = kind;

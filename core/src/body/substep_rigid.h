@@ -37,6 +37,7 @@ static inline pli_vec3 plii_substep_rigid_point_motion(const plii_substep_rigid_
 /* A correction in kg m, as the multiplier times a gradient; the opposite of what the node gets. */
 static inline void plii_substep_rigid_point_push(const plii_substep_rigid_point* point, pli_vec3 push,
                                                  const plii_substep* substep) {
+    if (point->rigid->state.inverse_mass == 0.0f) { return; } /* and nothing is written, as others may touch it too */
     plii_rigid_apply_impulse(point->rigid, pli_vec3_scale(push, substep->inverse_dt), point->offset);
     point->rigid->path.is_pushed = true;
 }

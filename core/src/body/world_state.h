@@ -24,6 +24,14 @@ struct pli_world {
     int* islands; /* [body_count] parents of disjoint sets (union_find.h) of bodies that touch, when there are some */
     int island_capacity;
     bool has_islands; /* in this step, or the last one */
+    /* What is solved by one thread (world/groups.h). Not there without threads. */
+    bool has_groups;         /* in this step */
+    int* group_roots;        /* [body_count] parents of disjoint sets of bodies */
+    int* group_begin;        /* [group_count + 1] of each group in group_bodies */
+    pli_body** group_bodies; /* [body_count] */
+    int group_count, group_root_capacity, group_begin_capacity, group_body_capacity;
+    bool has_frozen; /* bodies froze, and their events are not in the list yet */
+    bool is_entered; /* a thread is in a call of a step */
     pli_rigid** rigids;
     int rigid_count, rigid_capacity;
     pli_event* events;
@@ -40,6 +48,9 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid);
 void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid);
 /* The last allocation failed, and not only room for later is missing: the step tells. */
 void plii_world_note_shortage(pli_world* world);
+/* A body has frozen, on any thread: adds the event as soon as it may. */
+void plii_world_note_frozen(pli_world* world);
+/* Not from parts of a range. */
 void plii_world_add_event(pli_world* world, pli_event event);
 /* Anchors or joints of a body have gone with their rigid body: one event, however often it is told. */
 void plii_world_add_anchors_lost(pli_body* body);
@@ -49,7 +60,7 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other);
 
 /* What memory is missing from now on is missing for this body. */
 static inline void plii_world_begin_body(const pli_body* body) {
-    body->context->pass = (plii_pass){body->world_index, NULL};
+    plii_thread.pass = (plii_pass){body->world_index, NULL};
 }
 
 /* Rigid bodies that take impulses go along while the body is solved (substep_rigid.h). */
@@ -62,6 +73,8 @@ static inline void plii_world_profile(const pli_world* world, const char* stage,
     if (world->profile != NULL) { world->profile(stage, feature, begins, world->profile_user); }
 }
 
+/* The error of a call while another thread steps the world. */
+PLII_COLD pli_status plii_refuse_entered(const pli_world* world, const char* function);
 /* PLI_OK, or the error of a null or wrong handle. */
 static inline pli_status plii_check_world(const pli_world* world, const char* function) {
     return plii_check_handle(world, PLII_HANDLE_WORLD, NULL, NULL, function);
@@ -69,7 +82,8 @@ static inline pli_status plii_check_world(const pli_world* world, const char* fu
 /* The same for a call that changes something, which must not come from a callback ... */
 static inline pli_status plii_check_world_change(const pli_world* world, const char* function) {
     PLII_TRY(plii_check_world(world, function));
-    return plii_check_change(world->context, function);
+    PLII_TRY(plii_check_change(world->context, function));
+    return PLII_LOAD(&world->is_entered) ? plii_refuse_entered(world, function) : PLI_OK;
 }
 /* ... nor between predict and solve. */
 pli_status plii_check_world_idle(const pli_world* world, const char* function);

@@ -184,6 +184,13 @@ static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid
     plii_world_add_anchors_lost(body);
 }
 
+static bool anchor_partner(const void* state, int index, plii_partner* partner) {
+    const plii_anchors* anchors = state;
+    if (index >= anchors->item_count) { return false; }
+    *partner = (plii_partner){.rigid = anchors->items[index].rigid};
+    return true;
+}
+
 static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
     const plii_anchors* anchors = plii_feature_state(body, &plii_anchor_class);
     for (int i = 0; i < anchors->item_count; ++i) {
@@ -210,6 +217,7 @@ static const plii_feature_array anchor_arrays[] = {
 enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
 
 const plii_feature_class plii_anchor_class = {
+    .partner = anchor_partner,
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
     .arrays = anchor_arrays,

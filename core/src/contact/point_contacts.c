@@ -59,6 +59,9 @@ static float point_raise_of_substep(const plii_point_contact* contact, const pli
 }
 /* kg m along the normal, against the surface. */
 static void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
+    if (contact->surface.rigid->state.inverse_mass == 0.0f) {
+        return;
+    } /* bodies on other threads may press on it too */
     plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_dt);
     contact->surface.rigid->path.is_pushed = true;
 }

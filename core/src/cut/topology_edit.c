@@ -21,7 +21,7 @@ static void edit_close(plii_edit* edit) {
     PLII_RELEASE(edit->context, edit->links, edit->link_capacity);
     PLII_RELEASE(edit->context, edit->faces, edit->face_capacity);
     plii_topology_release(edit->context, edit->old_topology);
-    plii_walk_end(edit->context);
+    plii_walk_end(&edit->walk);
 }
 
 pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit) {
@@ -38,7 +38,7 @@ pli_status plii_edit_open(pli_body* body, const char* function, plii_edit* edit)
         .face_count = topology->face_count,
     };
     ++topology->reference_count;
-    plii_walk_begin(edit->context);
+    plii_walk_begin(&edit->walk, edit->context, PLII_WALK_STEP);
     if (!PLII_RESERVE(edit->context, &edit->nodes, &edit->node_capacity, edit->node_count) ||
         !PLII_RESERVE(edit->context, &edit->links, &edit->link_capacity, edit->link_count) ||
         !PLII_RESERVE(edit->context, &edit->faces, &edit->face_capacity, edit->face_count)) {

@@ -23,6 +23,7 @@ typedef struct plii_edit_face {
 } plii_edit_face;
 
 typedef struct plii_edit {
+    plii_walk walk;
     pli_body* body;
     pli_context* context;
     const char* function;        /* messages name it */

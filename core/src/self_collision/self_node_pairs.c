@@ -339,7 +339,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
         self_nodes_search(body, graph, state);
         return;
     }
-    const uint64_t shortages = body->context->shortage.count;
+    const uint64_t shortages = plii_thread.shortages;
     const int first = self_nodes_part_strayed(body, state, share);
     for (int k = first; k < state->apart_count; ++k) {
         const int node = state->apart[k];
@@ -350,7 +350,7 @@ void plii_self_node_pairs_update(const pli_body* body, const plii_link_graph* gr
         self_nodes_find_apart(body, graph, state, k, share);
     }
     /* What is missing must not be missing in the steps to come. */
-    if (body->context->shortage.count != shortages) { state->is_known = false; }
+    if (plii_thread.shortages != shortages) { state->is_known = false; }
 }
 
 // ------------------------------------------------------------------------------------------------------ memory

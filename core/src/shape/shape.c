@@ -72,12 +72,13 @@ pli_status pli_shape_create(pli_context* context, const pli_shape_def* def, pli_
 /* The `destroy` of a shape may release other shapes; apart from that, as plii_check_change. */
 static pli_status shape_check_count(const pli_shape* shape, const char* function) {
     PLII_TRY(plii_check_handle(shape, PLII_HANDLE_SHAPE, NULL, NULL, function));
-    if (shape->context->walk_depth == shape->context->release_depth && !plii_is_in_shape_query()) { return PLI_OK; }
+    const plii_walk* walk = plii_walk_find(shape->context);
+    if ((walk == NULL || walk->kind == PLII_WALK_RELEASE) && !plii_is_in_shape_query()) { return PLI_OK; }
     return plii_fail(shape->context, PLI_ERROR_WRONG_STATE, function, "not allowed inside of a callback");
 }
 
 void plii_shape_retain(pli_shape* shape) {
-    ++shape->reference_count;
+    (void)__atomic_add_fetch(&shape->reference_count, 1, __ATOMIC_RELAXED);
 }
 
 void pli_shape_retain(pli_shape* shape) {
@@ -88,19 +89,17 @@ static void shape_destroy(pli_shape* shape) {
     pli_context* context = shape->context;
     plii_handle_retire(shape);
     if (shape->def.destroy != NULL) {
-        const int release_depth = context->release_depth;
-        plii_walk_begin(context);
-        context->release_depth = context->walk_depth;
+        plii_walk walk;
+        plii_walk_begin(&walk, context, PLII_WALK_RELEASE);
         shape->def.destroy(shape->def.user);
-        context->release_depth = release_depth;
-        plii_walk_end(context);
+        plii_walk_end(&walk);
     }
     if (shape->data_size > 0) { plii_release(context, shape->def.user, shape->data_size); }
     plii_handle_release(context, shape, PLII_HANDLE_SHAPE, sizeof *shape);
 }
 
 void plii_shape_release(pli_shape* shape) {
-    if (--shape->reference_count == 0) { shape_destroy(shape); }
+    if (__atomic_sub_fetch(&shape->reference_count, 1, __ATOMIC_ACQ_REL) == 0) { shape_destroy(shape); }
 }
 
 void pli_shape_release(pli_shape* shape) {

@@ -27,7 +27,8 @@ void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
 }
 
 /* From the last body, so that lists come in the order of bodies. The root is the first one. */
-static void islands_link(pli_world* world) {
+void plii_islands_find(pli_world* world) {
+    if (!world->has_islands) { return; }
     plii_union_flatten(world->body_count, world->islands);
     for (int i = world->body_count - 1; i >= 0; --i) {
         pli_body *body = world->bodies[i], *root = world->bodies[world->islands[i]];
@@ -60,13 +61,12 @@ static void islands_solve(pli_body* first) {
     }
 }
 
-void plii_islands_solve(pli_world* world) {
-    if (world->has_islands) { islands_link(world); }
-    for (int i = 0; i < world->body_count; ++i) {
-        world->bodies[i]->is_solved = false;
+void plii_islands_solve(pli_body* const* bodies, int count) {
+    for (int i = 0; i < count; ++i) {
+        bodies[i]->is_solved = false;
     }
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+    for (int i = 0; i < count; ++i) {
+        pli_body* body = bodies[i];
         const bool is_led = body->island != NULL && body->island != body;
         if (!body->is_frozen && !is_led) { islands_solve(body); }
     }

@@ -6,6 +6,7 @@
 
 #include "math/definition.h"
 #include "shape/shape_impl.h"
+#include "world/groups.h"
 #include "world/islands.h"
 
 #include <string.h>
@@ -14,6 +15,19 @@ pli_status plii_check_world_idle(const pli_world* world, const char* function) {
     PLII_TRY(plii_check_world_change(world, function));
     if (!world->is_stepping) { return PLI_OK; }
     return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "not allowed between predict and solve");
+}
+
+pli_status plii_refuse_entered(const pli_world* world, const char* function) {
+    return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "another thread steps the world");
+}
+
+/* False: another thread is in a step. */
+static bool world_enter(pli_world* world) {
+    return !__atomic_exchange_n(&world->is_entered, true, __ATOMIC_ACQUIRE);
+}
+static pli_status world_leave(pli_world* world, pli_status status) {
+    __atomic_store_n(&world->is_entered, false, __ATOMIC_RELEASE);
+    return status;
 }
 
 // ----------------------------------------------------------------------------------------------------- life
@@ -60,6 +74,7 @@ void pli_world_destroy(pli_world* world) {
     PLII_RELEASE(context, world->bodies, world->body_capacity);
     PLII_RELEASE(context, world->sweep, world->sweep_capacity);
     PLII_RELEASE(context, world->islands, world->island_capacity);
+    plii_groups_release(world);
     PLII_RELEASE(context, world->rigids, world->rigid_capacity);
     PLII_RELEASE(context, world->events, world->event_capacity);
     plii_handle_release(context, world, PLII_HANDLE_WORLD, sizeof *world);
@@ -103,7 +118,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     if (!PLII_RESERVE(world->context, &world->bodies, &world->body_capacity, count) ||
         !PLII_RESERVE(world->context, &world->sweep, &world->sweep_capacity, count) ||
         !PLII_RESERVE(world->context, &world->islands, &world->island_capacity, count) ||
-        !world_reserve_events(world, count, world->rigid_count)) {
+        !plii_groups_reserve(world, count) || !world_reserve_events(world, count, world->rigid_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
     }
     world->needs_reserve = true;
@@ -212,10 +227,10 @@ bool pli_world_is_stepping(const pli_world* world) {
 /* A step in which memory runs out goes on, without what there is none for. What a call could not get is told by that
    call, and once more at the end of the step. */
 
-static uint64_t world_begin_call(pli_world* world) {
-    plii_walk_begin(world->context);
-    world->context->pass = (plii_pass){PLI_NULL_INDEX, NULL};
-    return world->context->shortage.count;
+static uint64_t world_begin_call(pli_world* world, plii_walk* walk) {
+    plii_walk_begin(walk, world->context, PLII_WALK_STEP);
+    plii_thread.pass = (plii_pass){PLI_NULL_INDEX, NULL};
+    return PLII_LOAD(&world->context->shortage.count);
 }
 
 static pli_status world_fail_shortage(const pli_world* world, const plii_shortage* shortage, const char* function) {
@@ -230,10 +245,10 @@ void plii_world_note_shortage(pli_world* world) {
 }
 
 /* Notes what memory there was none for since `before`. */
-static pli_status world_end_call(pli_world* world, uint64_t before, const char* function) {
+static pli_status world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function) {
     const plii_shortage* last = &world->context->shortage;
-    plii_walk_end(world->context);
-    if (last->count == before) { return PLI_OK; }
+    plii_walk_end(walk);
+    if (PLII_LOAD(&last->count) == before) { return PLI_OK; }
     plii_world_note_shortage(world);
     return function != NULL ? world_fail_shortage(world, last, function) : PLI_ERROR_OUT_OF_MEMORY;
 }
@@ -262,11 +277,33 @@ static void world_reserve(pli_world* world) {
         for (int k = 0; k < body->pipeline.feature_count; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
             if (feature->klass->reserve == NULL) { continue; }
-            world->context->pass = (plii_pass){i, feature->klass};
+            plii_thread.pass = (plii_pass){i, feature->klass};
             feature->klass->reserve(body, feature->state);
         }
     }
     world->needs_reserve = world->context->shortage.count != before;
+}
+
+/* Bodies that froze on any thread, in their order. */
+static void world_tell_frozen(pli_world* world) {
+    if (!world->has_frozen) { return; }
+    world->has_frozen = false;
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!body->was_frozen) { continue; }
+        body->was_frozen = false;
+        plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = body->lost_node});
+    }
+}
+
+void plii_world_note_frozen(pli_world* world) {
+    PLII_STORE(&world->has_frozen, true);
+    if (!PLII_LOAD(&world->is_entered)) { world_tell_frozen(world); } /* by a call between steps */
+}
+
+static void world_predict_body(pli_body* body) {
+    plii_world_begin_body(body);
+    body->solver_class->predict(body, body->world->dt);
 }
 
 static pli_status world_predict(pli_world* world, float dt, const char* function) {
@@ -280,30 +317,34 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     PLII_TRY(plii_check_between(world->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", function));
     world->shortage.count = 0;
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
-    const uint64_t before = world_begin_call(world);
+    plii_walk walk;
+    const uint64_t before = world_begin_call(world, &walk);
     world->is_stepping = true;
     world->dt = dt;
     world->event_count = 0;
     plii_islands_start(world);
+    plii_groups_start(world);
     for (int i = 0; i < world->rigid_count; ++i) {
         plii_rigid_begin_step(world->rigids[i]);
     }
     plii_world_profile(world, "predict", NULL, true);
-    /* From the last one, which is still in the caches from the step before, to the first one, which is solved first. */
-    for (int i = world->body_count - 1; i >= 0; --i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen) { continue; }
-        plii_world_begin_body(body);
-        body->solver_class->predict(body, dt);
+    if (!plii_groups_run_bodies(world, world_predict_body)) {
+        /* From the last one, which is still in the caches from the step before, to the first one, which is solved
+           first. */
+        for (int i = world->body_count - 1; i >= 0; --i) {
+            if (!world->bodies[i]->is_frozen) { world_predict_body(world->bodies[i]); }
+        }
     }
+    world_tell_frozen(world);
     plii_world_profile(world, "predict", NULL, false);
-    (void)world_end_call(world, before, NULL); /* the solve tells */
+    (void)world_end_call(world, &walk, before, NULL); /* the solve tells */
     return PLI_OK;
 }
 
 pli_status pli_world_predict(pli_world* world, float dt) {
     PLII_TRY(plii_check_world_change(world, __func__));
-    return world_predict(world, dt, __func__);
+    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    return world_leave(world, world_predict(world, dt, __func__));
 }
 
 static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
@@ -321,10 +362,11 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
 static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     if (body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return; }
     plii_world_begin_body(body);
+    plii_groups_join_rigid(world, body, rigid);
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass->collide_rigid == NULL || (rigid->is_sensor && !feature->klass->meets_sensors)) { continue; }
-        world->context->pass.feature = feature->klass;
+        plii_thread.pass.feature = feature->klass;
         plii_world_profile(world, "collide", feature->klass->name, true);
         (void)feature->klass->collide_rigid(body, feature->state, rigid);
         plii_world_profile(world, "collide", feature->klass->name, false);
@@ -336,9 +378,10 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
     PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
     PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
-    const uint64_t before = world_begin_call(world);
+    plii_walk walk;
+    const uint64_t before = world_begin_call(world, &walk);
     world_collide_rigid(world, body, rigid);
-    return world_end_call(world, before, __func__);
+    return world_end_call(world, &walk, before, __func__);
 }
 
 bool pli_body_collides_with_bodies(const pli_body* body) {
@@ -353,7 +396,8 @@ static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* b
         if (feature->klass->collide_body == NULL) { continue; }
         void* other_state = plii_feature_state(body_b, feature->klass);
         if (other_state == NULL) { continue; }
-        world->context->pass.feature = feature->klass;
+        plii_groups_join_bodies(world, body_a, body_b);
+        plii_thread.pass.feature = feature->klass;
         plii_world_profile(world, "collide", feature->klass->name, true);
         (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
         plii_world_profile(world, "collide", feature->klass->name, false);
@@ -366,14 +410,15 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
     PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
     PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
     if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
-    const uint64_t before = world_begin_call(world);
+    plii_walk walk;
+    const uint64_t before = world_begin_call(world, &walk);
     world_collide_bodies(world, body_a, body_b);
-    return world_end_call(world, before, __func__);
+    return world_end_call(world, &walk, before, __func__);
 }
 
-static void world_run_joint_stage(pli_world* world, plii_stage stage) {
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
+static void world_run_joint_stage(pli_body* const* bodies, int count, plii_stage stage) {
+    for (int i = 0; i < count; ++i) {
+        pli_body* body = bodies[i];
         if (body->is_frozen) { continue; }
         plii_world_begin_body(body);
         plii_run_stage(body, stage);
@@ -381,19 +426,49 @@ static void world_run_joint_stage(pli_world* world, plii_stage stage) {
 }
 
 /* Joints and cluster contacts couple bodies, so all bodies take part in each iteration (btSoftBody::solveClusters). */
-static void world_solve_joints(pli_world* world) {
+static void world_solve_joints(const pli_world* world, pli_body* const* bodies, int count) {
+    if (world->joint_iterations == 0) { return; }
+    world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_PREPARE);
+    for (int i = 0; i < world->joint_iterations; ++i) {
+        world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_SOLVE);
+    }
+    world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_FINISH);
+}
+
+static int world_find_joint_iterations(const pli_world* world) {
     int iterations = 0;
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
         if (!body->is_frozen && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
     }
-    if (iterations == 0) { return; }
-    world->joint_iterations = iterations;
-    world_run_joint_stage(world, PLII_STAGE_JOINT_PREPARE);
-    for (int i = 0; i < iterations; ++i) {
-        world_run_joint_stage(world, PLII_STAGE_JOINT_SOLVE);
+    return iterations;
+}
+
+static void world_refresh_bodies(pli_body* const* bodies, int count) {
+    for (int i = 0; i < count; ++i) {
+        if (bodies[i]->is_frozen) { continue; }
+        plii_world_begin_body(bodies[i]);
+        plii_body_refresh(bodies[i]);
     }
-    world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
+}
+
+/* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves of the group. */
+static void world_solve_group(pli_world* world, pli_body* const* bodies, int count) {
+    world_solve_joints(world, bodies, count);
+    plii_islands_solve(bodies, count);
+    world_refresh_bodies(bodies, count);
+}
+
+static void world_solve_all(pli_world* world) {
+    plii_world_profile(world, "joints", NULL, true);
+    world_solve_joints(world, world->bodies, world->body_count);
+    plii_world_profile(world, "joints", NULL, false);
+    plii_world_profile(world, "solve", NULL, true);
+    plii_islands_solve(world->bodies, world->body_count);
+    plii_world_profile(world, "solve", NULL, false);
+    plii_world_profile(world, "refresh", NULL, true);
+    world_refresh_bodies(world->bodies, world->body_count);
+    plii_world_profile(world, "refresh", NULL, false);
 }
 
 /* Rigid bodies that are too fast or not finite get back what they had, and those that something touched when a body was
@@ -426,33 +501,28 @@ static void world_end_trouble(pli_world* world, int events_before) {
 }
 
 static pli_status world_solve(pli_world* world, const char* function) {
-    const uint64_t before = world_begin_call(world);
+    plii_walk walk;
+    const uint64_t before = world_begin_call(world, &walk);
     const int events_before = world->event_count;
-    plii_world_profile(world, "joints", NULL, true);
-    world_solve_joints(world);
-    plii_world_profile(world, "joints", NULL, false);
-    plii_world_profile(world, "solve", NULL, true);
-    plii_islands_solve(world);
-    plii_world_profile(world, "solve", NULL, false);
-    /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves. */
-    plii_world_profile(world, "refresh", NULL, true);
-    for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (body->is_frozen) { continue; }
-        plii_world_begin_body(body);
-        plii_body_refresh(body);
+    world->joint_iterations = world_find_joint_iterations(world);
+    plii_islands_find(world);
+    if (plii_groups_find(world)) {
+        plii_groups_run(world, world_solve_group);
+    } else {
+        world_solve_all(world);
     }
-    plii_world_profile(world, "refresh", NULL, false);
+    world_tell_frozen(world);
     world_end_trouble(world, events_before);
     world->is_stepping = false;
-    (void)world_end_call(world, before, NULL);
+    (void)world_end_call(world, &walk, before, NULL);
     return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;
 }
 
 pli_status pli_world_solve(pli_world* world) {
     PLII_TRY(plii_check_world_change(world, __func__));
     if (!world->is_stepping) { return PLII_FAIL(world->context, PLI_ERROR_WRONG_STATE, "nothing was predicted"); }
-    return world_solve(world, __func__);
+    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    return world_leave(world, world_solve(world, __func__));
 }
 
 // ------------------------------------------------------------------------------------------- pairs that overlap
@@ -493,12 +563,18 @@ static void world_collide_soft_pairs(pli_world* world) {
     }
 }
 
-pli_status pli_world_step(pli_world* world, float dt) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(world_predict(world, dt, __func__));
-    const uint64_t before = world_begin_call(world);
+static pli_status world_step(pli_world* world, float dt, const char* function) {
+    PLII_TRY(world_predict(world, dt, function));
+    plii_walk walk;
+    const uint64_t before = world_begin_call(world, &walk);
     world_collide_rigids(world);
     world_collide_soft_pairs(world);
-    (void)world_end_call(world, before, NULL);
-    return world_solve(world, __func__);
+    (void)world_end_call(world, &walk, before, NULL);
+    return world_solve(world, function);
+}
+
+pli_status pli_world_step(pli_world* world, float dt) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
+    return world_leave(world, world_step(world, dt, __func__));
 }

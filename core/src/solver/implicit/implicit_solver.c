@@ -225,7 +225,7 @@ static pli_vec3 implicit_reached(const pli_body* body, int node) {
 static void implicit_solve_constraints(pli_body* body, implicit_state* state) {
     const plii_link_graph* graph = plii_feature_state(body, &plii_link_graph_class);
     plii_implicit_system* system = &state->system;
-    body->context->pass.feature = NULL; /* stages have run */
+    plii_thread.pass.feature = NULL; /* stages have run */
     plii_implicit_constraints_gather(body, &state->constraints, true, state->blocks, system->solution);
     if (state->constraints.count == 0) { return; }
     plii_dvec3* before = state->vectors + (ptrdiff_t)4 * body->node_count;

@@ -17,10 +17,10 @@ void plii_solver_set_start(pli_body* body) {
 }
 
 static void solver_put_back(pli_body* body) {
-    const int node = plii_body_find_lost_node(body);
+    body->lost_node = plii_body_find_lost_node(body);
     plii_solver_set_start(body);
-    body->is_frozen = true;
-    plii_world_add_event(body->world, (pli_event){.kind = PLI_EVENT_BODY_FROZEN, .body = body, .node = node});
+    body->is_frozen = body->was_frozen = true;
+    plii_world_note_frozen(body->world);
 }
 
 bool plii_solver_update_bounds(pli_body* body) {
