@@ -1,12 +1,11 @@
 // Whole steps of sheets on one thread and on two in turn, medians: what docs/benchmarks.md says of threads.
 
-#include "engines/thread_pool.h"
-
 #include <pliant/pliant.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <vector>
 
 namespace {
@@ -19,11 +18,11 @@ enum class Solver { positions, xpbd_rigid, xpbd_compliant };
 class Sheet {
 public:
     // Held at two corners. With XPBD also links between every second node of rows and columns.
-    Sheet(int columns, Solver solver, demos::ThreadPool* pool) {
+    Sheet(int columns, Solver solver, pli_threads* threads) {
         pli_context_def def = pli_context_def_default();
-        if (pool != nullptr) {
-            def.parallel_for = demos::ThreadPool::parallel_for;
-            def.parallel_user = pool;
+        if (threads != nullptr) {
+            def.parallel_for = pli_threads_parallel_for;
+            def.parallel_user = threads;
         }
         pli_mesh* mesh = nullptr;
         is_made_ = pli_context_create(&def, &context_) == PLI_OK && pli_mesh_create(context_, &mesh) == PLI_OK &&
@@ -93,8 +92,10 @@ double median(std::vector<double> times) {
 
 // In turn for `run` steps each.
 bool compare(const char* name, int columns, Solver solver, int run) {
-    demos::ThreadPool pool(2);
-    Sheet alone(columns, solver, nullptr), shared(columns, solver, &pool);
+    pli_threads* pool = nullptr;
+    if (pli_threads_create(2, &pool) != PLI_OK) { return false; }
+    const std::unique_ptr<pli_threads, void (*)(pli_threads*)> threads(pool, pli_threads_destroy);
+    Sheet alone(columns, solver, nullptr), shared(columns, solver, pool);
     std::vector<double> one, two;
     for (int i = 0; i < steps && alone.is_made() && shared.is_made(); i += run) {
         for (int k = 0; k < run; ++k) {

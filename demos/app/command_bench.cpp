@@ -46,21 +46,26 @@ static nlohmann::ordered_json number_or_null(double value) {
 
 static nlohmann::ordered_json to_json(const BenchResult& result, const EngineCost& cost) {
     if (!cost.is_measured) { return nullptr; }
-    return {{"median_ms", cost.median},
-            {"minimum_ms", cost.minimum},
-            {"mean_ms", cost.mean},
-            {"predict_ms", cost.parts[0]},
-            {"collide_ms", cost.parts[1]},
-            {"solve_ms", cost.parts[2]},
-            {"world_step_ms", cost.whole_step},
-            {"setup_ms", cost.setup},
-            {"rms_stretch", cost.rms_stretch},
-            {"rms_speed", cost.rms_speed},
-            {"max_stretch", cost.max_stretch},
-            {"finite", cost.finite},
-            {"bytes_per_node", bytes_per_node(result, cost)},
-            {"allocations_per_step", cost.allocations_per_step},
-            {"last_allocating_frame", cost.last_allocating_frame}};
+    nlohmann::ordered_json json = {{"median_ms", cost.median},
+                                   {"minimum_ms", cost.minimum},
+                                   {"mean_ms", cost.mean},
+                                   {"predict_ms", cost.parts[0]},
+                                   {"collide_ms", cost.parts[1]},
+                                   {"solve_ms", cost.parts[2]},
+                                   {"world_step_ms", cost.whole_step},
+                                   {"setup_ms", cost.setup},
+                                   {"rms_stretch", cost.rms_stretch},
+                                   {"rms_speed", cost.rms_speed},
+                                   {"max_stretch", cost.max_stretch},
+                                   {"finite", cost.finite},
+                                   {"bytes_per_node", bytes_per_node(result, cost)},
+                                   {"allocations_per_step", cost.allocations_per_step},
+                                   {"last_allocating_frame", cost.last_allocating_frame}};
+    if (cost.one_thread_median > 0.0) {
+        json["one_thread_median_ms"] = cost.one_thread_median;
+        json["work_over_span"] = cost.work_over_span;
+    }
+    return json;
 }
 
 static nlohmann::ordered_json to_json(const BenchResult& result) {
@@ -136,23 +141,32 @@ static std::string or_dash(bool is_there, double value, int decimals) {
 }
 
 static std::string summary_text(const std::vector<BenchResult>& results) {
-    report::Table table({"scene", "nodes", "links", "Pliant ms", "predict", "collide", "solve", "reference ms",
-                         "Bullet ms", "ratio", "ref. ratio", "world ratio", "ns/link", "stretch", "Bullet's", "B/node",
-                         "Bullet's", "alloc/step", "Bullet's"});
+    report::Table table({"scene",   "nodes",   "links",        "Pliant ms", "one thread", "work/span",  "predict",
+                         "collide", "solve",   "reference ms", "Bullet ms", "ratio",      "ref. ratio", "world ratio",
+                         "ns/link", "stretch", "Bullet's",     "B/node",    "Bullet's",   "alloc/step", "Bullet's"});
     for (const BenchResult& result : results) {
         const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
-        table.add(
-            {result.scene, std::to_string(result.nodes), std::to_string(result.links),
-             report::fixed(result.pliant.median, 4), report::fixed(result.pliant.parts[0], 4),
-             report::fixed(result.pliant.parts[1], 4), report::fixed(result.pliant.parts[2], 4),
-             or_dash(has_reference, result.reference.median, 4), or_dash(has_bullet, result.bullet.median, 4),
-             or_dash(has_bullet, result.ratio(), 2), or_dash(has_bullet && has_reference, result.reference_ratio(), 2),
-             or_dash(has_bullet, result.whole_ratio(), 2), or_dash(result.ns_per_link >= 0.0, result.ns_per_link, 2),
-             report::fixed(result.pliant.rms_stretch, 4), or_dash(has_bullet, result.bullet.rms_stretch, 4),
-             report::fixed(bytes_per_node(result, result.pliant), 0),
-             or_dash(has_bullet, bytes_per_node(result, result.bullet), 0),
-             report::fixed(result.pliant.allocations_per_step, 2),
-             or_dash(has_bullet, result.bullet.allocations_per_step, 2)});
+        table.add({result.scene,
+                   std::to_string(result.nodes),
+                   std::to_string(result.links),
+                   report::fixed(result.pliant.median, 4),
+                   report::fixed(result.pliant.one_thread_median, 4),
+                   report::fixed(result.pliant.work_over_span, 1),
+                   report::fixed(result.pliant.parts[0], 4),
+                   report::fixed(result.pliant.parts[1], 4),
+                   report::fixed(result.pliant.parts[2], 4),
+                   or_dash(has_reference, result.reference.median, 4),
+                   or_dash(has_bullet, result.bullet.median, 4),
+                   or_dash(has_bullet, result.ratio(), 2),
+                   or_dash(has_bullet && has_reference, result.reference_ratio(), 2),
+                   or_dash(has_bullet, result.whole_ratio(), 2),
+                   or_dash(result.ns_per_link >= 0.0, result.ns_per_link, 2),
+                   report::fixed(result.pliant.rms_stretch, 4),
+                   or_dash(has_bullet, result.bullet.rms_stretch, 4),
+                   report::fixed(bytes_per_node(result, result.pliant), 0),
+                   or_dash(has_bullet, bytes_per_node(result, result.bullet), 0),
+                   report::fixed(result.pliant.allocations_per_step, 2),
+                   or_dash(has_bullet, result.bullet.allocations_per_step, 2)});
     }
     return table.text();
 }
@@ -175,9 +189,11 @@ static void print_text(const std::vector<BenchResult>& results) {
         std::cout << '\n';
     }
     if (results.size() == 1) { std::cout << '\n' << stages_text(results[0]); }
-    std::cout << "\nms: median over the frames of what the soft bodies take of a step. ratio: Bullet ms / Pliant ms; "
-                 "world ratio: of whole steps,\nrigid bodies included. stretch: root mean square of the links in "
-                 "the last second of 15 s. alloc/step: over the second half of the frames.\n";
+    std::cout
+        << "\nms: median over the frames of what the soft bodies take of a step. ratio: Bullet ms / Pliant ms; "
+           "world ratio: of whole steps,\nrigid bodies included. stretch: root mean square of the links in "
+           "the last second of 15 s. alloc/step: over the second half of the frames.\n"
+           "work/span: how many times as fast as on one thread a step is at most, however many threads there are.\n";
 }
 
 // ------------------------------------------------------------------------------------------------------ command

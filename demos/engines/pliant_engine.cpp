@@ -11,12 +11,23 @@
 
 namespace demos {
 
-static pli_context* create_context(const EngineOptions& options, ThreadPool& threads) {
+static pli_threads* create_threads(const EngineOptions& options) {
+    pli_threads* threads = nullptr;
+    if (options.threads > 1 && !options.parallel_for && pli_threads_create(options.threads, &threads) != PLI_OK) {
+        throw Error("no threads");
+    }
+    return threads;
+}
+
+static pli_context* create_context(const EngineOptions& options, pli_threads* threads) {
     pli_context_def def = pli_context_def_default();
     def.simd = options.simd;
-    if (options.threads > 1) {
-        def.parallel_for = ThreadPool::parallel_for;
-        def.parallel_user = &threads;
+    if (options.parallel_for != nullptr) {
+        def.parallel_for = options.parallel_for;
+        def.parallel_user = options.parallel_user;
+    } else if (threads != nullptr) {
+        def.parallel_for = pli_threads_parallel_for;
+        def.parallel_user = threads;
     }
     pli_context* context = nullptr;
     const pli_status status = pli_context_create(&def, &context);
@@ -30,7 +41,7 @@ static pli_vec3 xyz(const pli_vec4& v) {
 
 PliantEngine::PliantEngine(const Description& description, const EngineOptions& options)
     : Engine(description, options), run_(choose_solver(description, EngineKind::pliant, options)),
-      threads_(options.threads), context_(create_context(options, threads_)),
+      threads_(create_threads(options)), context_(create_context(options, threads_.get())),
       rigids_(std::make_unique<btDefaultCollisionConfiguration>()) {
     auto world = std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(
         rigids_.clock(), &rigids_.dispatcher(), &rigids_.broadphase(), &rigids_.solver(), &rigids_.configuration());

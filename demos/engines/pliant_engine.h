@@ -5,10 +5,10 @@
 
 #include "engine.h"
 #include "rigid_world.h"
-#include "thread_pool.h"
 
 #include <pliant_bullet/pliant_bullet.h>
 
+#include <memory>
 #include <optional>
 
 namespace demos {
@@ -83,7 +83,10 @@ private:
     struct ContextDeleter {
         void operator()(pli_context* context) const { pli_context_destroy(context); }
     };
-    ThreadPool threads_;
+    struct ThreadsDeleter {
+        void operator()(pli_threads* threads) const { pli_threads_destroy(threads); }
+    };
+    std::unique_ptr<pli_threads, ThreadsDeleter> threads_; // none for one thread
     std::unique_ptr<pli_context, ContextDeleter> context_;
     RigidWorld rigids_;
     StartAction start_{rigids_.clock()};

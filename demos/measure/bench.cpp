@@ -6,6 +6,7 @@
 #include "engines/stage_clock.h"
 #include "engines/stopwatch.h"
 #include "measure.h"
+#include "span_clock.h"
 #include "statistics.h"
 
 #include <algorithm>
@@ -217,6 +218,28 @@ void profile_stages(const Description& description, const BenchOptions& options,
     sum_up_stages(times, counts, options.frames, result);
 }
 
+// Each part of a range runs alone and is timed; what is not in ranges waits for all before it.
+void measure_span(const Description& description, const BenchOptions& options, EngineCost& cost) {
+    constexpr int least_rounds = 3; // a disturbance within the longest part counts as a whole
+    const int rounds = std::max(options.rounds, least_rounds);
+    std::vector<double> works(static_cast<size_t>(options.frames)), spans(works.size());
+    for (int round = 0; round < rounds; ++round) {
+        SpanClock clock;
+        EngineOptions engine_options = pliant_options(options);
+        engine_options.parallel_for = SpanClock::parallel_for;
+        engine_options.parallel_user = &clock;
+        PliantEngine engine(description, engine_options);
+        for (int frame = 0; frame < options.frames; ++frame) {
+            engine.step();
+            const double work = engine.step_times().sum(), span = work - clock.take();
+            double &kept_work = works[static_cast<size_t>(frame)], &kept_span = spans[static_cast<size_t>(frame)];
+            kept_work = round == 0 ? work : std::min(kept_work, work);
+            kept_span = round == 0 ? span : std::min(kept_span, span);
+        }
+    }
+    cost.work_over_span = median(works) / median(spans);
+}
+
 } // namespace
 
 bool is_steady(const Description& description, int step) {
@@ -235,6 +258,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
         reference.reference = true;
         runners.emplace_back(EngineKind::pliant, reference, result.reference, options);
     }
+    // On one thread in turn with more of them.
+    BenchOptions unsettled = options;
+    unsettled.settled_frames = 0;
+    EngineCost one_thread;
+    if (options.threads > 1) { runners.emplace_back(EngineKind::pliant, EngineOptions{}, one_thread, unsettled); }
     if (options.with_bullet) { runners.emplace_back(EngineKind::bullet, EngineOptions{}, result.bullet, options); }
     const int steps = 2 * options.frames * options.rounds;
     for (int round = 0; round < options.rounds; ++round) {
@@ -261,6 +289,8 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
     }
     const auto rest = [&](int frame, int) { progress(options.rounds * options.frames + frame, steps); };
     profile_stages(description, options, rest, result);
+    result.pliant.one_thread_median = options.threads > 1 ? one_thread.median : result.pliant.median;
+    measure_span(description, options, result.pliant);
     return result;
 }
 

@@ -32,6 +32,9 @@ struct EngineCost {
     size_t bytes = 0;                // at the end
     double allocations_per_step = 0; // of steady steps
     int last_allocating_frame = 0;   // 0: none
+    // Of Pliant; 0: not measured. The median on one thread in the same run, and the time of all work over that of the
+    // longest chain of work that waits for each other: so many times as fast it is with any number of threads.
+    double one_thread_median = 0, work_over_span = 0;
 };
 
 // A stage of one feature (feature empty: of the step itself) without what it calls; mean per step.

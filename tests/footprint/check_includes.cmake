@@ -10,9 +10,10 @@ set(c_headers assert ctype errno fenv float inttypes limits locale math setjmp s
     stdint stdio stdlib stdnoreturn string tgmath threads time)
 set(ccd_modules convex_penetration) # the only ones that may read libccd
 set(simd_modules simd_float4 simd_float8) # the only ones that may read headers of instruction sets
+set(thread_modules threads) # the only ones that may read headers of POSIX threads
 set(service_modules link_coloring link_graph substep_kinds) # features that only others need
 set(step_modules body bounds context context_create feature mesh pipeline pbd_solver vec world) # what every program links
-set(feature_headers anchor bullet_reference contact drag forces generate implicit io pliant pose self_collision target tether xpbd) # public headers that the step must not read
+set(feature_headers anchor bullet_reference contact drag forces generate implicit io pliant pose self_collision target tether threads xpbd) # public headers that the step must not read
 
 set(problems "")
 function(problem file text)
@@ -77,6 +78,8 @@ foreach(file IN LISTS core_files)
         if(name MATCHES "^ccd/" AND stem IN_LIST ccd_modules)
             continue()
         elseif(name MATCHES "^(immintrin|emmintrin|arm_neon)\\.h$" AND stem IN_LIST simd_modules)
+            continue()
+        elseif(name MATCHES "^(pthread|sched)\\.h$" AND stem IN_LIST thread_modules)
             continue()
         elseif(NOT name MATCHES "\\.h$" OR NOT base IN_LIST c_headers)
             problem(${file} "<${name}> is not a header of C")

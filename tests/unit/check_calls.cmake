@@ -4,7 +4,8 @@
 cmake_minimum_required(VERSION 3.25)
 
 set(without_handle pli_status_string pli_context_create)
-set(tested_by_themselves pli_last_error)
+set(tested_by_themselves pli_last_error pli_threads_create pli_threads_destroy pli_threads_count
+    pli_threads_parallel_for) # a pool belongs to no context
 
 file(READ ${LIST} list)
 file(GLOB headers ${HEADERS}/*.h)

@@ -1,6 +1,5 @@
 // Equal bits for every number of threads and every instruction set.
 
-#include "engines/thread_pool.h"
 #include "measure/bench.h"
 #include "measure/compare.h"
 #include "scene_records.h"
@@ -8,7 +7,10 @@
 #include "check.h"
 #include "measure/measure.h"
 
+#include <pliant/threads.h>
+
 #include <atomic>
+#include <memory>
 #include <vector>
 
 using demos::EngineOptions;
@@ -95,10 +97,19 @@ static void large_bodies_have_equal_bits(void**) {
 
 namespace {
 
+using Pool = std::unique_ptr<pli_threads, void (*)(pli_threads*)>;
+
+Pool make_pool(int threads) {
+    pli_threads* made = nullptr;
+    assert_int_equal(pli_threads_create(threads, &made), PLI_OK);
+    assert_int_equal(pli_threads_count(made), threads);
+    return {made, pli_threads_destroy};
+}
+
 struct Marks {
     std::vector<std::atomic<int>> counts;
     std::atomic<int> parts{0}, smallest_part{1 << 30};
-    demos::ThreadPool* nested = nullptr;
+    pli_threads* nested = nullptr;
 
     explicit Marks(int size) : counts(static_cast<size_t>(size)) {}
     static void mark(int begin, int end, void* task) {
@@ -112,7 +123,7 @@ struct Marks {
         }
         if (marks.nested != nullptr) {
             Marks inner(100);
-            demos::ThreadPool::parallel_for(mark, &inner, 100, 1, marks.nested);
+            pli_threads_parallel_for(mark, &inner, 100, 1, marks.nested);
             inner.expect_each_once();
         }
     }
@@ -127,11 +138,11 @@ struct Marks {
 
 static void a_pool_does_each_index_once(void**) {
     for (const int threads : {1, 2, 3, 8}) {
-        demos::ThreadPool pool(threads);
+        const Pool pool = make_pool(threads);
         for (int round = 0; round < 300; ++round) {
             const int count = 1 + 37 * round % 1000, grain = 1 + round % 50;
             Marks marks(count);
-            demos::ThreadPool::parallel_for(Marks::mark, &marks, count, grain, &pool);
+            pli_threads_parallel_for(Marks::mark, &marks, count, grain, pool.get());
             marks.expect_each_once();
             assert_true(marks.parts == 1 || marks.smallest_part >= grain);
             if (threads > 1 && count > 20 * grain) { assert_true(marks.parts > 4); }
@@ -140,10 +151,10 @@ static void a_pool_does_each_index_once(void**) {
 }
 
 static void a_pool_may_be_asked_from_within_a_range(void**) {
-    demos::ThreadPool pool(3);
+    const Pool pool = make_pool(3);
     Marks marks(50);
-    marks.nested = &pool;
-    demos::ThreadPool::parallel_for(Marks::mark, &marks, 50, 1, &pool);
+    marks.nested = pool.get();
+    pli_threads_parallel_for(Marks::mark, &marks, 50, 1, pool.get());
     marks.expect_each_once();
 }
 

@@ -27,6 +27,7 @@
 #include "shape.h"
 #include "target.h"
 #include "tether.h"
+#include "threads.h"
 #include "world.h"
 #include "xpbd.h"
 

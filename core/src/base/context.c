@@ -2,18 +2,12 @@
 
 #include "base/context.h"
 
-#if defined(_WIN32)
-#include <windows.h>
-#define CONTEXT_YIELD() SwitchToThread()
-#else
-#include <sched.h>
-#define CONTEXT_YIELD() sched_yield()
-#endif
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <threads.h>
 
 const char* pli_status_string(pli_status status) {
     switch (status) {
@@ -62,7 +56,7 @@ bool plii_context_lock(pli_context* context) {
     if (context_is_in_hook(context)) { return false; }
     while (__atomic_exchange_n(&context->is_locked, true, __ATOMIC_ACQUIRE)) {
         while (PLII_LOAD(&context->is_locked)) {
-            CONTEXT_YIELD();
+            thrd_yield();
         }
     }
     return true;
