@@ -54,12 +54,6 @@ struct plii_node_constraint;
 struct plii_node_spring;
 struct plii_contact_report;
 
-/* What a feature holds on to beyond the pairs that meet: a rigid body that it pushes, another body; or NULL. */
-typedef struct plii_partner {
-    pli_rigid* rigid;
-    pli_body* body;
-} plii_partner;
-
 typedef void plii_run_fn(pli_body* body, void* state);
 
 /* A node that a change of topology adds: at a + share * (b - a), or a copy of a (a == b, share 0). `a` and
@@ -165,8 +159,9 @@ typedef struct plii_feature_class {
     /* What its contacts have done in this step (contact_report.h); in REFRESH, of bodies that record it. */
     void (*visit_contacts)(const pli_body* body, const void* state,
                            void (*visit)(const struct plii_contact_report* report, void* user), void* user);
-    /* Partner `index`; false: there are no more. Bodies with a common partner are solved on one thread. */
-    bool (*partner)(const void* state, int index, plii_partner* partner);
+    /* Rigid body `index` that it pushes without having met it in the step, or NULL: there are no more. Bodies that push
+       the same one are solved by one thread. */
+    pli_rigid* (*held_rigid)(const void* state, int index);
     bool meets_sensors; /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];

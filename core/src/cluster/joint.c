@@ -118,13 +118,6 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
     joints_remove_if(body, state, joint_has_body, other);
 }
 
-static bool joints_partner(const void* state, int index, plii_partner* partner) {
-    const joints_state* joints = state;
-    if (index >= joints->count) { return false; }
-    *partner = (plii_partner){joints->items[index].other.rigid, joints->items[index].other.body};
-    return true;
-}
-
 /* Joints hold to clusters, which follow a cut and keep their index. */
 static const plii_feature_array joints_arrays[] = {
     {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true},
@@ -135,7 +128,6 @@ static const plii_feature_array joints_arrays[] = {
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
 
 static const plii_feature_class joints_class = {
-    .partner = joints_partner,
     .name = "joints",
     .state_size = sizeof(joints_state),
     .arrays = joints_arrays,

@@ -184,11 +184,9 @@ static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid
     plii_world_add_anchors_lost(body);
 }
 
-static bool anchor_partner(const void* state, int index, plii_partner* partner) {
+static pli_rigid* anchor_held_rigid(const void* state, int index) {
     const plii_anchors* anchors = state;
-    if (index >= anchors->item_count) { return false; }
-    *partner = (plii_partner){.rigid = anchors->items[index].rigid};
-    return true;
+    return index < anchors->item_count ? anchors->items[index].rigid : NULL;
 }
 
 static bool anchor_is_anchored_to(const pli_body* body, int node, const pli_rigid* rigid) {
@@ -217,7 +215,7 @@ static const plii_feature_array anchor_arrays[] = {
 enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
 
 const plii_feature_class plii_anchor_class = {
-    .partner = anchor_partner,
+    .held_rigid = anchor_held_rigid,
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
     .arrays = anchor_arrays,

@@ -20,8 +20,9 @@ void plii_groups_release(pli_world* world) {
 }
 
 void plii_groups_start(pli_world* world) {
-    /* A profile function is told of one thing after the other. */
-    world->has_groups = world->context->has_threads && world->body_count > 1 && world->profile == NULL;
+    /* A profile function is told of one thing after the other. Distances of reference mode fill caches. */
+    world->has_groups =
+        world->context->has_threads && world->body_count > 1 && world->profile == NULL && !world->def.reference_mode;
     if (!world->has_groups) { return; }
     plii_union_start(world->body_count, world->group_roots);
     for (int i = 0; i < world->rigid_count; ++i) {
@@ -43,17 +44,16 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
     plii_union_join(world->group_roots, body->world_index, other->world_index);
 }
 
-/* What features hold beyond the pairs that have met: anchors, joints. */
-static void groups_join_partners(pli_world* world) {
+/* Beyond the pairs that have met: anchors. Joints are solved before. */
+static void groups_join_held(pli_world* world) {
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
         for (int k = 0; k < body->pipeline.feature_count && !body->is_frozen; ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
-            if (feature->klass->partner == NULL) { continue; }
-            plii_partner partner = {0};
-            for (int n = 0; feature->klass->partner(feature->state, n, &partner); ++n) {
-                if (partner.rigid != NULL) { plii_groups_join_rigid(world, body, partner.rigid); }
-                if (partner.body != NULL) { plii_groups_join_bodies(world, body, partner.body); }
+            if (feature->klass->held_rigid == NULL) { continue; }
+            pli_rigid* rigid = NULL;
+            for (int n = 0; (rigid = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
+                plii_groups_join_rigid(world, body, rigid);
             }
         }
     }
@@ -101,7 +101,7 @@ static int64_t groups_nodes(pli_body* const* bodies, int count) {
 bool plii_groups_find(pli_world* world) {
     if (!world->has_groups) { return false; }
     if (groups_nodes(world->bodies, world->body_count) < 2 * (int64_t)GROUPS_SOLVE_NODES) { return false; }
-    groups_join_partners(world);
+    groups_join_held(world);
     groups_list(world);
     return world->group_count > 1;
 }

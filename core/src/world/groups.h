@@ -1,9 +1,9 @@
 #pragma once
 
-/* Bodies on several threads. What bodies share in a step joins them into groups: contacts and joints with each other,
-   and rigid bodies that are not static, which both may push. Groups are solved side by side, the bodies of one in the
-   order in which all are solved on one thread: so bits do not depend on threads. A pair of bodies whose bounds overlap
-   is joined, whether it touches or not; that only makes groups larger than they have to be. */
+/* Bodies on several threads. What bodies share in a step joins them into groups: contacts with each other, and rigid
+   bodies that are not static, which both may push. Groups are solved side by side, the bodies of one in the order in
+   which all are solved on one thread: so bits do not depend on threads. A pair of bodies whose bounds overlap is
+   joined, whether it touches or not; that only makes groups larger than they have to be. */
 
 #include "body/world_state.h"
 

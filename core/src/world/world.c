@@ -416,9 +416,9 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
     return world_end_call(world, &walk, before, __func__);
 }
 
-static void world_run_joint_stage(pli_body* const* bodies, int count, plii_stage stage) {
-    for (int i = 0; i < count; ++i) {
-        pli_body* body = bodies[i];
+static void world_run_joint_stage(pli_world* world, plii_stage stage) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
         if (body->is_frozen) { continue; }
         plii_world_begin_body(body);
         plii_run_stage(body, stage);
@@ -426,24 +426,22 @@ static void world_run_joint_stage(pli_body* const* bodies, int count, plii_stage
 }
 
 /* Joints and cluster contacts couple bodies, so all bodies take part in each iteration (btSoftBody::solveClusters). */
-static void world_solve_joints(const pli_world* world, pli_body* const* bodies, int count) {
-    if (world->joint_iterations == 0) { return; }
-    world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_PREPARE);
-    for (int i = 0; i < world->joint_iterations; ++i) {
-        world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_SOLVE);
-    }
-    world_run_joint_stage(bodies, count, PLII_STAGE_JOINT_FINISH);
-}
-
-static int world_find_joint_iterations(const pli_world* world) {
+static void world_solve_joints(pli_world* world) {
     int iterations = 0;
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
         if (!body->is_frozen && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
     }
-    return iterations;
+    if (iterations == 0) { return; }
+    world->joint_iterations = iterations;
+    world_run_joint_stage(world, PLII_STAGE_JOINT_PREPARE);
+    for (int i = 0; i < iterations; ++i) {
+        world_run_joint_stage(world, PLII_STAGE_JOINT_SOLVE);
+    }
+    world_run_joint_stage(world, PLII_STAGE_JOINT_FINISH);
 }
 
+/* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves of the group. */
 static void world_refresh_bodies(pli_body* const* bodies, int count) {
     for (int i = 0; i < count; ++i) {
         if (bodies[i]->is_frozen) { continue; }
@@ -452,17 +450,13 @@ static void world_refresh_bodies(pli_body* const* bodies, int count) {
     }
 }
 
-/* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves of the group. */
 static void world_solve_group(pli_world* world, pli_body* const* bodies, int count) {
-    world_solve_joints(world, bodies, count);
+    (void)world;
     plii_islands_solve(bodies, count);
     world_refresh_bodies(bodies, count);
 }
 
 static void world_solve_all(pli_world* world) {
-    plii_world_profile(world, "joints", NULL, true);
-    world_solve_joints(world, world->bodies, world->body_count);
-    plii_world_profile(world, "joints", NULL, false);
     plii_world_profile(world, "solve", NULL, true);
     plii_islands_solve(world->bodies, world->body_count);
     plii_world_profile(world, "solve", NULL, false);
@@ -504,7 +498,9 @@ static pli_status world_solve(pli_world* world, const char* function) {
     plii_walk walk;
     const uint64_t before = world_begin_call(world, &walk);
     const int events_before = world->event_count;
-    world->joint_iterations = world_find_joint_iterations(world);
+    plii_world_profile(world, "joints", NULL, true);
+    world_solve_joints(world);
+    plii_world_profile(world, "joints", NULL, false);
     plii_islands_find(world);
     if (plii_groups_find(world)) {
         plii_groups_run(world, world_solve_group);
