@@ -94,7 +94,7 @@ typedef enum pli_status {
 /// Short English text of a status code, as in PLI_STATUS_LIST; "unknown status" for other numbers, never NULL.
 PLI_API const char* pli_status_string(pli_status status);
 
-/// Memory hooks; both or none. They may read only.
+/// Memory hooks; both or none. They may read only. Those of a context are called by one thread at a time, on any.
 typedef struct pli_allocator {
     /// A block of `size` bytes aligned to `alignment` (a power of two, at most 64), or NULL.
     void* (*allocate)(size_t size, size_t alignment, void* user);
@@ -118,7 +118,8 @@ typedef void pli_log_fn(pli_log_level level, const char* message, void* user);
 typedef void pli_range_fn(int begin, int end, void* task);
 
 /// Calls `range` for parts that make up [0, count), in any order and on any threads, and returns when all are done.
-/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted. May read only.
+/// Parts below `grain` are not worth a thread. Results do not depend on how the range is parted, and no part waits for
+/// another one. Asked by several threads at once when worlds of the context step at the same time. May read only.
 typedef void pli_parallel_for_fn(pli_range_fn* range, void* task, int count, int grain, void* user);
 
 /// Instruction sets of the inner loops. All give the same bits.
@@ -131,7 +132,8 @@ typedef enum pli_simd {
 } pli_simd;
 
 /// Owner of the hooks and of the last error message. Every mesh, shape and world is made in a context and must be
-/// destroyed before it.  One context is used by one thread at a time; different contexts never touch.
+/// destroyed before it. One context is used by one thread at a time, but for steps of different worlds, which may be
+/// at the same time; different contexts never touch.
 typedef struct pli_context pli_context;
 
 /// Hooks and threads of a context.

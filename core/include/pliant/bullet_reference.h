@@ -65,7 +65,8 @@ PLI_API pli_status pli_body_set_bullet_boxes(pli_body* body, const pli_bounds* n
 /// interpolated trilinearly; the normal is the gradient of the interpolant. This is how Bullet sees rigid shapes
 /// (btSparseSdf, voxel 0.25); the shape itself is more accurate. Holds a reference to `source`. The cache takes 9 MB at
 /// most; when full it starts anew, which changes time but not results.
-/// Not for use from several threads at once: sampling fills the cache.
+/// Not for use from several threads at once, so not for worlds outside of reference mode in a context with a hook for
+/// threads, nor for worlds that step at the same time: sampling fills the cache.
 /// @param voxel_size m, > 0
 PLI_API pli_status pli_shape_create_lattice(pli_context* context, pli_shape* source, float voxel_size,
                                             pli_shape** shape);

@@ -133,7 +133,7 @@ PLI_API const pli_event* pli_world_get_events(const pli_world* world, int* count
 /// Called where a part of a step begins and where it ends; parts nest. `stage` is "predict", "joints", "solve" or
 /// "refresh" for all bodies together, with `feature` NULL; inside these the stage of one body's feature ("forces",
 /// "update", "position", ...), and between them "collide", each with the feature's name. "refresh" also comes where a
-/// call other than a step places nodes or cuts. May read only.
+/// call other than a step places nodes or cuts. May read only. While it is set, bodies are not stepped side by side.
 typedef void pli_profile_fn(const char* stage, const char* feature, bool begins, void* user);
 
 /// Sets the function that is called around the parts of a step.
