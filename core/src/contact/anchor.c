@@ -215,7 +215,6 @@ static const plii_feature_array anchor_arrays[] = {
 enum { ANCHOR_START_ORDER = 10, ANCHOR_ORDER = 10, ANCHOR_LAST_ORDER = 200 }; /* before contacts; after all */
 
 const plii_feature_class plii_anchor_class = {
-    .held_rigid = anchor_held_rigid,
     .name = "anchors",
     .state_size = sizeof(plii_anchors),
     .arrays = anchor_arrays,
@@ -226,6 +225,7 @@ const plii_feature_class plii_anchor_class = {
     .substepped = &plii_anchor_substepped,
     .enable = anchor_enable,
     .list_constraints = anchor_list_constraints,
+    .held_rigid = anchor_held_rigid,
     .on_rigid_removed = anchor_on_rigid_removed,
 };
 

@@ -59,9 +59,8 @@ static float point_raise_of_substep(const plii_point_contact* contact, const pli
 }
 /* kg m along the normal, against the surface. */
 static void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
-    if (contact->surface.rigid->state.inverse_mass == 0.0f) {
-        return;
-    } /* bodies on other threads may press on it too */
+    /* Bodies on other threads may press on one that takes no impulses. */
+    if (contact->surface.rigid->state.inverse_mass == 0.0f) { return; }
     plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_dt);
     contact->surface.rigid->path.is_pushed = true;
 }
