@@ -276,7 +276,7 @@ static void worlds_of_a_context_may_step_at_the_same_time(void** unused) {
 
 typedef struct intruder {
     trial* all;
-    int answers[4];
+    pli_status answers[4];
     bool has_come;
 } intruder;
 
