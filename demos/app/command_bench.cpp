@@ -146,12 +146,13 @@ static std::string summary_text(const std::vector<BenchResult>& results) {
                          "ns/link", "stretch", "Bullet's",     "B/node",    "Bullet's",   "alloc/step", "Bullet's"});
     for (const BenchResult& result : results) {
         const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
+        const bool has_threads = result.pliant.one_thread_median > 0.0;
         table.add({result.scene,
                    std::to_string(result.nodes),
                    std::to_string(result.links),
                    report::fixed(result.pliant.median, 4),
-                   report::fixed(result.pliant.one_thread_median, 4),
-                   report::fixed(result.pliant.work_over_span, 1),
+                   or_dash(has_threads, result.pliant.one_thread_median, 4),
+                   or_dash(has_threads, result.pliant.work_over_span, 1),
                    report::fixed(result.pliant.parts[0], 4),
                    report::fixed(result.pliant.parts[1], 4),
                    report::fixed(result.pliant.parts[2], 4),

@@ -289,8 +289,10 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
     }
     const auto rest = [&](int frame, int) { progress(options.rounds * options.frames + frame, steps); };
     profile_stages(description, options, rest, result);
-    result.pliant.one_thread_median = options.threads > 1 ? one_thread.median : result.pliant.median;
-    measure_span(description, options, result.pliant);
+    if (options.threads > 1) {
+        result.pliant.one_thread_median = one_thread.median;
+        measure_span(description, options, result.pliant);
+    }
     return result;
 }
 

@@ -1,29 +1,13 @@
 #ifndef TESTS_UNIT_HANGING_CAPE_H
 #define TESTS_UNIT_HANGING_CAPE_H
 
-/* A cape, and the solvers that it is tried under. */
+/* A cape. */
 
-#include "test_world.h"
+#include "solver_choice.h"
 
 static const float dt = 1.0f / 60.0f;
 
 enum { COLUMNS = 40, ROWS = 25 };
-
-typedef enum solver_choice { POSITION, COLORS, SWEEPS, GRADIENTS, XPBD, SOLVER_COUNT } solver_choice;
-
-static inline void use_solver(pli_body* body, solver_choice which) {
-    if (which == COLORS) { assert_int_equal(pli_body_enable_colored_links(body), PLI_OK); }
-    if (which == XPBD) {
-        assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
-        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
-        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
-    }
-    if (which == SWEEPS || which == GRADIENTS) {
-        pli_implicit_def def = pli_implicit_def_default();
-        if (which == GRADIENTS) { def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT; }
-        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
-    }
-}
 
 /* A sheet of 1.2 m by 0.7 m and 0.5 kg, hanging down; its first row of COLUMNS is to be held. */
 static inline pli_body* make_cape(int rows) {

@@ -1,7 +1,7 @@
 /* Anchors: balance of momentum, pivots, ids, order of life, what they cost, bad input. */
 
 #include "failing_allocator.h"
-#include "test_world.h"
+#include "solver_choice.h"
 
 #include <string.h>
 
@@ -114,22 +114,6 @@ static void test_hardness_and_influence_are_shares_of_the_error(void** unused) {
         check_near(position_of(rope, 5).y, moved + moved * correction, 1e-5);
         pli_body_destroy(rope);
         pli_rigid_destroy(wall);
-    }
-}
-
-typedef enum solver_choice { POSITION, COLORS, SWEEPS, GRADIENTS, XPBD, SOLVER_COUNT } solver_choice;
-
-static void use_solver(pli_body* body, solver_choice which) {
-    if (which == COLORS) { assert_int_equal(pli_body_enable_colored_links(body), PLI_OK); }
-    if (which == XPBD) {
-        assert_int_equal(pli_body_enable_xpbd(body, NULL), PLI_OK);
-        const pli_xpbd_links_def links = pli_xpbd_links_def_default();
-        assert_int_equal(pli_body_enable_xpbd_links(body, &links), PLI_OK);
-    }
-    if (which == SWEEPS || which == GRADIENTS) {
-        pli_implicit_def def = pli_implicit_def_default();
-        if (which == GRADIENTS) { def.method = PLI_IMPLICIT_CONJUGATE_GRADIENT; }
-        assert_int_equal(pli_body_enable_implicit(body, &def), PLI_OK);
     }
 }
 

@@ -92,6 +92,24 @@ static void test_cluster_and_rigid_keep_their_momenta(void** unused) {
     assert_true(pli_vec3_length(pli_rigid_get_state(rigid).linear_velocity) > 0.3f);
 }
 
+/* A joint holds a body where it is now, though it was moved and turned since the step before. */
+static void test_a_joint_starts_where_the_body_was_moved_to(void** unused) {
+    (void)unused;
+    pli_body* body = make_solid(pli_vec3_make(0, 0, 0));
+    assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    pli_transform moved = pli_transform_identity();
+    moved.rotation = (pli_mat3){{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}};
+    moved.origin = pli_vec3_make(3, 4, 5);
+    assert_int_equal(pli_body_transform(body, moved), PLI_OK);
+    const pli_vec3 before = position_of(body, 0);
+    add_linear(body, (pli_joint_end){0}, pli_vec3_make(3, 5, 5), 1);
+    add_angular(body, (pli_joint_end){0}, pli_vec3_make(0, 1, 0), 1, free_joint);
+    for (int i = 0; i < 60; ++i) {
+        assert_int_equal(pli_world_step(world, dt), PLI_OK);
+    }
+    check_at_most(pli_vec3_length(pli_vec3_sub(position_of(body, 0), before)), 1e-4);
+}
+
 static void test_two_bodies_keep_their_momenta(void** unused) {
     (void)unused;
     const float small = 1.0f / 120.0f;
@@ -481,6 +499,8 @@ static void test_bad_input(void** unused) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_cluster_and_rigid_keep_their_momenta, setup_weightless_world,
+                                        teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_joint_starts_where_the_body_was_moved_to, setup_weightless_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_two_bodies_keep_their_momenta, setup_weightless_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_linear_joint_holds_a_pendulum, setup_weightless_world, teardown_world),

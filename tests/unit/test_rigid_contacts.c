@@ -136,31 +136,29 @@ static void test_rigid_contacts_pinned_node_stops_a_rigid_body(void** state) {
     assert_int_equal(pli_body_get_rigid_contacts(body, 0, NULL), 0);
 }
 
-static void test_rigid_contacts_coulomb_friction(void** state) {
-    fixture* f = *state;
-    const pli_vec3 positions[2] = {{0, 0.1f, 0}, {5, 0.1f, 0}};
+/* Both nodes come down on a plane with 1 m/s, node 0 slides with 0.2 m/s and sticks, node 1 with 2. Friction 0.3. */
+static pli_body* slide_on_plane(fixture* f, float height) {
+    const pli_vec3 positions[2] = {{0, height, 0}, {5, height, 0}};
     pli_body* body = make_nodes(f, 2, positions, 1, 0.1f, 0.3f, 1);
     make_rigid(f, f->plane, 0, pli_vec3_make(0, 0, 0));
-    /* Both are stopped from 1 m/s, which takes 0.3 m/s off the sliding at most. */
     assert_int_equal(pli_body_set_node_velocity(body, 0, pli_vec3_make(0.2f, -1, 0)), PLI_OK);
     assert_int_equal(pli_body_set_node_velocity(body, 1, pli_vec3_make(2, -1, 0)), PLI_OK);
     assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
     check_near(velocity_of(body, 0).x, 0, 1e-6);
+    return body;
+}
+
+/* Being stopped takes 0.3 of it off the sliding at most. */
+static void test_rigid_contacts_coulomb_friction(void** state) {
+    pli_body* body = slide_on_plane(*state, 0.1f);
     check_near(velocity_of(body, 1).x, 1.7, 2e-5);
     check_near(position_of(body, 0).y, 0.1, 1e-6);
     check_near(position_of(body, 1).y, 0.1, 1e-6);
 }
 
+/* In reference mode a share of 0.3 is taken off. */
 static void test_rigid_contacts_friction_regimes(void** state) {
-    fixture* f = *state;
-    const pli_vec3 positions[2] = {{0, 0.05f, 0}, {5, 0.05f, 0}};
-    pli_body* body = make_nodes(f, 2, positions, 1, 0.1f, 0.3f, 1);
-    make_rigid(f, f->plane, 0, pli_vec3_make(0, 0, 0));
-    /* Node 0 sinks faster than it slides / 0.3 and sticks. Node 1 slides and loses the share 0.3. */
-    assert_int_equal(pli_body_set_node_velocity(body, 0, pli_vec3_make(0.2f, -1, 0)), PLI_OK);
-    assert_int_equal(pli_body_set_node_velocity(body, 1, pli_vec3_make(2, -1, 0)), PLI_OK);
-    assert_int_equal(pli_world_step(f->world, dt), PLI_OK);
-    check_near(velocity_of(body, 0).x, 0, 1e-6);
+    pli_body* body = slide_on_plane(*state, 0.05f);
     check_near(velocity_of(body, 1).x, 1.4, 2e-5);
     /* As in Bullet the motion into the plane is taken back and the predicted penetration removed on top of that. */
     check_near(position_of(body, 0).y, 0.05 + (0.1 - (0.05 - 1.0 / 60)), 1e-6);
@@ -214,7 +212,7 @@ static void test_rigid_contacts_hold_against_links(void** state) {
     pli_mesh_destroy(mesh);
     assert_int_equal(pli_body_set_rest_length(body, 0, 0.9f), PLI_OK);
     make_rigid(f, f->plane, 0, pli_vec3_make(0, 0, 0));
-    const double lengths[2] = {0.9, 1.0}, tolerances[2] = {0.03, 1e-5};
+    const double lengths[2] = {0.9, 1.0}, tolerances[2] = {1e-3, 1e-6};
     for (int is_rough = 0; is_rough < 2; ++is_rough) {
         pli_rigid_contacts_def contacts = pli_rigid_contacts_def_default();
         contacts.friction = (float)is_rough;

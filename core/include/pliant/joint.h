@@ -51,8 +51,8 @@ PLI_API pli_linear_joint_def pli_linear_joint_def_default(void);
 PLI_API pli_status pli_body_add_linear_joint(pli_body* body, const pli_linear_joint_def* def, pli_joint_id* joint);
 
 /// Drives and steers an angular joint. Both callbacks may be NULL; a speed that is not finite and an axis without a
-/// direction are not used, and a speed above PLI_MAX_ANGULAR_SPEED is cut to it. Both may read only, and are called on the thread that
-/// steps: what else is to change is changed before the step.
+/// direction are not used, and a speed above PLI_MAX_ANGULAR_SPEED is cut to it. Both may read only, and are
+/// called on the thread that steps: what else is to change is changed before the step.
 typedef struct pli_joint_controller {
     /// Before each step: the axis in the frame of this body's cluster, given the present one.
     pli_vec3 (*steer)(pli_vec3 local_axis, void* user);

@@ -24,9 +24,8 @@ typedef struct pli_threads pli_threads;
 
 /// Starts threads. Memory comes from the C library.
 /// @param count 1 to PLI_MAX_THREADS; the thread that steps a world is one of them, so that 1 starts none
-/// @return PLI_ERROR_INVALID_VALUE: the count; PLI_ERROR_OUT_OF_MEMORY, also where the system gives no threads. There
-/// is
-///         no context to keep a message.
+/// @return PLI_ERROR_INVALID_VALUE: the count; PLI_ERROR_OUT_OF_MEMORY, also where the system gives no threads;
+///         there is no context to keep a message
 PLI_API pli_status pli_threads_create(int count, pli_threads** threads);
 
 /// Ends the threads and waits for them. Contexts that have this hook must be gone, or not be used any more. Not from

@@ -27,12 +27,11 @@ struct pli_context {
     bool has_zeroed_memory; /* what the allocator gives is zero already */
     pli_log_fn* log;
     void* log_user;
-    pli_parallel_for_fn* parallel_for; /* or NULL */
+    pli_parallel_for_fn* parallel_for; /* NULL: one thread */
     void* parallel_user;
     pli_simd simd; /* never PLI_SIMD_BEST */
     size_t allocated_bytes;
     uint64_t allocation_count;
-    bool has_threads;       /* the user gave a hook */
     bool is_locked;         /* a thread is in a hook of the user, or writes what follows */
     plii_shortage shortage; /* the last one */
     char last_error[512];
@@ -168,7 +167,7 @@ void plii_context_unlock(pli_context* context, bool was_locked);
 void plii_parallel_run(pli_context* context, pli_range_fn* range, void* task, int count, int grain);
 
 static inline void plii_parallel_for(pli_context* context, pli_range_fn* range, void* task, int count, int grain) {
-    if (count > grain && context->has_threads) {
+    if (count > grain && context->parallel_for != NULL) {
         plii_parallel_run(context, range, task, count, grain);
     } else if (count > 0) {
         range(0, count, task);

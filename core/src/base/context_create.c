@@ -78,7 +78,6 @@ pli_status pli_context_create(const pli_context_def* def, pli_context** context)
     made->log_user = used.log_user;
     made->parallel_for = used.parallel_for;
     made->parallel_user = used.parallel_user;
-    made->has_threads = used.parallel_for != NULL;
     made->simd = used.simd;
     if (!plii_handle_add_context(made)) {
         used.allocator.release(made, sizeof *made, used.allocator.user);

@@ -180,6 +180,12 @@ static pli_vec3 joint_localize(const plii_joint_end* side, pli_vec3 value, bool 
     return pli_vec3_add(pli_vec3_add(turned, origin), side->rest_centre);
 }
 
+/* Nodes may have been moved since the step that it is of. In reference mode as in Bullet it stays. */
+static void joint_renew_frame(const pli_body* body, int cluster) {
+    plii_clusters* clusters = plii_body_clusters(body);
+    if (!clusters->def.reference_mode) { clusters->items[cluster].has_frame = false; }
+}
+
 pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_value, pli_joint_id* id,
                           const char* function) {
     PLII_TRY(joint_check(body, joint, world_value, function));
@@ -191,6 +197,8 @@ pli_status plii_joint_add(pli_body* body, plii_joint* joint, pli_vec3 world_valu
         if (!was_enabled) { plii_feature_disable(body, &joints_class); }
         return plii_fail(body->context, PLI_ERROR_OUT_OF_MEMORY, function, "no memory for another joint");
     }
+    joint_renew_frame(body, joint->cluster);
+    if (joint->other.body != NULL) { joint_renew_frame(joint->other.body, joint->other.cluster); }
     const plii_joint_end sides[2] = {plii_joint_end_of_cluster(body, joint->cluster), joint_end_of(&joint->other)};
     joint->local[0] = joint_localize(&sides[0], world_value, joint->klass->is_angular);
     joint->local[1] = joint_localize(&sides[1], world_value, joint->klass->is_angular);

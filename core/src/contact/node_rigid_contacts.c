@@ -43,19 +43,11 @@ typedef struct rigid_contacts_candidate {
     plii_rigid_contacts* state;
     pli_rigid* rigid;
     int shape;
-    bool is_still; /* see plii_rigid_contact */
-    bool is_swept; /* as a substep: see plii_substep_class */
+    bool is_still;           /* see plii_rigid_contact */
+    bool is_swept;           /* as a substep: see plii_substep_class */
     float reach;             /* m, beyond the margin */
     const pli_bounds* boxes; /* of all nodes, as Bullet has them; NULL: candidates are nodes near the shape */
 } rigid_contacts_candidate;
-
-/* The impulse matrix for a rigid body that nothing moves. */
-static plii_lanes_mat3 rigid_contacts_matrix_of_node(float inverse_dt, float inverse_mass) {
-    const float cofactor = inverse_mass * inverse_mass;
-    const float own = inverse_dt * (cofactor * (1.0f / (inverse_mass * cofactor)));
-    return (plii_lanes_mat3){
-        {plii_lanes_xyzw(own, 0, 0, 0), plii_lanes_xyzw(0, own, 0, 0), plii_lanes_xyzw(0, 0, own, 0)}};
-}
 
 /* Response to impulses and friction, for solvers of whole steps. */
 static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, plii_rigid_contact* contact,
@@ -68,16 +60,10 @@ static void rigid_contacts_prepare(const rigid_contacts_candidate* candidate, pl
     plii_float4_to(&contact->arm, arm);
     contact->arm.w = node_inverse_mass * dt;
 
-    plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]);
-    plii_lanes_mat3 matrix;
-    if (candidate->is_still) {
-        matrix = rigid_contacts_matrix_of_node(body->step.inverse_dt, node_inverse_mass);
-    } else {
-        const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
-        motion = motion - velocity * plii_float4_all(dt);
-        matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid->state.inverse_mass,
-                                           &rigid->state.inverse_inertia_world, arm);
-    }
+    const plii_float4 velocity = plii_lanes_rigid_velocity_at(rigid, arm);
+    const plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]) - velocity * plii_float4_all(dt);
+    const plii_lanes_mat3 matrix = plii_lanes_effective_mass(dt, node_inverse_mass, rigid->state.inverse_mass,
+                                                             &rigid->state.inverse_inertia_world, arm);
     plii_float4_to(&contact->matrix[0], matrix.columns[0]);
     plii_float4_to(&contact->matrix[1], matrix.columns[1]);
     plii_float4_to(&contact->matrix[2], matrix.columns[2]);
@@ -239,8 +225,7 @@ static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* 
 
 // -------------------------------------------------------------------------------------------------------- solving
 
-/* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. For a rigid body
-   that is still it leaves out products by zero. */
+/* What the contact asks of a node at `x` that has moved by `motion`, as an impulse; false: nothing. */
 PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, float margin, plii_float4 x,
                                              plii_float4 motion, plii_float4* impulse) {
     const plii_float4 normal = plii_float4_from(&contact->normal);
@@ -251,10 +236,6 @@ PLII_SIMD_INLINE bool rigid_contacts_impulse(const plii_rigid_contact* contact, 
     const plii_float4 slip = plii_float4_all(contact->matrix[PLII_RIGID_CONTACT_SLIP].w);
     const plii_float4 pull = plii_float4_all(gap * contact->matrix[PLII_RIGID_CONTACT_HARDNESS].w);
     const plii_float4 error = motion - sliding * slip + normal * pull;
-    if (contact->is_still) {
-        *impulse = plii_lanes_xyz(plii_float4_all(contact->matrix[0].x) * error);
-        return true;
-    }
     const plii_lanes_mat3 matrix = {{plii_float4_from(&contact->matrix[0]), plii_float4_from(&contact->matrix[1]),
                                      plii_float4_from(&contact->matrix[2])}};
     *impulse = plii_lanes_xyz(plii_lanes_mat3_mul(&matrix, error));
@@ -268,15 +249,14 @@ static void rigid_contacts_solve(pli_body* body, void* data) {
         const plii_rigid_contact* contact = &state->contacts[i];
         const plii_float4 x = plii_float4_from(&body->positions[contact->node]);
         const plii_float4 arm = plii_float4_from(&contact->arm);
-        plii_float4 motion = x - plii_float4_from(&body->previous[contact->node]), impulse;
-        if (!contact->is_still) {
-            const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, arm);
-            motion = motion - velocity * plii_float4_all(body->step.dt);
-        }
+        const plii_float4 velocity = plii_lanes_rigid_velocity_at(contact->rigid, arm);
+        const plii_float4 moved = x - plii_float4_from(&body->previous[contact->node]);
+        const plii_float4 motion = moved - velocity * plii_float4_all(body->step.dt);
+        plii_float4 impulse;
         if (!rigid_contacts_impulse(contact, body->collision_margin, x, motion, &impulse)) { continue; }
         const plii_float4 pushed = impulse * plii_lanes_all_w(arm);
         plii_float4_to(&body->positions[contact->node], x - pushed);
-        if (!contact->is_still) { plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm); }
+        plii_lanes_rigid_apply_impulse(contact->rigid, impulse, arm);
         if (body->records_contacts) {
             pli_vec3 taken;
             plii_lanes_to_vec3(&taken, impulse);

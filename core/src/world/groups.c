@@ -7,7 +7,7 @@
 enum { GROUPS_PREDICT_NODES = 2048, GROUPS_SOLVE_NODES = 256 };
 
 bool plii_groups_reserve(pli_world* world, int body_count) {
-    if (!world->context->has_threads) { return true; }
+    if (world->context->parallel_for == NULL) { return true; }
     return PLII_RESERVE(world->context, &world->group_roots, &world->group_root_capacity, body_count) &&
            PLII_RESERVE(world->context, &world->group_begin, &world->group_begin_capacity, body_count + 1) &&
            PLII_RESERVE(world->context, &world->group_bodies, &world->group_body_capacity, body_count);
@@ -21,8 +21,8 @@ void plii_groups_release(pli_world* world) {
 
 void plii_groups_start(pli_world* world) {
     /* A profile function is told of one thing after the other. Distances of reference mode fill caches. */
-    world->has_groups =
-        world->context->has_threads && world->body_count > 1 && world->profile == NULL && !world->def.reference_mode;
+    world->has_groups = world->context->parallel_for != NULL && world->body_count > 1 && world->profile == NULL &&
+                        !world->def.reference_mode;
     if (!world->has_groups) { return; }
     plii_union_start(world->body_count, world->group_roots);
     for (int i = 0; i < world->rigid_count; ++i) {
@@ -125,7 +125,7 @@ static void groups_range(int begin, int end, void* data) {
             continue;
         }
         const int first = world->group_begin[i];
-        task->run_group(world, &world->group_bodies[first], world->group_begin[i + 1] - first);
+        task->run_group(&world->group_bodies[first], world->group_begin[i + 1] - first);
     }
 }
 

@@ -19,7 +19,7 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
 /* When all pairs have met. False: all bodies are one group, or too few to part them. */
 bool plii_groups_find(pli_world* world);
 
-typedef void plii_groups_fn(pli_world* world, pli_body* const* bodies, int count);
+typedef void plii_groups_fn(pli_body* const* bodies, int count);
 /* All groups, on any thread. */
 void plii_groups_run(pli_world* world, plii_groups_fn* run);
 /* Each body for itself, as far as there are enough of them to part. False: nothing was done. */

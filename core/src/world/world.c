@@ -450,8 +450,7 @@ static void world_refresh_bodies(pli_body* const* bodies, int count) {
     }
 }
 
-static void world_solve_group(pli_world* world, pli_body* const* bodies, int count) {
-    (void)world;
+static void world_solve_group(pli_body* const* bodies, int count) {
     plii_islands_solve(bodies, count);
     world_refresh_bodies(bodies, count);
 }
