@@ -70,6 +70,25 @@ static inline pli_status call_write_vertices(const call_handles* h) {
     return pli_body_write_vertices(h->body, &buffer, 1);
 }
 
+/* Bytes that do not make a snapshot: what a handle or a state is refused for comes before that. */
+static inline pli_status call_without_snapshot(pli_status status) {
+    return status == PLI_ERROR_FILE_FORMAT || status == PLI_ERROR_INVALID_VALUE ? PLI_OK : status;
+}
+static inline pli_status call_world_save(const call_handles* h) {
+    char none[1];
+    return call_without_snapshot(pli_world_save(h->world, none, 0, NULL));
+}
+static inline pli_status call_world_restore(const call_handles* h) {
+    return call_without_snapshot(pli_world_restore(h->world, "", 0));
+}
+static inline pli_status call_body_save(const call_handles* h) {
+    char none[1];
+    return call_without_snapshot(pli_body_save(h->body, none, 0, NULL));
+}
+static inline pli_status call_body_restore(const call_handles* h) {
+    return call_without_snapshot(pli_body_restore(h->body, "", 0));
+}
+
 static inline pli_status call_add_anchor(const call_handles* h) {
     pli_anchor_def def = pli_anchor_def_default();
     def.rigid = h->rigid;
@@ -127,6 +146,12 @@ static inline pli_status call_refine(const call_handles* h) {
 
 /* X(function, handle, effect, result) */
 #define CALL_LIST(X)                                                                                                   \
+    X(pli_world_snapshot_size, WORLD, READS, CALL_VALUE(pli_world_snapshot_size(h->world) == 0))                       \
+    X(pli_world_save, WORLD, CHANGES_IDLE, CALL_STATUS(call_world_save(h)))                                            \
+    X(pli_world_restore, WORLD, CHANGES_IDLE, CALL_STATUS(call_world_restore(h)))                                      \
+    X(pli_body_snapshot_size, BODY, READS, CALL_VALUE(pli_body_snapshot_size(h->body) == 0))                           \
+    X(pli_body_save, BODY, CHANGES_IDLE, CALL_STATUS(call_body_save(h)))                                               \
+    X(pli_body_restore, BODY, CHANGES_IDLE, CALL_STATUS(call_body_restore(h)))                                         \
     X(pli_body_add_anchor, BODY, CHANGES, CALL_STATUS(call_add_anchor(h)))                                             \
     X(pli_body_add_anchor, RIGID, CHANGES, CALL_STATUS(call_add_anchor(h)))                                            \
     X(pli_body_remove_anchor, BODY, CHANGES, CALL_STATUS(pli_body_remove_anchor(h->body, ((pli_anchor_id){1, 1}))))    \

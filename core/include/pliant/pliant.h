@@ -25,6 +25,7 @@
 #include "rigid.h"
 #include "self_collision.h"
 #include "shape.h"
+#include "snapshot.h"
 #include "target.h"
 #include "tether.h"
 #include "threads.h"

@@ -105,6 +105,10 @@ typedef struct plii_feature_array {
     bool is_optional; /* the feature allocates it when it wants to; it follows the body then */
     bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
     bool is_scratch;  /* only there in `enable`, `build` and topology_commit, zeroed */
+    /* For snapshots (world/snapshot.c). */
+    size_t count;    /* of a list: offset of how many elements are in use, an int; 0: its capacity counts */
+    bool is_unsaved; /* made anew in each step, or follows from the topology; a list that has a count is empty after a
+                        snapshot was restored */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
@@ -113,6 +117,20 @@ typedef struct plii_feature_array {
 
 #define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
     PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
+
+/* Lists of a plii_pair_cache, for snapshots. */
+#define PLII_PAIR_CACHE_LISTS(type, cache)                                                                             \
+    {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count)}, {         \
+        PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count)             \
+    }
+#define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
+
+/* A part of a state that snapshots leave out: memory beyond the arrays, and what goes with it. */
+typedef struct plii_state_part {
+    size_t offset, size; /* 0: the end */
+} plii_state_part;
+#define PLII_STATE_PART(type, member)                                                                                  \
+    { offsetof(type, member), sizeof((type*)0)->member }
 
 struct plii_substep_class;
 
@@ -166,6 +184,11 @@ typedef struct plii_feature_class {
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
     size_t (*bytes)(const pli_body* body, const void* state); /* beyond state and arrays */
+    /* Snapshots have the whole state but for these, the arrays above and, of lists that the feature frees itself,
+       `saved_lists`. Then `on_restored` makes what follows from them, without memory. */
+    const plii_feature_array* saved_lists;
+    const plii_state_part* unsaved_parts;
+    void (*on_restored)(pli_body* body, void* state);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
     void (*reserve)(pli_body* body, void* state);

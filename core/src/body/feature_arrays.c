@@ -27,7 +27,7 @@ static feature_counts feature_counts_before(const pli_body* body, const plii_top
 }
 
 /* Pointers are objects of several types, so they are copied. */
-static void* feature_array_get(const pli_body* body, const plii_feature_array* array, const void* state) {
+void* plii_feature_array_address(const pli_body* body, const plii_feature_array* array, const void* state) {
     void* block;
     memcpy(&block, (array->is_in_body ? (const char*)body : (const char*)state) + array->member, sizeof block);
     return block;
@@ -46,7 +46,7 @@ static size_t feature_array_size(const plii_feature_array* array, const feature_
 
 static size_t feature_array_held(const pli_body* body, const plii_feature_array* array, const void* state,
                                  const feature_counts* counts) {
-    if (feature_array_get(body, array, state) == NULL) { return 0; }
+    if (plii_feature_array_address(body, array, state) == NULL) { return 0; }
     if (array->length < PLII_LIST) { return feature_array_size(array, counts); }
     const void* capacity = (const char*)state + array->capacity;
     return array->length == PLII_LIST ? (size_t) * (const int*)capacity * array->element_size
@@ -74,7 +74,8 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
 
 static void feature_array_release(pli_body* body, const plii_feature_array* array, void* state) {
     const feature_counts counts = feature_counts_now(body);
-    plii_release(body->context, feature_array_get(body, array, state), feature_array_held(body, array, state, &counts));
+    plii_release(body->context, plii_feature_array_address(body, array, state),
+                 feature_array_held(body, array, state, &counts));
     feature_array_set(body, array, state, NULL);
 }
 
@@ -99,6 +100,11 @@ size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class*
     return bytes;
 }
 
+size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state) {
+    const feature_counts counts = feature_counts_now(body);
+    return feature_array_held(body, array, state, &counts);
+}
+
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass) {
     for (EACH_ARRAY(array, klass)) {
         if (array->length >= PLII_LIST && !array->is_kept) { return true; }
@@ -111,7 +117,7 @@ int plii_feature_arrays_sizes(const pli_body* body, const plii_feature_class* kl
     const feature_counts counts = feature_counts_of(body, change->node_count, change->link_count, change->face_count);
     int count = 0;
     for (EACH_ARRAY(array, klass)) {
-        const bool is_left_out = array->is_optional && feature_array_get(body, array, state) == NULL;
+        const bool is_left_out = array->is_optional && plii_feature_array_address(body, array, state) == NULL;
         sizes[count++] = is_left_out ? 0 : feature_array_size(array, &counts);
     }
     return count;
@@ -123,7 +129,7 @@ void plii_feature_arrays_exchange(pli_body* body, const plii_feature_class* klas
     for (EACH_ARRAY(array, klass)) {
         void** block = &blocks[array - klass->arrays];
         if (array->length >= PLII_LIST) { continue; }
-        void* old = feature_array_get(body, array, state);
+        void* old = plii_feature_array_address(body, array, state);
         if (array->is_kept && old != NULL) { memcpy(*block, old, feature_array_size(array, &before)); }
         feature_array_set(body, array, state, *block);
         *block = old;

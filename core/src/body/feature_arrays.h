@@ -9,6 +9,9 @@ bool plii_feature_arrays_allocate(pli_body* body, const plii_feature_class* klas
 void plii_feature_arrays_release(pli_body* body, const plii_feature_class* klass, void* state);
 void plii_feature_arrays_release_scratch(pli_body* body, const plii_feature_class* klass, void* state);
 size_t plii_feature_arrays_bytes(const pli_body* body, const plii_feature_class* klass, const void* state);
+/* Of one array: bytes that it has now, and where it is; NULL when it is not there. */
+size_t plii_feature_array_bytes(const pli_body* body, const plii_feature_array* array, const void* state);
+void* plii_feature_array_address(const pli_body* body, const plii_feature_array* array, const void* state);
 /* Whether it has lists with contents that have to follow a cut. */
 bool plii_feature_arrays_need_commit(const plii_feature_class* klass);
 

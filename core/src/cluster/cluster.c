@@ -411,9 +411,9 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 }
 
 static const plii_feature_array clusters_arrays[] = {
-    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true},
-    {PLII_LIST_OF(plii_clusters, items, capacity)},
-    {PLII_LIST_OF(plii_clusters, members, member_capacity)},
+    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
+    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count)},
+    {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count)},
     {0},
 };
 

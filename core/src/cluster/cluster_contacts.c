@@ -134,17 +134,35 @@ static void cluster_contacts_topology_commit(pli_body* body, void* data, const p
 }
 
 static const plii_feature_array cluster_contacts_arrays[] = {
-    {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity)},
-    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity)},
+    {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity), PLII_COUNTED_BY(plii_cluster_contacts, count),
+     .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
+     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count)},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .is_unsaved = true},
     {0},
 };
+
+static const plii_feature_array cluster_contacts_saved[] = {PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory), {0}};
+static const plii_state_part cluster_contacts_unsaved[] = {PLII_STATE_PART(plii_cluster_contacts, memory.table),
+                                                           PLII_STATE_PART(plii_cluster_contacts, groups),
+                                                           PLII_STATE_PART(plii_cluster_contacts, has_hulls),
+                                                           PLII_STATE_PART(plii_cluster_contacts, hulls),
+                                                           PLII_STATE_PART(plii_cluster_contacts, hull_count),
+                                                           PLII_STATE_PART(plii_cluster_contacts, tree),
+                                                           PLII_STATE_PART(plii_cluster_contacts, has_neighbours),
+                                                           PLII_STATE_PART(plii_cluster_contacts, neighbours),
+                                                           {0}};
+
+static void cluster_contacts_on_restored(pli_body* body, void* data) {
+    (void)body;
+    plii_pair_cache_index(&((plii_cluster_contacts*)data)->memory);
+}
 
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
@@ -224,6 +242,9 @@ const plii_feature_class plii_cluster_contacts_class = {
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
     .arrays = cluster_contacts_arrays,
+    .saved_lists = cluster_contacts_saved,
+    .unsaved_parts = cluster_contacts_unsaved,
+    .on_restored = cluster_contacts_on_restored,
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,

@@ -120,8 +120,8 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
 
 /* Joints hold to clusters, which follow a cut and keep their index. */
 static const plii_feature_array joints_arrays[] = {
-    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true},
-    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true},
+    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count)},
+    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count)},
     {0},
 };
 

@@ -206,8 +206,8 @@ static pli_status anchor_enable(pli_body* body, void* state) {
 
 /* Anchors stay with their node; a copy of the node is free. */
 static const plii_feature_array anchor_arrays[] = {
-    {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true},
-    {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true},
+    {PLII_LIST_OF(plii_anchors, items, item_capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, item_count)},
+    {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count)},
     {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_optional = true, .is_kept = true},
     {0},
 };

@@ -501,11 +501,23 @@ static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_t
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
 static const plii_feature_array rigid_faces_arrays[] = {
-    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity)},
+    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count), .is_unsaved = true},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
-    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity)},
+    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .is_unsaved = true},
     {0},
 };
+
+static const plii_feature_array rigid_faces_saved[] = {PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory), {0}};
+/* Candidates hold shapes. */
+static const plii_state_part rigid_faces_unsaved[] = {PLII_STATE_PART(plii_rigid_faces, candidate_count),
+                                                      PLII_STATE_PART(plii_rigid_faces, memory.table),
+                                                      PLII_STATE_PART(plii_rigid_faces, substeps),
+                                                      {0}};
+
+static void rigid_faces_on_restored(pli_body* body, void* data) {
+    (void)body;
+    plii_pair_cache_index(&((plii_rigid_faces*)data)->memory);
+}
 
 static const plii_feature_class* const rigid_faces_needs[] = {&plii_iterated_sweeps_class, NULL};
 
@@ -514,6 +526,9 @@ const plii_feature_class plii_rigid_faces_class = {
     .state_size = sizeof(plii_rigid_faces),
     .needs = rigid_faces_needs,
     .arrays = rigid_faces_arrays,
+    .saved_lists = rigid_faces_saved,
+    .unsaved_parts = rigid_faces_unsaved,
+    .on_restored = rigid_faces_on_restored,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},

@@ -336,11 +336,14 @@ static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
 }
 
 static const plii_feature_array rigid_contacts_arrays[] = {
-    {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity)},
+    {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
+     .is_unsaved = true},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
-    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true},
+    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
     {0},
 };
+
+static const plii_state_part rigid_contacts_unsaved[] = {PLII_STATE_PART(plii_rigid_contacts, substeps), {0}};
 
 static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                            void** blocks) {
@@ -360,6 +363,7 @@ const plii_feature_class plii_rigid_contacts_class = {
     .state_size = sizeof(plii_rigid_contacts),
     .needs = rigid_contacts_needs,
     .arrays = rigid_contacts_arrays,
+    .unsaved_parts = rigid_contacts_unsaved,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,

@@ -53,8 +53,8 @@ static void trace_topology_commit(pli_body* body, void* state, const plii_topolo
 }
 
 static const plii_feature_array trace_arrays[] = {
-    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity)},
-    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity)},
+    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity), PLII_COUNTED_BY(trace_state, ends.tip_count)},
+    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity), PLII_COUNTED_BY(trace_state, ends.edge_count)},
     {0},
 };
 

@@ -57,7 +57,7 @@ static void node_motion_finish(pli_body* body, void* data) {
 }
 
 static const plii_feature_array node_motion_arrays[] = {
-    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true},
+    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true, PLII_COUNTED_BY(node_motion_state, count)},
     {0},
 };
 

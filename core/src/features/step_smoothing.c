@@ -44,7 +44,7 @@ static void step_smoothing_finish(pli_body* body, void* data) {
 }
 
 static const plii_feature_array step_smoothing_arrays[] = {
-    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE},
+    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .is_unsaved = true},
     {0},
 };
 

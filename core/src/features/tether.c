@@ -287,9 +287,10 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 
 static const plii_feature_array tether_arrays[] = {
     {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE},
-    {PLII_LIST_OF(tether_state, constraints, constraint_capacity)},
-    {PLII_LIST_OF(tether_state, origins, origin_capacity)},
-    {PLII_LIST_OF(tether_state, loads, load_capacity)},
+    {PLII_LIST_OF(tether_state, constraints, constraint_capacity), PLII_COUNTED_BY(tether_state, constraint_count),
+     .is_unsaved = true},
+    {PLII_LIST_OF(tether_state, origins, origin_capacity), PLII_COUNTED_BY(tether_state, origin_count)},
+    {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count), .is_unsaved = true},
     {0},
 };
 

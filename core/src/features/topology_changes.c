@@ -41,7 +41,8 @@ static void changes_topology_commit(pli_body* body, void* data, const plii_topol
 }
 
 static const plii_feature_array topology_changes_arrays[] = {
-    {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true},
+    {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
+     PLII_COUNTED_BY(topology_changes_state, new_node_count)},
     {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE},
     {0},
 };

@@ -18,6 +18,12 @@ static bool pair_reserve_table(pli_context* context, plii_pair_cache* cache, int
     return plii_key_table_reserve(&cache->table, (size_t)count);
 }
 
+static void pair_fill_table(plii_pair_cache* cache) {
+    for (int i = 0; i < cache->before_count; ++i) {
+        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
+    }
+}
+
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
     return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
            PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
@@ -46,10 +52,13 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
         cache->before_count = 0;
         return false;
     }
-    for (int i = 0; i < cache->before_count; ++i) {
-        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
-    }
+    pair_fill_table(cache);
     return true;
+}
+
+void plii_pair_cache_index(plii_pair_cache* cache) {
+    plii_key_table_clear(&cache->table);
+    pair_fill_table(cache);
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */

@@ -299,7 +299,7 @@ static const plii_substep_class self_nodes_kind = {
     .finish = self_nodes_finish,
 };
 static const plii_feature_array self_nodes_arrays[] = {
-    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true},
+    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .is_unsaved = true},
     {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE},
     {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE},
@@ -309,8 +309,9 @@ static const plii_feature_array self_nodes_arrays[] = {
      .more = PLII_SELF_NODES_APART},
     {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE},
     PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.near),
-    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity)},
-    {PLII_LIST_OF(self_nodes_state, touching, touching_capacity)},
+    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity), PLII_COUNTED_BY(self_nodes_state, pairs.count)},
+    {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
+     .is_unsaved = true},
     {0},
 };
 static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};

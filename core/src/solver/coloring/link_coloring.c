@@ -319,10 +319,10 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
 }
 
 static const plii_feature_array link_colors_arrays[] = {
-    {PLII_LIST_OF(plii_link_colors, colors, color_capacity)},
-    {PLII_LIST_OF(plii_link_colors, groups, group_capacity)},
-    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity)},
-    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity)},
+    {PLII_LIST_OF(plii_link_colors, colors, color_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .is_unsaved = true},
     {0},
 };
 

@@ -349,16 +349,16 @@ static void implicit_topology_commit(pli_body* body, void* data, const plii_topo
 }
 
 static const plii_feature_array implicit_arrays[] = {
-    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2},
-    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE},
-    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS},
-    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true},
-    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE},
-    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity)},
-    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity)},
-    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity)},
-    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity)},
+    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .is_unsaved = true},
+    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .is_unsaved = true},
+    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .is_unsaved = true},
     {0},
 };
 

@@ -81,8 +81,8 @@ static void colored_links_disable(pli_body* body, void* state) {
 }
 
 static const plii_feature_array colored_links_arrays[] = {
-    {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true},
-    {PLII_LIST_OF(colored_links_state, weights, weight_capacity), .is_kept = true},
+    {PLII_LIST_OF(colored_links_state, rest_squared, rest_capacity), .is_kept = true, .is_unsaved = true},
+    {PLII_LIST_OF(colored_links_state, weights, weight_capacity), .is_kept = true, .is_unsaved = true},
     {0},
 };
 static const plii_feature_class* const colored_links_needs[] = {&plii_link_colors_class, NULL};

@@ -83,9 +83,9 @@ static pli_status xpbd_links_enable(pli_body* body, void* data) {
 }
 
 static const plii_feature_array xpbd_links_arrays[] = {
-    {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true},
-    {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true},
-    {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true},
+    {PLII_LIST_OF(xpbd_links_state, rest_lengths, rest_capacity), .is_kept = true, .is_unsaved = true},
+    {PLII_LIST_OF(xpbd_links_state, multipliers, multiplier_capacity), .is_kept = true, .is_unsaved = true},
+    {PLII_LIST_OF(xpbd_links_state, vectors, vector_capacity), .is_kept = true, .is_unsaved = true},
     {PLII_MEMBER(xpbd_links_state, softness), PLII_PER_MATERIAL, .times = 2},
     {0},
 };

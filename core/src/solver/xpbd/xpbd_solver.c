@@ -161,9 +161,9 @@ static void xpbd_disable(pli_body* body, void* data) {
 
 /* Nothing of a step is needed by the next one. */
 static const plii_feature_array xpbd_arrays[] = {
-    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE},
-    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE},
-    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE},
+    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .is_unsaved = true},
     {0},
 };
 

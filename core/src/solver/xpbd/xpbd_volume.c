@@ -97,7 +97,7 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
 }
 
 static const plii_feature_array xpbd_volume_arrays[] = {
-    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE},
+    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .is_unsaved = true},
     {0},
 };
 

@@ -1,0 +1,392 @@
+/* Snapshots: the memory that steps read and former steps or calls wrote, as it lies. One walk over the world does all
+   four things, so that they cannot differ: counting bytes, writing, comparing and reading. What a feature has is said
+   by its class: its state and its arrays, but for what is made anew. */
+
+#include "pliant/snapshot.h"
+
+#include "body/feature_arrays.h"
+#include "body/world_state.h"
+
+#include <string.h>
+
+enum { SNAPSHOT_MAX_STATE = 4096 }; /* bytes of the state of a feature */
+
+typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
+
+typedef struct snapshot_walk {
+    snapshot_mode mode;
+    pli_context* context;
+    const char* function;
+    int body;                  /* index of the one that is looked at, for messages */
+    unsigned char* to;         /* SAVE */
+    const unsigned char* from; /* COMPARE, RESTORE */
+    size_t at, size;
+    pli_status status;
+} snapshot_walk;
+
+/* The first bytes. */
+typedef struct snapshot_header {
+    uint32_t magic, version;
+    uint64_t size;        /* with the header */
+    uint64_t checksum[2]; /* of what follows */
+    uint64_t handle;      /* of the world or body */
+} snapshot_header;
+
+#define SNAPSHOT_MAGIC 0x706c6973u
+#define SNAPSHOT_VERSION 1u
+
+// ------------------------------------------------------------------------------------------------------- checksum
+
+enum { SNAPSHOT_LANES = 8 };
+
+/* Sums, and sums of sums, by lanes: any word that changes and any two that change places make it another one. */
+static void snapshot_sum_up(const unsigned char* bytes, size_t size, uint64_t checksum[2]) {
+    uint64_t sums[SNAPSHOT_LANES] = {0}, weighted[SNAPSHOT_LANES] = {0};
+    const size_t block = SNAPSHOT_LANES * sizeof(uint64_t);
+    for (size_t at = 0; at < size; at += block) {
+        uint64_t words[SNAPSHOT_LANES] = {0};
+        memcpy(words, bytes + at, size - at < block ? size - at : block);
+        for (int k = 0; k < SNAPSHOT_LANES; ++k) {
+            sums[k] += words[k];
+            weighted[k] += sums[k];
+        }
+    }
+    checksum[0] = checksum[1] = size;
+    for (int k = 0; k < SNAPSHOT_LANES; ++k) {
+        checksum[0] = checksum[0] * UINT64_C(0x9e3779b97f4a7c15) + sums[k];
+        checksum[1] = checksum[1] * UINT64_C(0xbf58476d1ce4e5b9) + weighted[k];
+    }
+}
+
+// ----------------------------------------------------------------------------------------------------- the walk
+
+static void snapshot_refuse(snapshot_walk* walk, const char* what, const char* feature) {
+    if (walk->status != PLI_OK) { return; }
+    const char *of = feature != NULL ? " of " : "", *name = feature != NULL ? feature : "";
+    walk->status = walk->body == PLI_NULL_INDEX
+                       ? plii_fail(walk->context, PLI_ERROR_INVALID_VALUE, walk->function,
+                                   "the snapshot does not fit: %s%s%s", what, of, name)
+                       : plii_fail(walk->context, PLI_ERROR_INVALID_VALUE, walk->function,
+                                   "the snapshot does not fit: body %d: %s%s%s", walk->body, what, of, name);
+}
+
+static bool snapshot_has(snapshot_walk* walk, size_t size) {
+    if (walk->mode <= SNAPSHOT_SAVE || size <= walk->size - walk->at) { return walk->status == PLI_OK; }
+    if (walk->status == PLI_OK) {
+        walk->status =
+            plii_fail(walk->context, PLI_ERROR_FILE_FORMAT, walk->function, "the snapshot ends in the middle");
+    }
+    return false;
+}
+
+/* Bytes that are taken over. */
+static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
+    if (size == 0 || !snapshot_has(walk, size)) { return; }
+    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, block, size); }
+    if (walk->mode == SNAPSHOT_RESTORE) { memcpy(block, walk->from + walk->at, size); }
+    walk->at += size;
+}
+
+/* A number; that of the snapshot where there is one. */
+static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
+    if (!snapshot_has(walk, sizeof number)) { return 0; }
+    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, &number, sizeof number); }
+    if (walk->mode >= SNAPSHOT_COMPARE) { memcpy(&number, walk->from + walk->at, sizeof number); }
+    walk->at += sizeof number;
+    return number;
+}
+
+/* Something that must be the same; `what` is what else is wrong. */
+static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what, const char* feature) {
+    const uint64_t saved = snapshot_number(walk, number);
+    if (walk->status == PLI_OK && saved != number) { snapshot_refuse(walk, what, feature); }
+}
+#define SNAPSHOT_POINTER(pointer) ((uint64_t)(uintptr_t)(pointer))
+
+/* `count` elements of a list that has room for `capacity`. */
+static void snapshot_list(snapshot_walk* walk, void* list, size_t count, size_t capacity, size_t element_size,
+                          const char* what, const char* feature) {
+    const uint64_t saved = snapshot_number(walk, count);
+    if (walk->status != PLI_OK) { return; }
+    if (walk->mode >= SNAPSHOT_COMPARE && saved > capacity) {
+        snapshot_refuse(walk, what, feature);
+        return;
+    }
+    snapshot_bytes(walk, list, (size_t)saved * element_size);
+}
+
+// ------------------------------------------------------------------------------------------------------- features
+
+static bool snapshot_ends(const plii_feature_array* array) {
+    return array == NULL || array->element_size == 0;
+}
+
+/* The state without the addresses and capacities in it. */
+static void snapshot_state(snapshot_walk* walk, const plii_feature_class* klass, void* state) {
+    const size_t size = klass->state_size;
+    if (size > SNAPSHOT_MAX_STATE) {
+        snapshot_refuse(walk, "there is no room for the state", klass->name);
+        return;
+    }
+    unsigned char now[SNAPSHOT_MAX_STATE];
+    if (walk->mode == SNAPSHOT_RESTORE && size > 0) { memcpy(now, state, size); }
+    snapshot_bytes(walk, state, size);
+    if (walk->mode != SNAPSHOT_RESTORE) { return; }
+    unsigned char* bytes = state;
+    const plii_feature_array* const tables[2] = {klass->arrays, klass->saved_lists};
+    for (int t = 0; t < 2; ++t) {
+        for (const plii_feature_array* array = tables[t]; !snapshot_ends(array); ++array) {
+            if (array->is_in_body) { continue; }
+            memcpy(bytes + array->member, now + array->member, sizeof(void*));
+            if (array->length < PLII_LIST) { continue; }
+            const size_t capacity_size = array->length == PLII_LIST ? sizeof(int) : sizeof(size_t);
+            memcpy(bytes + array->capacity, now + array->capacity, capacity_size);
+            const int none = 0;
+            if (array->is_unsaved && array->count != 0) { memcpy(bytes + array->count, &none, sizeof none); }
+        }
+    }
+    for (const plii_state_part* part = klass->unsaved_parts; part != NULL && part->size > 0; ++part) {
+        memcpy(bytes + part->offset, now + part->offset, part->size);
+    }
+}
+
+/* Before the state is restored: counts in it are those of now while comparing and saving. */
+static void snapshot_array(snapshot_walk* walk, pli_body* body, const plii_feature_class* klass,
+                           const plii_feature_array* array, void* state) {
+    if (array->is_unsaved || array->is_scratch) { return; }
+    const size_t held = plii_feature_array_bytes(body, array, state);
+    size_t used = held;
+    if (array->count != 0) {
+        int count = 0;
+        memcpy(&count, (const char*)state + array->count, sizeof count);
+        used = (size_t)count * array->element_size;
+    }
+    void* block = plii_feature_array_address(body, array, state);
+    if (array->length >= PLII_LIST) {
+        snapshot_list(walk, block, used, held, 1, "there is less memory than then for a list", klass->name);
+        return;
+    }
+    const bool had = snapshot_number(walk, block != NULL) != 0;
+    if (walk->status != PLI_OK) { return; }
+    if (walk->mode >= SNAPSHOT_COMPARE && had && block == NULL) {
+        snapshot_refuse(walk, "there is no memory now for something", klass->name);
+    } else if (had) {
+        snapshot_bytes(walk, block, held);
+    } else if (walk->mode == SNAPSHOT_RESTORE && block != NULL) {
+        memset(block, 0, held); /* as it is where it is only there while somebody wants it */
+    }
+}
+
+static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_feature* feature) {
+    const plii_feature_class* klass = feature->klass;
+    snapshot_same(walk, SNAPSHOT_POINTER(klass), "other features; now there is one", klass->name);
+    snapshot_same(walk, SNAPSHOT_POINTER(feature->state), "it was disabled and enabled, the state", klass->name);
+    const plii_feature_array* const tables[2] = {klass->arrays, klass->saved_lists};
+    for (int t = 0; t < 2; ++t) {
+        for (const plii_feature_array* array = tables[t]; !snapshot_ends(array) && walk->status == PLI_OK; ++array) {
+            snapshot_array(walk, body, klass, array, feature->state);
+        }
+    }
+    snapshot_state(walk, klass, feature->state);
+    if (walk->mode == SNAPSHOT_RESTORE && klass->on_restored != NULL) { klass->on_restored(body, feature->state); }
+}
+
+// --------------------------------------------------------------------------------------------- bodies and the world
+
+#define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
+
+static void snapshot_body(snapshot_walk* walk, pli_body* body) {
+    const size_t nodes = (size_t)body->node_count * sizeof(pli_vec4);
+    snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
+    snapshot_same(walk, SNAPSHOT_POINTER(body->topology), "it was cut or refined", NULL);
+    snapshot_same(walk, (uint64_t)(unsigned)body->node_count, "it has another number of nodes", NULL);
+    snapshot_same(walk, (uint64_t)(unsigned)body->link_count, "it has another number of links", NULL);
+    snapshot_same(walk, body->link_revision, "links, rest lengths or masses were changed", NULL);
+    snapshot_same(walk, (uint64_t)(unsigned)body->material_count, "it has another number of materials", NULL);
+    snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
+    snapshot_same(walk, (uint64_t)(unsigned)body->pipeline.feature_count, "it has another number of features", NULL);
+    snapshot_bytes(walk, body->positions, nodes);
+    snapshot_bytes(walk, body->previous, nodes);
+    snapshot_bytes(walk, body->velocities, nodes);
+    snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
+    SNAPSHOT_MEMBER(walk, body->is_frozen);
+    SNAPSHOT_MEMBER(walk, body->bounds);
+    SNAPSHOT_MEMBER(walk, body->collision_margin);
+    SNAPSHOT_MEMBER(walk, body->solver);
+    SNAPSHOT_MEMBER(walk, body->step);
+    SNAPSHOT_MEMBER(walk, body->joint_iterations);
+    SNAPSHOT_MEMBER(walk, body->sweeping_features);
+    SNAPSHOT_MEMBER(walk, body->has_swept_contacts);
+    SNAPSHOT_MEMBER(walk, body->has_early_bounds);
+    snapshot_list(walk, body->ignored_rigids, (size_t)body->ignored_rigid_count, (size_t)body->ignored_rigid_capacity,
+                  sizeof *body->ignored_rigids, "there is less memory than then for rigid bodies to ignore", NULL);
+    SNAPSHOT_MEMBER(walk, body->ignored_rigid_count);
+    for (int i = 0; i < body->pipeline.feature_count && walk->status == PLI_OK; ++i) {
+        snapshot_feature(walk, body, &body->pipeline.features[i]);
+    }
+}
+
+static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
+    snapshot_same(walk, SNAPSHOT_POINTER(rigid), "there are other rigid bodies", NULL);
+    SNAPSHOT_MEMBER(walk, rigid->kind);
+    SNAPSHOT_MEMBER(walk, rigid->state);
+    SNAPSHOT_MEMBER(walk, rigid->friction);
+    SNAPSHOT_MEMBER(walk, rigid->linear_factor);
+    SNAPSHOT_MEMBER(walk, rigid->angular_factor);
+    SNAPSHOT_MEMBER(walk, rigid->is_absent);
+    SNAPSHOT_MEMBER(walk, rigid->was_touched);
+    SNAPSHOT_MEMBER(walk, rigid->needs_reintegration);
+    SNAPSHOT_MEMBER(walk, rigid->pose_version);
+    SNAPSHOT_MEMBER(walk, rigid->given_linear_velocity);
+    SNAPSHOT_MEMBER(walk, rigid->given_angular_velocity);
+    SNAPSHOT_MEMBER(walk, rigid->start_linear_velocity);
+    SNAPSHOT_MEMBER(walk, rigid->start_angular_velocity);
+    SNAPSHOT_MEMBER(walk, rigid->path);
+    SNAPSHOT_MEMBER(walk, rigid->pull);
+}
+
+static void snapshot_world(snapshot_walk* walk, pli_world* world) {
+    snapshot_same(walk, (uint64_t)(unsigned)world->body_count, "the world has another number of bodies", NULL);
+    snapshot_same(walk, (uint64_t)(unsigned)world->rigid_count, "the world has another number of rigid bodies", NULL);
+    SNAPSHOT_MEMBER(walk, world->def.gravity);
+    SNAPSHOT_MEMBER(walk, world->def.air_density);
+    SNAPSHOT_MEMBER(walk, world->dt);
+    SNAPSHOT_MEMBER(walk, world->shortage);
+    snapshot_list(walk, world->events, (size_t)world->event_count, (size_t)world->event_capacity, sizeof *world->events,
+                  "there is less memory than then for events", NULL);
+    SNAPSHOT_MEMBER(walk, world->event_count);
+    for (int i = 0; i < world->rigid_count && walk->status == PLI_OK; ++i) {
+        snapshot_rigid(walk, world->rigids[i]);
+    }
+    for (int i = 0; i < world->body_count && walk->status == PLI_OK; ++i) {
+        walk->body = i;
+        snapshot_body(walk, world->bodies[i]);
+    }
+    walk->body = PLI_NULL_INDEX;
+    snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof *world->sweep);
+}
+
+// ---------------------------------------------------------------------------------------------------------- calls
+
+/* What a snapshot is of: a world, or a body. */
+typedef struct snapshot_subject {
+    pli_world* world;
+    pli_body* body;
+} snapshot_subject;
+
+/* Walks write only where they restore. */
+static snapshot_subject snapshot_of_world(const pli_world* world) {
+    return (snapshot_subject){.world = (pli_world*)(uintptr_t)world};
+}
+static snapshot_subject snapshot_of_body(const pli_body* body) {
+    return (snapshot_subject){.body = (pli_body*)(uintptr_t)body};
+}
+static uint64_t snapshot_handle(snapshot_subject subject) {
+    return subject.world != NULL ? SNAPSHOT_POINTER(subject.world) : SNAPSHOT_POINTER(subject.body);
+}
+
+static pli_status snapshot_run(snapshot_walk* walk, snapshot_subject subject) {
+    walk->at = sizeof(snapshot_header);
+    walk->body = subject.body != NULL ? subject.body->world_index : PLI_NULL_INDEX;
+    if (subject.world != NULL) {
+        snapshot_world(walk, subject.world);
+    } else {
+        snapshot_body(walk, subject.body);
+    }
+    return walk->status;
+}
+
+static size_t snapshot_size(snapshot_subject subject, pli_context* context, const char* function) {
+    snapshot_walk walk = {.mode = SNAPSHOT_COUNT, .context = context, .function = function};
+    return snapshot_run(&walk, subject) == PLI_OK ? walk.at : 0;
+}
+
+static pli_status snapshot_save(snapshot_subject subject, pli_context* context, void* buffer, size_t capacity,
+                                size_t* size, const char* function) {
+    const size_t needed = snapshot_size(subject, context, function);
+    if (size != NULL) { *size = needed; }
+    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
+    if (needed > capacity) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "capacity is %zu, the snapshot has %zu bytes",
+                         capacity, needed);
+    }
+    snapshot_walk walk = {.mode = SNAPSHOT_SAVE, .context = context, .function = function, .to = buffer};
+    PLII_TRY(snapshot_run(&walk, subject));
+    snapshot_header header = {
+        .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = needed, .handle = snapshot_handle(subject)};
+    snapshot_sum_up(walk.to + sizeof header, needed - sizeof header, header.checksum);
+    memcpy(buffer, &header, sizeof header);
+    return PLI_OK;
+}
+
+static pli_status snapshot_check_header(snapshot_subject subject, pli_context* context, const unsigned char* bytes,
+                                        size_t size, const char* function) {
+    snapshot_header header = {0};
+    if (size >= sizeof header) { memcpy(&header, bytes, sizeof header); }
+    if (header.magic != SNAPSHOT_MAGIC) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the %zu bytes are no snapshot", size);
+    }
+    if (header.version != SNAPSHOT_VERSION) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is of version %u, this is %u",
+                         (unsigned)header.version, SNAPSHOT_VERSION);
+    }
+    if (header.size != size) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
+                         (unsigned long long)header.size, size);
+    }
+    uint64_t checksum[2];
+    snapshot_sum_up(bytes + sizeof header, size - sizeof header, checksum);
+    if (checksum[0] != header.checksum[0] || checksum[1] != header.checksum[1]) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
+    }
+    if (header.handle != snapshot_handle(subject)) {
+        return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the snapshot does not fit: it is of another %s",
+                         subject.world != NULL ? "world, or of a body" : "body, or of a world");
+    }
+    return PLI_OK;
+}
+
+static pli_status snapshot_restore(snapshot_subject subject, pli_context* context, const void* buffer, size_t size,
+                                   const char* function) {
+    if (buffer == NULL) { return plii_fail(context, PLI_ERROR_NULL_ARGUMENT, function, "buffer is null"); }
+    PLII_TRY(snapshot_check_header(subject, context, buffer, size, function));
+    snapshot_walk walk = {
+        .mode = SNAPSHOT_COMPARE, .context = context, .function = function, .from = buffer, .size = size};
+    PLII_TRY(snapshot_run(&walk, subject));
+    if (walk.at != size) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %zu bytes more than it says",
+                         size - walk.at);
+    }
+    walk.mode = SNAPSHOT_RESTORE;
+    return snapshot_run(&walk, subject);
+}
+
+size_t pli_world_snapshot_size(const pli_world* world) {
+    if (plii_check_world(world, __func__) != PLI_OK) { return 0; }
+    return snapshot_size(snapshot_of_world(world), world->context, __func__);
+}
+
+pli_status pli_world_save(const pli_world* world, void* buffer, size_t capacity, size_t* size) {
+    PLII_TRY(plii_check_world_idle(world, __func__));
+    return snapshot_save(snapshot_of_world(world), world->context, buffer, capacity, size, __func__);
+}
+
+pli_status pli_world_restore(pli_world* world, const void* buffer, size_t size) {
+    PLII_TRY(plii_check_world_idle(world, __func__));
+    return snapshot_restore(snapshot_of_world(world), world->context, buffer, size, __func__);
+}
+
+size_t pli_body_snapshot_size(const pli_body* body) {
+    if (plii_check_body(body, __func__) != PLI_OK) { return 0; }
+    return snapshot_size(snapshot_of_body(body), body->context, __func__);
+}
+
+pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    return snapshot_save(snapshot_of_body(body), body->context, buffer, capacity, size, __func__);
+}
+
+pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    return snapshot_restore(snapshot_of_body(body), body->context, buffer, size, __func__);
+}
