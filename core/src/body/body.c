@@ -271,6 +271,7 @@ pli_status pli_body_set_rest_length(pli_body* body, int link, float rest_length)
     PLII_TRY(body_check_between(body, "rest length of link", link, rest_length, 0.0f, PLI_MAX_COORDINATE, __func__));
     body->links[link].rest_length_squared = rest_length * rest_length;
     body->link_revision += 1;
+    body->length_revision += 1;
     return PLI_OK;
 }
 

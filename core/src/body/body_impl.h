@@ -51,7 +51,8 @@ struct pli_body {
     pli_vec4* velocities;     /* [node_count] xyz */
     plii_link* links;         /* [link_count] */
     plii_link_tag* link_tags; /* [link_count] or NULL */
-    uint32_t link_revision;   /* counts changes of links, rest lengths and masses */
+    uint32_t link_revision;   /* counts changes of links, rest lengths and masses, */
+    uint32_t length_revision; /* and those of links and rest lengths alone */
     /* One sweep over the links on positions: in their order unless a feature knows better. */
     void (*sweep_links)(pli_body* body, void* state);
     void* sweep_links_state;

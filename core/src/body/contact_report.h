@@ -37,7 +37,7 @@ typedef struct plii_contact_impulses {
     int capacity;
 } plii_contact_impulses;
 
-#define PLII_CONTACT_IMPULSES_OF(type, member) PLII_LIST_OF(type, member.items, member.capacity)
+#define PLII_CONTACT_IMPULSES_OF(type, member) PLII_LIST_OF(type, member.items, member.capacity), .snapshot = PLII_LEFT
 
 /* A contact is added to a feature's list. False without memory. */
 static inline bool plii_contact_impulses_add(const pli_body* body, plii_contact_impulses* impulses, int index) {

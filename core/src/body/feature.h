@@ -91,6 +91,15 @@ typedef enum plii_array_length {
     PLII_BLOCK
 } plii_array_length;
 
+/* What snapshots do with an array, or with a part of a state. Each says: the test of snapshots fails on one that does
+   not. */
+typedef enum plii_snapshot_share {
+    PLII_NOT_SAID,
+    PLII_SAVED,
+    PLII_LEFT, /* made anew in every step, or follows from topology and rest lengths, which a snapshot has not */
+    PLII_SAME  /* a part that nothing in a step changes: where it is another now, the snapshot does not fit */
+} plii_snapshot_share;
+
 /* An array of a feature. One that follows the size of the body is allocated, zeroed, when the feature is enabled, and
    again by the new size when a cut changes the body. A list grows by PLII_RESERVE, a block is the feature's to
    allocate. All are counted with the feature and freed after it is disabled, or when it could not be enabled. */
@@ -106,9 +115,9 @@ typedef struct plii_feature_array {
     bool is_kept;     /* when a cut adds nodes, what belongs to old ones stays; of a list, all does */
     bool is_scratch;  /* only there in `enable`, `build` and topology_commit, zeroed */
     /* For snapshots (world/snapshot.c). */
-    size_t count;    /* of a list: offset of how many elements are in use, an int; 0: its capacity counts */
-    bool is_unsaved; /* made anew in each step, or follows from the topology; a list that has a count is empty after a
-                        snapshot was restored */
+    plii_snapshot_share snapshot;
+    size_t count; /* of a list: offset of how many elements are in use, an int. Of one that is left it is 0 after a
+                     snapshot was restored; of one that is saved 0 here means that all of its capacity is */
 } plii_feature_array;
 
 #define PLII_MEMBER(type, pointer) .member = offsetof(type, pointer), .element_size = sizeof *((type*)0)->pointer
@@ -118,19 +127,24 @@ typedef struct plii_feature_array {
 #define PLII_BLOCK_OF(type, pointer, size_member)                                                                      \
     PLII_MEMBER(type, pointer), .length = PLII_BLOCK, .capacity = offsetof(type, size_member)
 
-/* Lists of a plii_pair_cache, for snapshots. */
-#define PLII_PAIR_CACHE_LISTS(type, cache)                                                                             \
-    {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count)}, {         \
-        PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count)             \
-    }
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 
-/* A part of a state that snapshots leave out: memory beyond the arrays, and what goes with it. */
+/* Lists of a plii_pair_cache. */
+#define PLII_PAIR_CACHE_LISTS(type, cache)                                                                             \
+    {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
+     .is_kept = true, .snapshot = PLII_SAVED},                                                                         \
+    {                                                                                                                  \
+        PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
+            .is_kept = true, .snapshot = PLII_LEFT                                                                     \
+    }
+
+/* A member of a state that is neither an array of the table nor its capacity or count. */
 typedef struct plii_state_part {
     size_t offset, size; /* 0: the end */
+    plii_snapshot_share snapshot;
 } plii_state_part;
-#define PLII_STATE_PART(type, member)                                                                                  \
-    { offsetof(type, member), sizeof((type*)0)->member }
+#define PLII_STATE(type, member, snapshot)                                                                             \
+    { offsetof(type, member), sizeof((type*)0)->member, snapshot }
 
 struct plii_substep_class;
 
@@ -184,10 +198,9 @@ typedef struct plii_feature_class {
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];
     size_t (*bytes)(const pli_body* body, const void* state); /* beyond state and arrays */
-    /* Snapshots have the whole state but for these, the arrays above and, of lists that the feature frees itself,
-       `saved_lists`. Then `on_restored` makes what follows from them, without memory. */
-    const plii_feature_array* saved_lists;
-    const plii_state_part* unsaved_parts;
+    /* What snapshots do with the members of the state (PLII_STATE), ended by a size of 0; needed where there are some
+       beside the arrays. Then `on_restored` makes what follows from those that are saved, without memory. */
+    const plii_state_part* state_parts;
     void (*on_restored)(pli_body* body, void* state);
     /* Between steps, after something in the world was added or changed: makes room for what the steps to come will put
        into lists, as far as that follows from what there is now. Without memory the steps ask again. */
@@ -222,4 +235,5 @@ typedef struct plii_pipeline {
     int entry_capacity;
     int begin[PLII_STAGE_COUNT + 1];
     int substepped_count;
+    uint32_t revision; /* counts features that come and go */
 } plii_pipeline;

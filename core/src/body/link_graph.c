@@ -16,9 +16,9 @@ static void link_graph_build(pli_body* body, void* state) {
 }
 
 static const plii_feature_array link_graph_arrays[] = {
-    {PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1, .is_unsaved = true},
-    {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2, .is_unsaved = true},
-    {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(plii_link_graph, begin), PLII_PER_NODE, .more = 1, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_link_graph, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_link_graph, components), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {0},
 };
 

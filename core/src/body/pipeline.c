@@ -72,6 +72,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
         }
     }
     pipeline->begin[PLII_STAGE_COUNT] = count;
+    pipeline->revision += 1;
     feature_rebuild_substepped(pipeline);
 }
 

@@ -411,9 +411,10 @@ static bool clusters_topology_reserve(const pli_body* body, void* state, const p
 }
 
 static const plii_feature_array clusters_arrays[] = {
-    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
-    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count)},
-    {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count)},
+    {PLII_MEMBER(plii_clusters, node_sums), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_clusters, items, capacity), PLII_COUNTED_BY(plii_clusters, count), .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(plii_clusters, members, member_capacity), PLII_COUNTED_BY(plii_clusters, member_count),
+     .snapshot = PLII_SAVED},
     {0},
 };
 
@@ -440,9 +441,17 @@ static void clusters_topology_commit(pli_body* body, void* state, const plii_top
 /* Impulses of joints and cluster contacts are applied before anything else is solved. */
 enum { CLUSTERS_UPDATE_ORDER = 10, CLUSTERS_APPLY_ORDER = 5 };
 
+static const plii_state_part clusters_parts[] = {
+    PLII_STATE(plii_clusters, def, PLII_SAVED),
+    PLII_STATE(plii_clusters, next_member_count, PLII_LEFT),
+    PLII_STATE(plii_clusters, revision, PLII_SAME),
+    {0},
+};
+
 const plii_feature_class plii_clusters_class = {
     .name = "clusters",
     .state_size = sizeof(plii_clusters),
+    .state_parts = clusters_parts,
     .stages = {[PLII_STAGE_UPDATE] = {clusters_update, CLUSTERS_UPDATE_ORDER},
                [PLII_STAGE_PREPARE] = {clusters_prepare, CLUSTERS_APPLY_ORDER},
                [PLII_STAGE_FINISH] = {clusters_finish, CLUSTERS_APPLY_ORDER}},

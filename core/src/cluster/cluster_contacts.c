@@ -135,34 +135,19 @@ static void cluster_contacts_topology_commit(pli_body* body, void* data, const p
 
 static const plii_feature_array cluster_contacts_arrays[] = {
     {PLII_LIST_OF(plii_cluster_contacts, contacts, capacity), PLII_COUNTED_BY(plii_cluster_contacts, count),
-     .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .is_unsaved = true},
+     .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, boxes, box_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, surface, surface_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, manifolds, manifold_capacity),
-     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count)},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .is_unsaved = true},
+     PLII_COUNTED_BY(plii_cluster_contacts, manifold_count), .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.groups, groups.capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
+    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory),
     {0},
 };
-
-static const plii_feature_array cluster_contacts_saved[] = {PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory), {0}};
-static const plii_state_part cluster_contacts_unsaved[] = {PLII_STATE_PART(plii_cluster_contacts, memory.table),
-                                                           PLII_STATE_PART(plii_cluster_contacts, groups),
-                                                           PLII_STATE_PART(plii_cluster_contacts, has_hulls),
-                                                           PLII_STATE_PART(plii_cluster_contacts, hulls),
-                                                           PLII_STATE_PART(plii_cluster_contacts, hull_count),
-                                                           PLII_STATE_PART(plii_cluster_contacts, tree),
-                                                           PLII_STATE_PART(plii_cluster_contacts, has_neighbours),
-                                                           PLII_STATE_PART(plii_cluster_contacts, neighbours),
-                                                           {0}};
-
-static void cluster_contacts_on_restored(pli_body* body, void* data) {
-    (void)body;
-    plii_pair_cache_index(&((plii_cluster_contacts*)data)->memory);
-}
 
 static void cluster_contacts_disable(pli_body* body, void* data) {
     plii_cluster_contacts* state = data;
@@ -174,7 +159,7 @@ static void cluster_contacts_disable(pli_body* body, void* data) {
 static size_t cluster_contacts_bytes(const pli_body* body, const void* data) {
     (void)body;
     const plii_cluster_contacts* state = data;
-    size_t bytes = (size_t)state->hull_count * sizeof *state->hulls + plii_pair_cache_bytes(&state->memory) +
+    size_t bytes = (size_t)state->hull_count * sizeof *state->hulls + plii_key_table_bytes(&state->memory.table) +
                    plii_key_table_bytes(&state->neighbours);
     for (int i = 0; i < state->hull_count; ++i) {
         bytes += plii_support_points_bytes(&state->hulls[i]);
@@ -233,18 +218,40 @@ enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
 
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
+static void cluster_contacts_on_restored(pli_body* body, void* data) {
+    (void)body;
+    plii_pair_cache_forget_before(&((plii_cluster_contacts*)data)->memory);
+}
+
+static const plii_state_part cluster_contacts_parts[] = {
+    PLII_STATE(plii_cluster_contacts, def, PLII_SAVED),
+    PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, leads, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, groups, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, memory.table, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, free_manifold1, PLII_SAVED),
+    PLII_STATE(plii_cluster_contacts, has_hulls, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, hulls, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, hull_count, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, tree, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, has_tree, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, candidate_count, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, has_neighbours, PLII_LEFT),
+    PLII_STATE(plii_cluster_contacts, neighbours, PLII_LEFT),
+    {0},
+};
+
 const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
+    .state_parts = cluster_contacts_parts,
+    .on_restored = cluster_contacts_on_restored,
     .needs = cluster_contacts_needs,
     .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {cluster_contacts_solve, CLUSTER_CONTACTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {cluster_contacts_finish, CLUSTER_CONTACTS_ORDER}},
     .arrays = cluster_contacts_arrays,
-    .saved_lists = cluster_contacts_saved,
-    .unsaved_parts = cluster_contacts_unsaved,
-    .on_restored = cluster_contacts_on_restored,
     .disable = cluster_contacts_disable,
     .collide_rigid = plii_cluster_contacts_collide_rigid,
     .collide_body = plii_cluster_contacts_collide_body,

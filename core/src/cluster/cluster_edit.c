@@ -58,6 +58,7 @@ pli_status plii_clusters_append(pli_body* body, plii_clusters* clusters, const i
         if (clusters->node_sums == NULL) { return PLI_ERROR_OUT_OF_MEMORY; }
     }
     body->world->needs_reserve = true;
+    clusters->revision += 1;
     clusters->items[clusters->count++] =
         (plii_cluster){.settings = {.collides = true, .max_self_impulse = 100.0f, .self_impulse_factor = 1.0f},
                        .first_member = clusters->member_count,

@@ -120,16 +120,24 @@ static void joints_on_body_removed(pli_body* body, void* state, const pli_body* 
 
 /* Joints hold to clusters, which follow a cut and keep their index. */
 static const plii_feature_array joints_arrays[] = {
-    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count)},
-    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count)},
+    {PLII_LIST_OF(joints_state, items, capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, count),
+     .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(joints_state, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(joints_state, ids.count),
+     .snapshot = PLII_SAVED},
     {0},
 };
 
 enum { JOINTS_ORDER = 10 }; /* before cluster contacts */
 
+static const plii_state_part joints_parts[] = {
+    PLII_STATE(joints_state, ids.first_free1, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class joints_class = {
     .name = "joints",
     .state_size = sizeof(joints_state),
+    .state_parts = joints_parts,
     .arrays = joints_arrays,
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},

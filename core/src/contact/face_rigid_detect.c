@@ -487,7 +487,8 @@ static void rigid_faces_disable(pli_body* body, void* data) {
 static size_t rigid_faces_bytes(const pli_body* body, const void* data) {
     const plii_rigid_faces* state = data;
     (void)body;
-    return plii_pair_cache_bytes(&state->memory) + (size_t)state->substeps.capacity * sizeof *state->substeps.items;
+    return plii_key_table_bytes(&state->memory.table) +
+           (size_t)state->substeps.capacity * sizeof *state->substeps.items;
 }
 
 static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** blocks) {
@@ -501,34 +502,36 @@ static void rigid_faces_topology_commit(pli_body* body, void* data, const plii_t
 enum { RIGID_FACES_CLEAR_ORDER = 5, RIGID_FACES_ORDER = 25 };
 
 static const plii_feature_array rigid_faces_arrays[] = {
-    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count), .is_unsaved = true},
+    {PLII_LIST_OF(plii_rigid_faces, contacts, capacity), PLII_COUNTED_BY(plii_rigid_faces, count),
+     .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
-    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
+    PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory),
     {0},
 };
 
-static const plii_feature_array rigid_faces_saved[] = {PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory), {0}};
-/* Candidates hold shapes. */
-static const plii_state_part rigid_faces_unsaved[] = {PLII_STATE_PART(plii_rigid_faces, candidate_count),
-                                                      PLII_STATE_PART(plii_rigid_faces, memory.table),
-                                                      PLII_STATE_PART(plii_rigid_faces, substeps),
-                                                      {0}};
+static const plii_feature_class* const rigid_faces_needs[] = {&plii_iterated_sweeps_class, NULL};
 
 static void rigid_faces_on_restored(pli_body* body, void* data) {
     (void)body;
-    plii_pair_cache_index(&((plii_rigid_faces*)data)->memory);
+    plii_pair_cache_forget_before(&((plii_rigid_faces*)data)->memory);
 }
 
-static const plii_feature_class* const rigid_faces_needs[] = {&plii_iterated_sweeps_class, NULL};
+static const plii_state_part rigid_faces_parts[] = {
+    PLII_STATE(plii_rigid_faces, def, PLII_SAVED),
+    PLII_STATE(plii_rigid_faces, candidate_count, PLII_LEFT),
+    PLII_STATE(plii_rigid_faces, memory.table, PLII_LEFT),
+    PLII_STATE(plii_rigid_faces, substeps, PLII_LEFT),
+    {0},
+};
 
 const plii_feature_class plii_rigid_faces_class = {
     .name = "rigid face contacts",
     .state_size = sizeof(plii_rigid_faces),
+    .state_parts = rigid_faces_parts,
+    .on_restored = rigid_faces_on_restored,
     .needs = rigid_faces_needs,
     .arrays = rigid_faces_arrays,
-    .saved_lists = rigid_faces_saved,
-    .unsaved_parts = rigid_faces_unsaved,
-    .on_restored = rigid_faces_on_restored,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_faces_clear, RIGID_FACES_CLEAR_ORDER},
                [PLII_STAGE_PREPARE] = {plii_rigid_faces_prepare, RIGID_FACES_ORDER},
                [PLII_STAGE_POSITION] = {plii_rigid_faces_solve, RIGID_FACES_ORDER},

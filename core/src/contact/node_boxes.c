@@ -39,7 +39,7 @@ static void node_boxes_topology_commit(pli_body* body, void* state, const plii_t
 }
 
 static const plii_feature_array node_boxes_arrays[] = {
-    {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true},
+    {PLII_MEMBER(pli_body, node_boxes), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED},
     {0},
 };
 

@@ -337,13 +337,12 @@ static size_t rigid_contacts_bytes(const pli_body* body, const void* data) {
 
 static const plii_feature_array rigid_contacts_arrays[] = {
     {PLII_LIST_OF(plii_rigid_contacts, contacts, capacity), PLII_COUNTED_BY(plii_rigid_contacts, count),
-     .is_unsaved = true},
+     .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_contacts, impulses)},
-    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
+    {PLII_MEMBER(plii_rigid_contacts, substeps.fixed_of_node), PLII_PER_NODE, .is_optional = true,
+     .snapshot = PLII_LEFT},
     {0},
 };
-
-static const plii_state_part rigid_contacts_unsaved[] = {PLII_STATE_PART(plii_rigid_contacts, substeps), {0}};
 
 static void rigid_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
                                            void** blocks) {
@@ -358,12 +357,18 @@ enum { RIGID_CONTACTS_CLEAR_ORDER = 5, RIGID_CONTACTS_ORDER = 20 };
 
 static const plii_feature_class* const rigid_contacts_needs[] = {&plii_iterated_sweeps_class, NULL};
 
+static const plii_state_part rigid_contacts_parts[] = {
+    PLII_STATE(plii_rigid_contacts, def, PLII_SAVED),
+    PLII_STATE(plii_rigid_contacts, substeps, PLII_LEFT),
+    {0},
+};
+
 const plii_feature_class plii_rigid_contacts_class = {
     .name = "rigid contacts",
     .state_size = sizeof(plii_rigid_contacts),
+    .state_parts = rigid_contacts_parts,
     .needs = rigid_contacts_needs,
     .arrays = rigid_contacts_arrays,
-    .unsaved_parts = rigid_contacts_unsaved,
     .stages = {[PLII_STAGE_UPDATE] = {rigid_contacts_clear, RIGID_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_POSITION] = {rigid_contacts_solve, RIGID_CONTACTS_ORDER}},
     .substepped = &plii_rigid_contacts_substepped,

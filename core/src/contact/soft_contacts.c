@@ -94,29 +94,25 @@ static size_t soft_contacts_bytes(const pli_body* body, const void* data) {
 }
 
 static const plii_feature_array soft_contacts_arrays[] = {
-    {PLII_MEMBER(plii_soft_contacts_state, sides), PLII_PER_NODE},
-    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true},
-    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true},
+    {PLII_MEMBER(plii_soft_contacts_state, sides), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(plii_soft_contacts_state, node_boxes), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(plii_soft_contacts_state, face_boxes), PLII_PER_FACE, .is_optional = true, .snapshot = PLII_SAVED},
     {PLII_LIST_OF(plii_soft_contacts_state, contacts, capacity), PLII_COUNTED_BY(plii_soft_contacts_state, count),
-     .is_unsaved = true},
+     .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_soft_contacts_state, impulses)},
-    {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_soft_contacts_state, met, met_capacity), PLII_COUNTED_BY(plii_soft_contacts_state, met_count),
+     .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, faces, face_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .is_unsaved = true},
-    {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .is_unsaved = true},
+     PLII_COUNTED_BY(plii_soft_contacts_state, face_count), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_soft_contacts_state, boxes, box_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, hits, hit_capacity), PLII_COUNTED_BY(plii_soft_contacts_state, hit_count),
-     .is_unsaved = true},
+     .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, nodes, node_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .is_unsaved = true},
+     PLII_COUNTED_BY(plii_soft_contacts_state, node_count), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_soft_contacts_state, face_order, order_capacity),
-     PLII_COUNTED_BY(plii_soft_contacts_state, order_count)},
+     PLII_COUNTED_BY(plii_soft_contacts_state, order_count), .snapshot = PLII_SAVED},
     {0},
 };
-
-static const plii_state_part soft_contacts_unsaved[] = {PLII_STATE_PART(plii_soft_contacts_state, substeps),
-                                                        PLII_STATE_PART(plii_soft_contacts_state, tree),
-                                                        PLII_STATE_PART(plii_soft_contacts_state, near),
-                                                        {0}};
 
 /* Boxes start anew with the next step. */
 static void soft_contacts_topology_commit(pli_body* body, void* data, const plii_topology_change* change,
@@ -132,11 +128,23 @@ static void soft_contacts_topology_commit(pli_body* body, void* data, const plii
 /* Boxes after clusters; contacts after those with rigid bodies and before the links. */
 enum { SOFT_CONTACTS_BOXES_ORDER = 30, SOFT_CONTACTS_ORDER = 30 };
 
+static const plii_state_part soft_contacts_parts[] = {
+    PLII_STATE(plii_soft_contacts_state, def, PLII_SAVED),
+    PLII_STATE(plii_soft_contacts_state, impulse_count, PLII_LEFT),
+    PLII_STATE(plii_soft_contacts_state, substeps, PLII_LEFT),
+    PLII_STATE(plii_soft_contacts_state, step, PLII_SAVED),
+    PLII_STATE(plii_soft_contacts_state, is_sweeping, PLII_SAVED),
+    PLII_STATE(plii_soft_contacts_state, has_boxes, PLII_SAVED),
+    PLII_STATE(plii_soft_contacts_state, tree, PLII_LEFT),
+    PLII_STATE(plii_soft_contacts_state, near, PLII_LEFT),
+    {0},
+};
+
 const plii_feature_class plii_soft_contacts_class = {
     .name = "soft contacts",
     .state_size = sizeof(plii_soft_contacts_state),
+    .state_parts = soft_contacts_parts,
     .arrays = soft_contacts_arrays,
-    .unsaved_parts = soft_contacts_unsaved,
     .stages = {[PLII_STAGE_UPDATE] = {soft_contacts_update, SOFT_CONTACTS_BOXES_ORDER},
                [PLII_STAGE_PREPARE] = {plii_soft_contacts_recover, SOFT_CONTACTS_ORDER},
                [PLII_STAGE_POSITION] = {plii_soft_contacts_solve, SOFT_CONTACTS_ORDER}},

@@ -53,14 +53,23 @@ static void trace_topology_commit(pli_body* body, void* state, const plii_topolo
 }
 
 static const plii_feature_array trace_arrays[] = {
-    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity), PLII_COUNTED_BY(trace_state, ends.tip_count)},
-    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity), PLII_COUNTED_BY(trace_state, ends.edge_count)},
+    {PLII_LIST_OF(trace_state, ends.tips, ends.tip_capacity), PLII_COUNTED_BY(trace_state, ends.tip_count),
+     .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(trace_state, ends.edges, ends.edge_capacity), PLII_COUNTED_BY(trace_state, ends.edge_count),
+     .snapshot = PLII_SAVED},
+    {0},
+};
+
+static const plii_state_part trace_parts[] = {
+    PLII_STATE(trace_state, has_ray, PLII_SAVED),
+    PLII_STATE(trace_state, ray, PLII_SAVED),
     {0},
 };
 
 static const plii_feature_class trace_class = {
     .name = "cut trace",
     .state_size = sizeof(trace_state),
+    .state_parts = trace_parts,
     .arrays = trace_arrays,
     .topology_commit = trace_topology_commit,
 };

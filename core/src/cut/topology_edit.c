@@ -392,6 +392,7 @@ static void edit_replace(pli_body* body, const pli_body* fresh) {
     body->node_count = fresh->node_count;
     body->link_count = fresh->link_count;
     body->link_revision += 1;
+    body->length_revision += 1;
 }
 
 static pli_status edit_commit(plii_edit* edit) {

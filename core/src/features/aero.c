@@ -249,21 +249,37 @@ enum { AERO_VERTEX_ORDER = 10, AERO_FACE_ORDER = 40 };
 static const plii_feature_class* const aero_face_needs[] = {&plii_forces_class, &plii_normals_class,
                                                             &plii_face_normals_class, &plii_areas_class, NULL};
 
+static const plii_state_part aero_vertex_parts[] = {
+    PLII_STATE(aero_state, model, PLII_SAVED),      PLII_STATE(aero_state, lift, PLII_SAVED),
+    PLII_STATE(aero_state, drag, PLII_SAVED),       PLII_STATE(aero_state, wind, PLII_SAVED),
+    PLII_STATE(aero_state, face_forces, PLII_LEFT), {0},
+};
+
 static const plii_feature_class aero_vertex_class = {
     .name = "vertex aerodynamics",
     .state_size = sizeof(aero_state),
+    .state_parts = aero_vertex_parts,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_vertices, AERO_VERTEX_ORDER}},
 };
 
 static const plii_feature_array aero_face_arrays[] = {
-    {PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE},
+    {PLII_MEMBER(aero_state, face_forces), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {0},
+};
+
+static const plii_state_part aero_face_parts[] = {
+    PLII_STATE(aero_state, model, PLII_SAVED),
+    PLII_STATE(aero_state, lift, PLII_SAVED),
+    PLII_STATE(aero_state, drag, PLII_SAVED),
+    PLII_STATE(aero_state, wind, PLII_SAVED),
     {0},
 };
 
 static const plii_feature_class aero_face_class = {
     .name = "face aerodynamics",
     .state_size = sizeof(aero_state),
+    .state_parts = aero_face_parts,
     .needs = aero_face_needs,
     .arrays = aero_face_arrays,
     .stages = {[PLII_STAGE_FORCES] = {aero_run_faces, AERO_FACE_ORDER}},

@@ -254,6 +254,8 @@ static void contact_events_end(pli_body* body, void* data) {
     state->past = state->present;
     state->present = past;
     contact_list_clear(&state->present);
+    /* Both have the same size, so that a snapshot of one fits the other. */
+    (void)contact_list_reserve(body->context, &state->present, state->past.capacity);
     contact_visit visit = {body, state};
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
@@ -365,18 +367,43 @@ static size_t contact_events_bytes(const pli_body* body, const void* data) {
 
 /* What there is outlives a cut. */
 static const plii_feature_array contact_events_arrays[] = {
-    {PLII_LIST_OF(contact_events, present.items, present.capacity), .is_kept = true},
-    {PLII_LIST_OF(contact_events, past.items, past.capacity), .is_kept = true},
-    {PLII_LIST_OF(contact_events, sensed, sensed_capacity), .is_kept = true},
-    {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true},
+    {PLII_LIST_OF(contact_events, present.items, present.capacity), PLII_COUNTED_BY(contact_events, present.count),
+     .is_kept = true, .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(contact_events, past.items, past.capacity), PLII_COUNTED_BY(contact_events, past.count),
+     .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(contact_events, sensed, sensed_capacity), PLII_COUNTED_BY(contact_events, sensed_count),
+     .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(contact_events, events, event_capacity), .is_kept = true, .snapshot = PLII_LEFT},
     {0},
 };
 
 enum { CONTACT_EVENTS_BEGIN_ORDER = 0, CONTACT_EVENTS_END_ORDER = 100 }; /* after normals */
 
+/* What has begun and ended was told already. */
+static void contact_events_on_restored(pli_body* body, void* data) {
+    contact_events* state = data;
+    (void)body;
+    memset(state->event_counts, 0, sizeof state->event_counts);
+    plii_key_table_clear(&state->past.table);
+    plii_key_table_clear(&state->present.table);
+    for (int i = 0; i < state->present.count; ++i) {
+        (void)plii_key_table_add(&state->present.table, plii_pair_key_hash(state->present.items[i].key), i);
+    }
+}
+
+static const plii_state_part contact_events_parts[] = {
+    PLII_STATE(contact_events, def, PLII_SAVED),
+    PLII_STATE(contact_events, present.table, PLII_LEFT),
+    PLII_STATE(contact_events, past.table, PLII_LEFT),
+    PLII_STATE(contact_events, event_counts, PLII_LEFT),
+    {0},
+};
+
 static const plii_feature_class contact_events_class = {
     .name = "contact events",
     .state_size = sizeof(contact_events),
+    .state_parts = contact_events_parts,
+    .on_restored = contact_events_on_restored,
     .arrays = contact_events_arrays,
     .stages = {[PLII_STAGE_UPDATE] = {contact_events_begin, CONTACT_EVENTS_BEGIN_ORDER},
                [PLII_STAGE_REFRESH] = {contact_events_end, CONTACT_EVENTS_END_ORDER}},

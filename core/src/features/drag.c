@@ -178,8 +178,10 @@ static void drag_topology_commit(pli_body* body, void* data, const plii_topology
 }
 
 static const plii_feature_array drag_arrays[] = {
-    {PLII_LIST_OF(drag_state, items, capacity), .is_kept = true},
-    {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), .is_kept = true},
+    {PLII_LIST_OF(drag_state, items, capacity), PLII_COUNTED_BY(drag_state, count), .is_kept = true,
+     .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(drag_state, ids.slots, ids.capacity), PLII_COUNTED_BY(drag_state, ids.count), .is_kept = true,
+     .snapshot = PLII_SAVED},
     {0},
 };
 
@@ -197,9 +199,15 @@ static const plii_substep_class drag_kind = {
 };
 
 /* Stays when the last drag ends, so that old ids stay stale. */
+static const plii_state_part drag_parts[] = {
+    PLII_STATE(drag_state, ids.first_free1, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class drag_class = {
     .name = "drags",
     .state_size = sizeof(drag_state),
+    .state_parts = drag_parts,
     .arrays = drag_arrays,
     .stages = {[PLII_STAGE_PREPARE] = {drag_prepare, DRAG_ORDER},
                [PLII_STAGE_POSITION] = {drag_solve, DRAG_ORDER},

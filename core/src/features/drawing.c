@@ -19,7 +19,7 @@ static void drawn_normals_keep(pli_body* body, void* data) {
 }
 
 static const plii_feature_array drawn_normals_arrays[] = {
-    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE},
+    {PLII_MEMBER(drawn_normals_state, previous), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {0},
 };
 static const plii_feature_class* const drawn_normals_needs[] = {&plii_normals_class, &plii_face_normals_class, NULL};

@@ -57,16 +57,23 @@ static void node_motion_finish(pli_body* body, void* data) {
 }
 
 static const plii_feature_array node_motion_arrays[] = {
-    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true, PLII_COUNTED_BY(node_motion_state, count)},
+    {PLII_LIST_OF(node_motion_state, motions, capacity), .is_kept = true, PLII_COUNTED_BY(node_motion_state, count),
+     .snapshot = PLII_SAVED},
     {0},
 };
 
 /* Before what looks at velocities, and before anchors have the last word. */
 enum { NODE_MOTION_START_ORDER = 0, NODE_MOTION_FINISH_ORDER = 190 };
 
+static const plii_state_part node_motion_parts[] = {
+    PLII_STATE(node_motion_state, ended_count, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class node_motion_class = {
     .name = "node motions",
     .state_size = sizeof(node_motion_state),
+    .state_parts = node_motion_parts,
     .stages = {[PLII_STAGE_FORCES] = {node_motion_start, NODE_MOTION_START_ORDER},
                [PLII_STAGE_FINISH] = {node_motion_finish, NODE_MOTION_FINISH_ORDER}},
     .arrays = node_motion_arrays,

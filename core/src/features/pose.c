@@ -112,16 +112,24 @@ static void pose_topology_commit(pli_body* body, void* state, const plii_topolog
 }
 
 static const plii_feature_array pose_arrays[] = {
-    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true},
-    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE},
+    {PLII_MEMBER(pose_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pose_state, weights), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {0},
 };
 
 enum { POSE_ORDER = 40 }; /* after all else that follows from predicted positions */
 
+static const plii_state_part pose_parts[] = {
+    PLII_STATE(pose_state, matching, PLII_SAVED),
+    PLII_STATE(pose_state, rotation, PLII_SAVED),
+    PLII_STATE(pose_state, centre, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class pose_class = {
     .name = "pose matching",
     .state_size = sizeof(pose_state),
+    .state_parts = pose_parts,
     .stages = {[PLII_STAGE_UPDATE] = {pose_run, POSE_ORDER}},
     .arrays = pose_arrays,
     .topology_commit = pose_topology_commit,

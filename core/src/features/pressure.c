@@ -31,9 +31,15 @@ static void pressure_run(pli_body* body, void* state) {
 
 enum { PRESSURE_ORDER = 20 }; /* between vertex and face aerodynamics */
 
+static const plii_state_part pressure_parts[] = {
+    PLII_STATE(pressure_state, coefficient, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class pressure_class = {
     .name = "pressure",
     .state_size = sizeof(pressure_state),
+    .state_parts = pressure_parts,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {pressure_run, PRESSURE_ORDER}},
 };

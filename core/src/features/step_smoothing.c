@@ -44,16 +44,23 @@ static void step_smoothing_finish(pli_body* body, void* data) {
 }
 
 static const plii_feature_array step_smoothing_arrays[] = {
-    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(step_smoothing_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {0},
 };
 
 /* Not in Bullet. Before all forces, and after all that changes velocities. */
 enum { STEP_SMOOTHING_START_ORDER = 0, STEP_SMOOTHING_FINISH_ORDER = 100 };
 
+static const plii_state_part step_smoothing_parts[] = {
+    PLII_STATE(step_smoothing_state, reference_dt, PLII_SAVED),
+    PLII_STATE(step_smoothing_state, is_shorter, PLII_LEFT),
+    {0},
+};
+
 static const plii_feature_class step_smoothing_class = {
     .name = "step smoothing",
     .state_size = sizeof(step_smoothing_state),
+    .state_parts = step_smoothing_parts,
     .stages = {[PLII_STAGE_FORCES] = {step_smoothing_start, STEP_SMOOTHING_START_ORDER},
                [PLII_STAGE_FINISH] = {step_smoothing_finish, STEP_SMOOTHING_FINISH_ORDER}},
     .arrays = step_smoothing_arrays,

@@ -271,8 +271,9 @@ static void target_topology_commit(pli_body* body, void* data, const plii_topolo
 // -------------------------------------------------------------------------------------------------------- the feature
 
 static const plii_feature_array target_arrays[] = {
-    {PLII_LIST_OF(target_state, items, capacity), .is_kept = true},
-    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true},
+    {PLII_LIST_OF(target_state, items, capacity), PLII_COUNTED_BY(target_state, count), .is_kept = true,
+     .snapshot = PLII_SAVED},
+    {PLII_MEMBER(target_state, places), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_SAVED},
     {0},
 };
 
@@ -291,9 +292,16 @@ static const plii_substep_class target_kind = {
     .is_idle = target_has_none,
 };
 
+static const plii_state_part target_parts[] = {
+    PLII_STATE(target_state, given, PLII_SAVED),
+    PLII_STATE(target_state, has_limits, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class target_class = {
     .name = "targets",
     .state_size = sizeof(target_state),
+    .state_parts = target_parts,
     .arrays = target_arrays,
     .stages = {[PLII_STAGE_FORCES] = {target_start, TARGET_START_ORDER},
                [PLII_STAGE_POSITION] = {target_solve, TARGET_ORDER},

@@ -286,11 +286,13 @@ static float tether_room(const pli_body* body, const void* data, const plii_subs
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static const plii_feature_array tether_arrays[] = {
-    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE},
+    {PLII_MEMBER(tether_state, tethers), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {PLII_LIST_OF(tether_state, constraints, constraint_capacity), PLII_COUNTED_BY(tether_state, constraint_count),
-     .is_unsaved = true},
-    {PLII_LIST_OF(tether_state, origins, origin_capacity), PLII_COUNTED_BY(tether_state, origin_count)},
-    {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count), .is_unsaved = true},
+     .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(tether_state, origins, origin_capacity), PLII_COUNTED_BY(tether_state, origin_count),
+     .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(tether_state, loads, load_capacity), PLII_COUNTED_BY(tether_state, load_count),
+     .snapshot = PLII_LEFT},
     {0},
 };
 
@@ -317,9 +319,16 @@ static const plii_substep_class tether_kind = {
     .room = tether_room,
 };
 
+static const plii_state_part tether_parts[] = {
+    PLII_STATE(tether_state, def, PLII_SAVED),
+    PLII_STATE(tether_state, link_revision, PLII_LEFT),
+    {0},
+};
+
 static const plii_feature_class tether_class = {
     .name = "tethers",
     .state_size = sizeof(tether_state),
+    .state_parts = tether_parts,
     .stages =
         {[PLII_STAGE_PREPARE] = {tether_prepare, TETHER_ORDER}, [PLII_STAGE_POSITION] = {tether_solve, TETHER_ORDER}},
     .substepped = &tether_kind,

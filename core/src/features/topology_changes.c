@@ -42,14 +42,21 @@ static void changes_topology_commit(pli_body* body, void* data, const plii_topol
 
 static const plii_feature_array topology_changes_arrays[] = {
     {PLII_LIST_OF(topology_changes_state, new_nodes, new_node_capacity), .is_kept = true,
-     PLII_COUNTED_BY(topology_changes_state, new_node_count)},
-    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE},
+     PLII_COUNTED_BY(topology_changes_state, new_node_count), .snapshot = PLII_SAVED},
+    {PLII_MEMBER(topology_changes_state, face_parents), PLII_PER_FACE, .snapshot = PLII_SAVED},
+    {0},
+};
+
+static const plii_state_part topology_changes_parts[] = {
+    PLII_STATE(topology_changes_state, old_node_count, PLII_SAVED),
+    PLII_STATE(topology_changes_state, old_face_count, PLII_SAVED),
     {0},
 };
 
 static const plii_feature_class topology_changes_class = {
     .name = "topology changes",
     .state_size = sizeof(topology_changes_state),
+    .state_parts = topology_changes_parts,
     .arrays = topology_changes_arrays,
     .topology_reserve = changes_topology_reserve,
     .topology_commit = changes_topology_commit,

@@ -38,9 +38,16 @@ static pli_status volume_enable(pli_body* body, void* state) {
 
 enum { VOLUME_ORDER = 30 }; /* after pressure */
 
+static const plii_state_part volume_parts[] = {
+    PLII_STATE(volume_state, coefficient, PLII_SAVED),
+    PLII_STATE(volume_state, rest_volume, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class volume_class = {
     .name = "volume",
     .state_size = sizeof(volume_state),
+    .state_parts = volume_parts,
     .needs = plii_surface_force_needs,
     .stages = {[PLII_STAGE_FORCES] = {volume_run, VOLUME_ORDER}},
     .enable = volume_enable,

@@ -18,12 +18,6 @@ static bool pair_reserve_table(pli_context* context, plii_pair_cache* cache, int
     return plii_key_table_reserve(&cache->table, (size_t)count);
 }
 
-static void pair_fill_table(plii_pair_cache* cache) {
-    for (int i = 0; i < cache->before_count; ++i) {
-        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
-    }
-}
-
 bool plii_pair_cache_reserve(pli_context* context, plii_pair_cache* cache, int count) {
     return PLII_RESERVE(context, &cache->present, &cache->present_capacity, count) &&
            PLII_RESERVE(context, &cache->before, &cache->before_capacity, count) &&
@@ -52,13 +46,15 @@ bool plii_pair_cache_begin_step(pli_context* context, plii_pair_cache* cache) {
         cache->before_count = 0;
         return false;
     }
-    pair_fill_table(cache);
+    for (int i = 0; i < cache->before_count; ++i) {
+        (void)plii_key_table_add(&cache->table, plii_pair_key_hash(cache->before[i].key), i);
+    }
     return true;
 }
 
-void plii_pair_cache_index(plii_pair_cache* cache) {
+void plii_pair_cache_forget_before(plii_pair_cache* cache) {
+    cache->before_count = 0;
     plii_key_table_clear(&cache->table);
-    pair_fill_table(cache);
 }
 
 /* Among those of the last step, or PLI_NULL_INDEX. */

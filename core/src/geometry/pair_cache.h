@@ -42,7 +42,7 @@ plii_convex_cache* plii_pair_cache_get(pli_context* context, plii_pair_cache* ca
 plii_convex_cache* plii_pair_cache_find(const plii_pair_cache* cache, plii_pair_key key);
 /* Somebody goes away or changes: all pairs start anew. */
 void plii_pair_cache_clear(plii_pair_cache* cache);
-/* Makes the table anew, for which there is memory: lists were replaced. */
-void plii_pair_cache_index(plii_pair_cache* cache);
+/* What was present was replaced. */
+void plii_pair_cache_forget_before(plii_pair_cache* cache);
 void plii_pair_cache_release(pli_context* context, plii_pair_cache* cache);
 size_t plii_pair_cache_bytes(const plii_pair_cache* cache);

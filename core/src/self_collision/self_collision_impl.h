@@ -47,12 +47,12 @@ static inline plii_self_nodes plii_self_nodes_of_substep(const pli_body* body, c
 /* Lists of a feature for a plii_spatial_hash and a plii_node_pairs of its state: nothing in them is needed by the next
    step. */
 #define PLII_SPATIAL_HASH_LISTS(type, hash, near)                                                                      \
-    {PLII_LIST_OF(type, hash.starts, hash.start_capacity), .is_kept = true},                                           \
-        {PLII_LIST_OF(type, hash.cells, hash.cell_capacity), .is_kept = true},                                         \
-        {PLII_LIST_OF(type, hash.nodes, hash.node_capacity), .is_kept = true},                                         \
-        {PLII_LIST_OF(type, hash.columns, hash.column_capacity), .is_kept = true},                                     \
-        {PLII_LIST_OF(type, hash.components, hash.component_capacity), .is_kept = true}, {                             \
-        PLII_LIST_OF(type, near.pairs, near.capacity), .is_kept = true                                                 \
+    {PLII_LIST_OF(type, hash.starts, hash.start_capacity), .is_kept = true, .snapshot = PLII_LEFT},                    \
+        {PLII_LIST_OF(type, hash.cells, hash.cell_capacity), .is_kept = true, .snapshot = PLII_LEFT},                  \
+        {PLII_LIST_OF(type, hash.nodes, hash.node_capacity), .is_kept = true, .snapshot = PLII_LEFT},                  \
+        {PLII_LIST_OF(type, hash.columns, hash.column_capacity), .is_kept = true, .snapshot = PLII_LEFT},              \
+        {PLII_LIST_OF(type, hash.components, hash.component_capacity), .is_kept = true, .snapshot = PLII_LEFT}, {      \
+        PLII_LIST_OF(type, near.pairs, near.capacity), .is_kept = true, .snapshot = PLII_LEFT                          \
     }
 
 /* A unit vector that depends on the indices only, for points that coincide. */

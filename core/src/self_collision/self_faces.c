@@ -75,24 +75,26 @@ static void self_faces_sweep(pli_body* body, void* data, const plii_substep* sub
 // -------------------------------------------------------------------------------------------------------------- memory
 
 static const plii_feature_array self_faces_arrays[] = {
-    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .is_unsaved = true},
-    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(plii_self_faces_state, rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_self_faces_state, starts), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_self_faces_state, was), PLII_PER_NODE, .snapshot = PLII_LEFT},
     {PLII_MEMBER(plii_self_faces_state, rows), PLII_PER_NODE, .more = 1, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, firsts), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, seconds), PLII_PER_FACE, .times = 3, .is_scratch = true},
     {PLII_MEMBER(plii_self_faces_state, corners), PLII_PER_FACE, .times = 3, .is_scratch = true},
-    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .is_unsaved = true},
-    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE},
-    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count)},
-    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count)},
+    {PLII_MEMBER(plii_self_faces_state, edges), PLII_PER_FACE, .times = 3, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(plii_self_faces_state, last), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(plii_self_faces_state, tree.items, tree.item_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_self_faces_state, tree.boxes, tree.box_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_self_faces_state, tree.keys, tree.key_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_self_faces_state, tree.sorting, tree.sorting_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_self_faces_state, boxes, box_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_self_faces_state, pairs, pair_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
+     .snapshot = PLII_SAVED},
+    {PLII_LIST_OF(plii_self_faces_state, due, due_capacity), PLII_COUNTED_BY(plii_self_faces_state, pair_count),
+     .snapshot = PLII_SAVED},
     {PLII_LIST_OF(plii_self_faces_state, active, active_capacity), PLII_COUNTED_BY(plii_self_faces_state, active_count),
-     .is_unsaved = true},
+     .snapshot = PLII_LEFT},
     {0},
 };
 
@@ -127,9 +129,23 @@ static const plii_substep_class self_faces_kind = {
     .restart = self_faces_restart_substep,
     .sweep = self_faces_sweep,
 };
+static const plii_state_part self_faces_parts[] = {
+    PLII_STATE(plii_self_faces_state, def, PLII_SAVED),
+    PLII_STATE(plii_self_faces_state, travel, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, motion, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, reach, PLII_SAVED),
+    PLII_STATE(plii_self_faces_state, moved, PLII_SAVED),
+    PLII_STATE(plii_self_faces_state, mean_edge_length, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, edge_count, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, tree, PLII_LEFT),
+    PLII_STATE(plii_self_faces_state, report, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class self_faces_class = {
     .name = "self-collision of faces",
     .state_size = sizeof(plii_self_faces_state),
+    .state_parts = self_faces_parts,
     .stages = {[PLII_STAGE_PREPARE] = {self_faces_run_prepare, SELF_FACES_ORDER},
                [PLII_STAGE_POSITION] = {self_faces_run_position, SELF_FACES_ORDER},
                [PLII_STAGE_FINISH] = {self_faces_run_finish, SELF_FACES_LAST_ORDER}},

@@ -92,7 +92,7 @@ static void self_grids_run(pli_body* body, void* data) {
 // ------------------------------------------------------------------------------------------------------ the feature
 
 static const plii_feature_array self_grids_arrays[] = {
-    {PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE},
+    {PLII_MEMBER(self_grids_state, positions), PLII_PER_NODE, .snapshot = PLII_LEFT},
     PLII_SPATIAL_HASH_LISTS(self_grids_state, hash, pairs),
     {0},
 };
@@ -101,9 +101,18 @@ static const plii_feature_class* const self_grids_needs[] = {&plii_link_graph_cl
 /* Not in Bullet. After clusters and contacts have finished, before self-collision of faces. */
 enum { SELF_GRIDS_ORDER = 50 };
 
+static const plii_state_part self_grids_parts[] = {
+    PLII_STATE(self_grids_state, def, PLII_SAVED),
+    PLII_STATE(self_grids_state, hash, PLII_LEFT),
+    PLII_STATE(self_grids_state, pairs, PLII_LEFT),
+    PLII_STATE(self_grids_state, report, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class self_grids_class = {
     .name = "self-collision by two grids",
     .state_size = sizeof(self_grids_state),
+    .state_parts = self_grids_parts,
     .needs = self_grids_needs,
     .stages = {[PLII_STAGE_FINISH] = {self_grids_run, SELF_GRIDS_ORDER}},
     .arrays = self_grids_arrays,

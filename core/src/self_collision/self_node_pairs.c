@@ -224,6 +224,15 @@ static void self_nodes_choose_reach(plii_self_node_pairs* state, int node_count)
     }
 }
 
+static bool self_nodes_build_hash(const pli_body* body, plii_self_node_pairs* state) {
+    return plii_spatial_hash_build(body->context, &state->hash, body->node_count, state->middle,
+                                   state->thickness + 2.0f * state->reach, 0.0f);
+}
+
+void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state) {
+    if (state->is_known && !self_nodes_build_hash(body, state)) { state->is_known = false; }
+}
+
 /* Of all nodes, along `travel`. */
 static void self_nodes_search(const pli_body* body, const plii_link_graph* graph, plii_self_node_pairs* state) {
     const int node_count = body->node_count;
@@ -239,8 +248,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->near.is_truncated = false;
     if (!self_nodes_reserve(body, state, SELF_NODES_PAIRS_PER_NODE * node_count) ||
         !PLII_RESERVE(body->context, &state->near.pairs, &state->near.capacity, PLII_NODE_PAIRS_ROOM) ||
-        !plii_spatial_hash_build(body->context, &state->hash, node_count, state->middle,
-                                 state->thickness + 2.0f * state->reach, 0.0f)) {
+        !self_nodes_build_hash(body, state)) {
         state->is_truncated = true;
         return;
     }

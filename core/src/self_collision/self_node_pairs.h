@@ -44,6 +44,8 @@ typedef struct plii_self_node_pairs {
 enum { PLII_SELF_NODES_PER_APART = 32, PLII_SELF_NODES_APART = 64 };
 
 /* With new arrays of nodes, which the caller declares. */
+/* The table of the last search, from `middle` and `reach`. */
+void plii_self_node_pairs_rebuild(pli_body* body, plii_self_node_pairs* state);
 void plii_self_node_pairs_start(plii_self_node_pairs* state);
 
 /* All start from `at`. */

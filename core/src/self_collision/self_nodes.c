@@ -299,25 +299,52 @@ static const plii_substep_class self_nodes_kind = {
     .finish = self_nodes_finish,
 };
 static const plii_feature_array self_nodes_arrays[] = {
-    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .is_unsaved = true},
-    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE},
-    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE},
+    {PLII_MEMBER(self_nodes_state, pairs.rest), PLII_PER_NODE, .is_kept = true, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(self_nodes_state, pairs.middle), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.local), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(self_nodes_state, pairs.searched), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.travel), PLII_PER_NODE, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.is_apart), PLII_PER_NODE, .snapshot = PLII_SAVED},
     {PLII_MEMBER(self_nodes_state, pairs.apart), PLII_PER_NODE, .per = PLII_SELF_NODES_PER_APART,
-     .more = PLII_SELF_NODES_APART},
-    {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE},
+     .more = PLII_SELF_NODES_APART, .snapshot = PLII_SAVED},
+    {PLII_MEMBER(self_nodes_state, pairs.linked_to), PLII_PER_NODE, .snapshot = PLII_LEFT},
     PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.near),
-    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity), PLII_COUNTED_BY(self_nodes_state, pairs.count)},
+    {PLII_LIST_OF(self_nodes_state, pairs.pairs, pairs.capacity), PLII_COUNTED_BY(self_nodes_state, pairs.count),
+     .snapshot = PLII_SAVED},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
-     .is_unsaved = true},
+     .snapshot = PLII_LEFT},
     {0},
 };
 static const plii_feature_class* const self_nodes_needs[] = {&plii_link_graph_class, NULL};
+/* Later searches of single nodes look into the table of the last search of all. */
+static void self_nodes_on_restored(pli_body* body, void* data) {
+    plii_self_node_pairs_rebuild(body, &((self_nodes_state*)data)->pairs);
+}
+
+static const plii_state_part self_nodes_parts[] = {
+    PLII_STATE(self_nodes_state, def, PLII_SAVED),
+    PLII_STATE(self_nodes_state, origin, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.thickness, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.at, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.apart_count, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.searched_at, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.travel_time, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.drift, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.reach, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.hash, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.near, PLII_LEFT),
+    PLII_STATE(self_nodes_state, pairs.is_known, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.is_truncated, PLII_SAVED),
+    PLII_STATE(self_nodes_state, pairs.searches, PLII_SAVED),
+    PLII_STATE(self_nodes_state, report, PLII_SAVED),
+    {0},
+};
+
 static const plii_feature_class self_nodes_class = {
     .name = "self-collision of nodes",
     .state_size = sizeof(self_nodes_state),
+    .state_parts = self_nodes_parts,
+    .on_restored = self_nodes_on_restored,
     .needs = self_nodes_needs,
     .stages = {[PLII_STAGE_UPDATE] = {self_nodes_run_update, SELF_NODES_LIMIT_ORDER},
                [PLII_STAGE_PREPARE] = {self_nodes_run_prepare, SELF_NODES_ORDER},

@@ -9,8 +9,6 @@
 
 #include <string.h>
 
-enum { SNAPSHOT_MAX_STATE = 4096 }; /* bytes of the state of a feature */
-
 typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
 typedef struct snapshot_walk {
@@ -103,108 +101,91 @@ static void snapshot_same(snapshot_walk* walk, uint64_t number, const char* what
 }
 #define SNAPSHOT_POINTER(pointer) ((uint64_t)(uintptr_t)(pointer))
 
-/* `count` elements of a list that has room for `capacity`. */
-static void snapshot_list(snapshot_walk* walk, void* list, size_t count, size_t capacity, size_t element_size,
-                          const char* what, const char* feature) {
-    const uint64_t saved = snapshot_number(walk, count);
-    if (walk->status != PLI_OK) { return; }
-    if (walk->mode >= SNAPSHOT_COMPARE && saved > capacity) {
-        snapshot_refuse(walk, what, feature);
-        return;
-    }
-    snapshot_bytes(walk, list, (size_t)saved * element_size);
-}
-
 // ------------------------------------------------------------------------------------------------------- features
 
-static bool snapshot_ends(const plii_feature_array* array) {
-    return array == NULL || array->element_size == 0;
+static void snapshot_set_count(const plii_feature_array* array, void* state, int count) {
+    if (array->count != 0) { memcpy((char*)state + array->count, &count, sizeof count); }
 }
 
-/* The state without the addresses and capacities in it. */
-static void snapshot_state(snapshot_walk* walk, const plii_feature_class* klass, void* state) {
-    const size_t size = klass->state_size;
-    if (size > SNAPSHOT_MAX_STATE) {
-        snapshot_refuse(walk, "there is no room for the state", klass->name);
+static void snapshot_list_of_feature(snapshot_walk* walk, pli_body* body, const plii_feature_class* klass,
+                                     const plii_feature_array* array, void* state) {
+    const size_t room = plii_feature_array_bytes(body, array, state) / array->element_size;
+    int count = (int)room;
+    if (array->count != 0) { memcpy(&count, (const char*)state + array->count, sizeof count); }
+    const uint64_t saved = snapshot_number(walk, (uint64_t)count);
+    if (walk->status != PLI_OK) { return; }
+    if (saved > room) {
+        snapshot_refuse(walk, "there is less memory than then for a list", klass->name);
         return;
     }
-    unsigned char now[SNAPSHOT_MAX_STATE];
-    if (walk->mode == SNAPSHOT_RESTORE && size > 0) { memcpy(now, state, size); }
-    snapshot_bytes(walk, state, size);
-    if (walk->mode != SNAPSHOT_RESTORE) { return; }
-    unsigned char* bytes = state;
-    const plii_feature_array* const tables[2] = {klass->arrays, klass->saved_lists};
-    for (int t = 0; t < 2; ++t) {
-        for (const plii_feature_array* array = tables[t]; !snapshot_ends(array); ++array) {
-            if (array->is_in_body) { continue; }
-            memcpy(bytes + array->member, now + array->member, sizeof(void*));
-            if (array->length < PLII_LIST) { continue; }
-            const size_t capacity_size = array->length == PLII_LIST ? sizeof(int) : sizeof(size_t);
-            memcpy(bytes + array->capacity, now + array->capacity, capacity_size);
-            const int none = 0;
-            if (array->is_unsaved && array->count != 0) { memcpy(bytes + array->count, &none, sizeof none); }
-        }
-    }
-    for (const plii_state_part* part = klass->unsaved_parts; part != NULL && part->size > 0; ++part) {
-        memcpy(bytes + part->offset, now + part->offset, part->size);
-    }
+    snapshot_bytes(walk, plii_feature_array_address(body, array, state), (size_t)saved * array->element_size);
+    if (walk->mode == SNAPSHOT_RESTORE) { snapshot_set_count(array, state, (int)saved); }
 }
 
-/* Before the state is restored: counts in it are those of now while comparing and saving. */
 static void snapshot_array(snapshot_walk* walk, pli_body* body, const plii_feature_class* klass,
                            const plii_feature_array* array, void* state) {
-    if (array->is_unsaved || array->is_scratch) { return; }
-    const size_t held = plii_feature_array_bytes(body, array, state);
-    size_t used = held;
-    if (array->count != 0) {
-        int count = 0;
-        memcpy(&count, (const char*)state + array->count, sizeof count);
-        used = (size_t)count * array->element_size;
-    }
-    void* block = plii_feature_array_address(body, array, state);
+    if (array->snapshot == PLII_LEFT && walk->mode == SNAPSHOT_RESTORE) { snapshot_set_count(array, state, 0); }
+    if (array->snapshot != PLII_SAVED) { return; }
     if (array->length >= PLII_LIST) {
-        snapshot_list(walk, block, used, held, 1, "there is less memory than then for a list", klass->name);
+        snapshot_list_of_feature(walk, body, klass, array, state);
         return;
     }
-    const bool had = snapshot_number(walk, block != NULL) != 0;
+    void* block = plii_feature_array_address(body, array, state);
+    const size_t size = plii_feature_array_bytes(body, array, state);
+    const bool was_there = snapshot_number(walk, block != NULL) != 0;
     if (walk->status != PLI_OK) { return; }
-    if (walk->mode >= SNAPSHOT_COMPARE && had && block == NULL) {
-        snapshot_refuse(walk, "there is no memory now for something", klass->name);
-    } else if (had) {
-        snapshot_bytes(walk, block, held);
+    if (walk->mode >= SNAPSHOT_COMPARE && was_there && block == NULL) {
+        snapshot_refuse(walk, "an array is not there any more", klass->name);
+    } else if (was_there) {
+        snapshot_bytes(walk, block, size);
     } else if (walk->mode == SNAPSHOT_RESTORE && block != NULL) {
-        memset(block, 0, held); /* as it is where it is only there while somebody wants it */
+        memset(block, 0, size); /* as it is when it comes to be there */
     }
+}
+
+static void snapshot_part(snapshot_walk* walk, const plii_feature_class* klass, const plii_state_part* part,
+                          void* state) {
+    unsigned char* bytes = (unsigned char*)state + part->offset;
+    if (part->snapshot == PLII_SAVED) { snapshot_bytes(walk, bytes, part->size); }
+    if (part->snapshot != PLII_SAME || !snapshot_has(walk, part->size)) { return; }
+    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, bytes, part->size); }
+    const bool differs = walk->mode >= SNAPSHOT_COMPARE && memcmp(bytes, walk->from + walk->at, part->size) != 0;
+    walk->at += part->size;
+    if (differs) { snapshot_refuse(walk, "what it was made for has changed, the state", klass->name); }
 }
 
 static void snapshot_feature(snapshot_walk* walk, pli_body* body, const plii_feature* feature) {
     const plii_feature_class* klass = feature->klass;
-    snapshot_same(walk, SNAPSHOT_POINTER(klass), "other features; now there is one", klass->name);
-    snapshot_same(walk, SNAPSHOT_POINTER(feature->state), "it was disabled and enabled, the state", klass->name);
-    const plii_feature_array* const tables[2] = {klass->arrays, klass->saved_lists};
-    for (int t = 0; t < 2; ++t) {
-        for (const plii_feature_array* array = tables[t]; !snapshot_ends(array) && walk->status == PLI_OK; ++array) {
-            snapshot_array(walk, body, klass, array, feature->state);
-        }
+    void* state = feature->state;
+    for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
+        snapshot_part(walk, klass, part, state);
     }
-    snapshot_state(walk, klass, feature->state);
-    if (walk->mode == SNAPSHOT_RESTORE && klass->on_restored != NULL) { klass->on_restored(body, feature->state); }
+    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+        if (walk->status != PLI_OK) { return; }
+        snapshot_array(walk, body, klass, array, state);
+    }
+    if (walk->mode == SNAPSHOT_RESTORE && klass->on_restored != NULL) { klass->on_restored(body, state); }
 }
 
 // --------------------------------------------------------------------------------------------- bodies and the world
 
 #define SNAPSHOT_MEMBER(walk, member) snapshot_bytes(walk, &(member), sizeof(member))
 
+/* Masses are with the positions; what follows from them is made anew where they were others. */
+static void snapshot_link_revision(snapshot_walk* walk, pli_body* body) {
+    const bool is_same = snapshot_number(walk, body->link_revision) == body->link_revision;
+    if (walk->mode == SNAPSHOT_RESTORE && !is_same) { body->link_revision += 1; }
+}
+
 static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     const size_t nodes = (size_t)body->node_count * sizeof(pli_vec4);
     snapshot_same(walk, SNAPSHOT_POINTER(body), "it is another body", NULL);
-    snapshot_same(walk, SNAPSHOT_POINTER(body->topology), "it was cut or refined", NULL);
-    snapshot_same(walk, (uint64_t)(unsigned)body->node_count, "it has another number of nodes", NULL);
-    snapshot_same(walk, (uint64_t)(unsigned)body->link_count, "it has another number of links", NULL);
-    snapshot_same(walk, body->link_revision, "links, rest lengths or masses were changed", NULL);
-    snapshot_same(walk, (uint64_t)(unsigned)body->material_count, "it has another number of materials", NULL);
+    snapshot_same(walk, body->length_revision, "it was cut or refined, or rest lengths were set", NULL);
+    snapshot_same(walk, body->pipeline.revision, "features were enabled or disabled", NULL);
     snapshot_same(walk, SNAPSHOT_POINTER(body->solver_class), "it has another solver", NULL);
-    snapshot_same(walk, (uint64_t)(unsigned)body->pipeline.feature_count, "it has another number of features", NULL);
+    snapshot_same(walk, (uint64_t)body->node_count, "it has another number of nodes", NULL);
+    snapshot_same(walk, (uint64_t)body->material_count, "it has another number of materials", NULL);
+    snapshot_link_revision(walk, body);
     snapshot_bytes(walk, body->positions, nodes);
     snapshot_bytes(walk, body->previous, nodes);
     snapshot_bytes(walk, body->velocities, nodes);
@@ -216,24 +197,26 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     SNAPSHOT_MEMBER(walk, body->step);
     SNAPSHOT_MEMBER(walk, body->joint_iterations);
     SNAPSHOT_MEMBER(walk, body->sweeping_features);
-    SNAPSHOT_MEMBER(walk, body->has_swept_contacts);
-    SNAPSHOT_MEMBER(walk, body->has_early_bounds);
-    snapshot_list(walk, body->ignored_rigids, (size_t)body->ignored_rigid_count, (size_t)body->ignored_rigid_capacity,
-                  sizeof *body->ignored_rigids, "there is less memory than then for rigid bodies to ignore", NULL);
-    SNAPSHOT_MEMBER(walk, body->ignored_rigid_count);
+    const uint64_t ignored = snapshot_number(walk, (uint64_t)body->ignored_rigid_count);
+    if (walk->mode >= SNAPSHOT_COMPARE && ignored > (uint64_t)body->ignored_rigid_capacity) {
+        snapshot_refuse(walk, "there is less memory than then for rigid bodies that it ignores", NULL);
+    }
+    if (walk->status != PLI_OK) { return; }
+    snapshot_bytes(walk, body->ignored_rigids, (size_t)ignored * sizeof(*body->ignored_rigids));
+    if (walk->mode == SNAPSHOT_RESTORE) { body->ignored_rigid_count = (int)ignored; }
     for (int i = 0; i < body->pipeline.feature_count && walk->status == PLI_OK; ++i) {
         snapshot_feature(walk, body, &body->pipeline.features[i]);
     }
 }
 
 static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
-    snapshot_same(walk, SNAPSHOT_POINTER(rigid), "there are other rigid bodies", NULL);
     SNAPSHOT_MEMBER(walk, rigid->kind);
     SNAPSHOT_MEMBER(walk, rigid->state);
     SNAPSHOT_MEMBER(walk, rigid->friction);
     SNAPSHOT_MEMBER(walk, rigid->linear_factor);
     SNAPSHOT_MEMBER(walk, rigid->angular_factor);
     SNAPSHOT_MEMBER(walk, rigid->is_absent);
+    SNAPSHOT_MEMBER(walk, rigid->is_sensor);
     SNAPSHOT_MEMBER(walk, rigid->was_touched);
     SNAPSHOT_MEMBER(walk, rigid->needs_reintegration);
     SNAPSHOT_MEMBER(walk, rigid->pose_version);
@@ -243,18 +226,17 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->start_angular_velocity);
     SNAPSHOT_MEMBER(walk, rigid->path);
     SNAPSHOT_MEMBER(walk, rigid->pull);
+    if (walk->mode == SNAPSHOT_RESTORE) { rigid->path.next = NULL; }
 }
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {
-    snapshot_same(walk, (uint64_t)(unsigned)world->body_count, "the world has another number of bodies", NULL);
-    snapshot_same(walk, (uint64_t)(unsigned)world->rigid_count, "the world has another number of rigid bodies", NULL);
+    snapshot_same(walk, world->revision, "bodies or rigid bodies have come or gone", NULL);
     SNAPSHOT_MEMBER(walk, world->def.gravity);
     SNAPSHOT_MEMBER(walk, world->def.air_density);
     SNAPSHOT_MEMBER(walk, world->dt);
-    SNAPSHOT_MEMBER(walk, world->shortage);
-    snapshot_list(walk, world->events, (size_t)world->event_count, (size_t)world->event_capacity, sizeof *world->events,
-                  "there is less memory than then for events", NULL);
-    SNAPSHOT_MEMBER(walk, world->event_count);
+    if (walk->status != PLI_OK) { return; }
+    snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof(*world->sweep));
+    if (walk->mode == SNAPSHOT_RESTORE) { world->event_count = 0; }
     for (int i = 0; i < world->rigid_count && walk->status == PLI_OK; ++i) {
         snapshot_rigid(walk, world->rigids[i]);
     }
@@ -263,7 +245,6 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
         snapshot_body(walk, world->bodies[i]);
     }
     walk->body = PLI_NULL_INDEX;
-    snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof *world->sweep);
 }
 
 // ---------------------------------------------------------------------------------------------------------- calls

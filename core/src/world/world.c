@@ -125,6 +125,7 @@ pli_status plii_world_add_body(pli_world* world, pli_body* body) {
     body->world_index = world->body_count;
     world->sweep[world->body_count] = body;
     world->bodies[world->body_count++] = body;
+    world->revision += 1;
     return PLI_OK;
 }
 
@@ -169,6 +170,7 @@ void plii_world_remove_body(pli_world* world, pli_body* body) {
         if (world->sweep[i] != body) { world->sweep[kept++] = world->sweep[i]; }
     }
     world->body_count -= 1;
+    world->revision += 1;
     world_drop_events(world, body, NULL);
 }
 
@@ -180,6 +182,7 @@ pli_status plii_world_add_rigid(pli_world* world, pli_rigid* rigid) {
     world->needs_reserve = true;
     rigid->world_index = world->rigid_count;
     world->rigids[world->rigid_count++] = rigid;
+    world->revision += 1;
     return PLI_OK;
 }
 
@@ -190,6 +193,7 @@ void plii_world_remove_rigid(pli_world* world, pli_rigid* rigid) {
         world->rigids[i]->world_index = i;
     }
     world->rigid_count -= 1;
+    world->revision += 1;
     world_drop_events(world, NULL, rigid);
 }
 

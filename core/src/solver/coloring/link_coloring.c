@@ -319,16 +319,27 @@ static void link_colors_topology_commit(pli_body* body, void* state, const plii_
 }
 
 static const plii_feature_array link_colors_arrays[] = {
-    {PLII_LIST_OF(plii_link_colors, colors, color_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .is_unsaved = true},
+    {PLII_LIST_OF(plii_link_colors, colors, color_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_link_colors, groups, group_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_link_colors, scaled_indices, scaled_index_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(plii_link_colors, row_links, row_capacity), .snapshot = PLII_LEFT},
+    {0},
+};
+
+static const plii_state_part link_colors_parts[] = {
+    PLII_STATE(plii_link_colors, has_tags, PLII_LEFT),
+    PLII_STATE(plii_link_colors, is_current, PLII_LEFT),
+    PLII_STATE(plii_link_colors, color_count, PLII_LEFT),
+    PLII_STATE(plii_link_colors, group_count, PLII_LEFT),
+    PLII_STATE(plii_link_colors, row_count, PLII_LEFT),
+    PLII_STATE(plii_link_colors, scaled_index_count, PLII_LEFT),
     {0},
 };
 
 const plii_feature_class plii_link_colors_class = {
     .name = "link colors",
     .state_size = sizeof(plii_link_colors),
+    .state_parts = link_colors_parts,
     .arrays = link_colors_arrays,
     .enable = link_colors_enable,
     .topology_commit = link_colors_topology_commit,
@@ -337,6 +348,7 @@ const plii_feature_class plii_link_colors_class = {
 const plii_feature_class plii_tagged_link_colors_class = {
     .name = "tagged link colors",
     .state_size = sizeof(plii_link_colors),
+    .state_parts = link_colors_parts,
     .arrays = link_colors_arrays,
     .enable = link_colors_enable_tagged,
     .topology_commit = link_colors_topology_commit,

@@ -349,24 +349,32 @@ static void implicit_topology_commit(pli_body* body, void* data, const plii_topo
 }
 
 static const plii_feature_array implicit_arrays[] = {
-    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .is_unsaved = true},
-    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .is_unsaved = true},
-    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .is_unsaved = true},
-    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .is_unsaved = true},
-    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .is_unsaved = true},
-    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .is_unsaved = true},
-    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .is_unsaved = true},
+    {PLII_MEMBER(implicit_state, halves), PLII_PER_LINK, .times = 2, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(implicit_state, blocks), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(implicit_state, groups), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(implicit_state, vectors), PLII_PER_NODE, .times = IMPLICIT_VECTORS, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(implicit_state, direction), PLII_PER_NODE, .is_optional = true, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(implicit_state, constraints.loads), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(implicit_state, constraints.items, constraints.capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(implicit_state, constraints.listed, constraints.listed_capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(implicit_state, holds.items, holds.capacity), .snapshot = PLII_LEFT},
+    {PLII_LIST_OF(implicit_state, constraints.rigids, constraints.rigid_capacity), .snapshot = PLII_LEFT},
     {0},
 };
 
 static const plii_feature_class* const implicit_needs[] = {&plii_link_graph_class, NULL};
 
+static const plii_state_part implicit_parts[] = {
+    PLII_STATE(implicit_state, def, PLII_SAVED),        PLII_STATE(implicit_state, had_links, PLII_LEFT),
+    PLII_STATE(implicit_state, constraints, PLII_LEFT), PLII_STATE(implicit_state, holds, PLII_LEFT),
+    PLII_STATE(implicit_state, system, PLII_LEFT),      PLII_STATE(implicit_state, spectral_radius, PLII_SAVED),
+    PLII_STATE(implicit_state, report, PLII_SAVED),     {0},
+};
+
 static const plii_feature_class implicit_class = {
     .name = "implicit solver",
     .state_size = sizeof(implicit_state),
+    .state_parts = implicit_parts,
     .needs = implicit_needs,
     .arrays = implicit_arrays,
     .enable = implicit_enable,

@@ -45,7 +45,7 @@ static void velocity_links_drift(pli_body* body, void* state) {
 
 /* Each step prepares them anew. */
 static const plii_feature_array velocity_links_arrays[] = {
-    {PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK, .is_unsaved = true},
+    {PLII_MEMBER(velocity_links_state, links), PLII_PER_LINK, .snapshot = PLII_LEFT},
     {0},
 };
 

@@ -161,15 +161,23 @@ static void xpbd_disable(pli_body* body, void* data) {
 
 /* Nothing of a step is needed by the next one. */
 static const plii_feature_array xpbd_arrays[] = {
-    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .is_unsaved = true},
-    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(xpbd_state, displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(xpbd_state, start_displacements), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {PLII_MEMBER(xpbd_state, accelerations), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {0},
+};
+
+static const plii_state_part xpbd_parts[] = {
+    PLII_STATE(xpbd_state, def, PLII_SAVED),
+    PLII_STATE(xpbd_state, had_links, PLII_LEFT),
+    PLII_STATE(xpbd_state, kinds, PLII_LEFT),
     {0},
 };
 
 static const plii_feature_class xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
+    .state_parts = xpbd_parts,
     .arrays = xpbd_arrays,
     .enable = xpbd_enable,
     .disable = xpbd_disable,

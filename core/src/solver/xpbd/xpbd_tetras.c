@@ -189,13 +189,20 @@ static pli_status xpbd_tetras_enable(pli_body* body, void* data) {
 }
 
 static const plii_feature_array xpbd_tetras_arrays[] = {
-    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true},
+    {PLII_LIST_OF(xpbd_tetras_state, groups, group_count), .is_kept = true, .snapshot = PLII_LEFT},
+    {0},
+};
+
+static const plii_state_part xpbd_tetras_parts[] = {
+    PLII_STATE(xpbd_tetras_state, compliance, PLII_SAVED),
+    PLII_STATE(xpbd_tetras_state, color_begin, PLII_LEFT),
     {0},
 };
 
 static const plii_feature_class xpbd_tetras_class = {
     .name = "XPBD tetrahedra",
     .state_size = sizeof(xpbd_tetras_state),
+    .state_parts = xpbd_tetras_parts,
     .arrays = xpbd_tetras_arrays,
     .enable = xpbd_tetras_enable,
 };

@@ -97,13 +97,21 @@ static pli_status xpbd_volume_enable(pli_body* body, void* data) {
 }
 
 static const plii_feature_array xpbd_volume_arrays[] = {
-    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .is_unsaved = true},
+    {PLII_MEMBER(xpbd_volume_state, gradients), PLII_PER_NODE, .snapshot = PLII_LEFT},
+    {0},
+};
+
+static const plii_state_part xpbd_volume_parts[] = {
+    PLII_STATE(xpbd_volume_state, def, PLII_SAVED),
+    PLII_STATE(xpbd_volume_state, rest_volume, PLII_SAVED),
+    PLII_STATE(xpbd_volume_state, multiplier, PLII_SAVED),
     {0},
 };
 
 static const plii_feature_class xpbd_volume_class = {
     .name = "XPBD volume",
     .state_size = sizeof(xpbd_volume_state),
+    .state_parts = xpbd_volume_parts,
     .arrays = xpbd_volume_arrays,
     .enable = xpbd_volume_enable,
 };
