@@ -131,6 +131,29 @@ float Bridge::Impl::interpolation() const {
     return bullet_world_->getLatencyMotionStateInterpolation() ? share : 1 + share;
 }
 
+btDiscreteDynamicsWorld* Bridge::Impl::bullet_world_between_steps() const {
+    const bool is_alive = bullet_world_ != nullptr && bullet_world_state() == WorldState::alive;
+    return is_alive && !is_stepping() && !is_inside_step() ? bullet_world_ : nullptr;
+}
+
+void Bridge::Impl::save(Knowledge& knowledge) const {
+    knowledge.followed_gravity = followed_gravity_;
+    knowledge.frozen_by_bridge.clear();
+    for (const auto& object : objects_) {
+        knowledge.frozen_by_bridge.push_back(object->frozen_by_bridge);
+    }
+}
+
+void Bridge::Impl::restore(const Knowledge& knowledge) {
+    followed_gravity_ = knowledge.followed_gravity;
+    for (std::size_t i = 0; i < objects_.size(); ++i) {
+        objects_[i]->frozen_by_bridge = knowledge.frozen_by_bridge[i];
+    }
+    for (const auto& entry : proxies_) {
+        entry.second->follow_restored();
+    }
+}
+
 SoftObject* Bridge::Impl::find(const pli_body* body) const {
     for (const auto& object : objects_) {
         if (object->body() == body) { return object.get(); }

@@ -70,6 +70,18 @@ public:
     pli_status use_sampled_mesh(const btCollisionObject& object, const pli_sampled_mesh_def& def);
     void detach();
 
+    // ---- BridgeSnapshot calls
+    /// Null inside a step, and when it is not known to live: no body is in it.
+    btDiscreteDynamicsWorld* bullet_world_between_steps() const;
+    /// What the bridge itself knows beyond the core's world.
+    struct Knowledge {
+        std::optional<pli_vec3> followed_gravity;
+        std::vector<bool> frozen_by_bridge; ///< [bodies]
+    };
+    void save(Knowledge& knowledge) const;
+    /// After the core's world.
+    void restore(const Knowledge& knowledge);
+
     pli_status status = PLI_OK;
     pli_status step_status = PLI_OK;
     CollisionMode mode;

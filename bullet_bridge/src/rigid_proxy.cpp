@@ -77,6 +77,13 @@ void RigidProxy::reset() {
     is_pinned = is_followed = was_in_world = is_let_go = false;
 }
 
+void RigidProxy::follow_restored() {
+    if (rigid_ == nullptr) { return; }
+    kind_ = pli_rigid_get_kind(rigid_);
+    has_response_ = false;
+    set_present(is_present_);
+}
+
 void RigidProxy::note_place() {
     world_array_index_ = object_->getWorldArrayIndex();
 }
@@ -139,6 +146,7 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
     if (status != PLI_OK) { return status; }
     kind_ = def.kind;
     response_ = present;
+    has_response_ = true;
     set_present(is_present_);
     return PLI_OK;
 }
@@ -154,13 +162,16 @@ pli_status RigidProxy::update_rigid() {
         kind_ = present_kind;
     }
     const Response present = response();
-    const bool is_same = same_bits(present.linear_factor, response_.linear_factor) &&
+    const bool is_same = has_response_ && same_bits(present.linear_factor, response_.linear_factor) &&
                          same_bits(present.angular_factor, response_.angular_factor) &&
                          same_bits(present.friction, response_.friction);
     if (is_same) { return PLI_OK; }
     pli_status status = pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
     if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, to_float(present.friction)); }
-    if (status == PLI_OK) { response_ = present; }
+    if (status == PLI_OK) {
+        response_ = present;
+        has_response_ = true;
+    }
     return status;
 }
 

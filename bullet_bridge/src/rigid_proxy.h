@@ -65,6 +65,8 @@ public:
     void let_go();
     /// The same for its shapes; prepare() makes them anew.
     void let_go_of_shapes();
+    /// The core's body is as it was at some moment before: what it has of the object is to be handed over again.
+    void follow_restored();
     /// As new, but for its pairs. Not inside a step.
     void reset();
     /// The shapes were edited in place.
@@ -106,6 +108,7 @@ private:
     pli_rigid* rigid_ = nullptr;
     pli_rigid_kind kind_ = PLI_RIGID_STATIC; ///< the core's body has these two
     Response response_{};
+    bool has_response_ = false; ///< the core's body has it
     unsigned captured_step_ = 0;
     bool holds_captured_ = false; ///< the core's body has the captured state
     pli_rigid_state captured_{};

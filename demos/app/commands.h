@@ -48,6 +48,7 @@ struct CompareOptions {
     int frames = 300;
     std::string csv_file;
     std::string witness = "bullet"; // or "pliant"
+    bool snapshots = false;         // instead: whether scenes that go back go the same way again
     StepOptions step;
     SceneChanges changes;
     bool json = false;
@@ -113,6 +114,7 @@ int run_list(const ListOptions& options);
 int run_report(const ReportOptions& options);
 int run_scene(const RunOptions& options);
 int run_compare(const CompareOptions& options);
+int run_compare_snapshots(const CompareOptions& options);
 int run_bench(const BenchOptions& options);
 int run_demo(const DemoOptions& options);
 int run_view(const ViewOptions& options);

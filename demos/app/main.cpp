@@ -132,9 +132,11 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
 
 static void add_compare(CLI::App& program, CompareOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("compare", "Measure how far Pliant is from Bullet's btSoftBody");
-    command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")
-        ->required()
-        ->type_name("SCENE");
+    command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")->type_name("SCENE");
+    CLI::Option* snapshots = command->add_flag(
+        "--snapshots", options.snapshots,
+        "Instead: save at frame 60, run on, restore, and compare the frames that follow with those that did, for every "
+        "scene (or those that are named), solver and for 1 and 3 threads");
     add_frames(command, options.frames, "Steps (default: 300)");
     add_step(command, options.step);
     add_scene_changes(command, options.changes);
@@ -145,7 +147,10 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
         ->type_name("NAME");
     command->add_option("--csv", options.csv_file, "Write one line per scene")->type_name("FILE");
     add_json(command, options.json);
-    command->callback([&] { chosen = [&] { return app::run_compare(options); }; });
+    command->callback([&, snapshots] {
+        if (options.scenes.empty() && snapshots->empty()) { throw CLI::RequiredError("scenes"); }
+        chosen = [&] { return options.snapshots ? app::run_compare_snapshots(options) : app::run_compare(options); };
+    });
 }
 
 static void add_bench(CLI::App& program, BenchOptions& options, std::function<int()>& chosen) {

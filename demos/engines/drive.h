@@ -39,12 +39,12 @@ private:
 
 class Drive {
 public:
-    explicit Drive(const std::vector<DriveRecord>& script) : script_(script) {}
+    explicit Drive(const std::vector<DriveRecord>& script) : script_(&script) {}
 
     // To be called before the step that follows `frame` frames.
     void advance(int frame) {
-        while (next_ < script_.size() && script_[next_].frame <= frame) {
-            const DriveRecord& now = script_[next_++];
+        while (next_ < script_->size() && (*script_)[next_].frame <= frame) {
+            const DriveRecord& now = (*script_)[next_++];
             if (!speed_taken_) {
                 present_.speed = now.speed;
                 present_.largest_change = now.largest_change;
@@ -77,7 +77,7 @@ public:
     }
 
 private:
-    const std::vector<DriveRecord>& script_;
+    const std::vector<DriveRecord>* script_;
     size_t next_ = 0;
     bool speed_taken_ = false, angle_taken_ = false;
     DriveRecord present_{};

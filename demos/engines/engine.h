@@ -36,6 +36,7 @@ struct EngineOptions {
     bool bullet_witness = false; // Pliant only: nearest points of clusters from Bullet's GJK
     bool unguarded = false;      // btSoftBody only: takes meshes that it is known to hang on
     SolverOptions solver{};
+    bool ordered_pairs = false;  // Bullet takes pairs in an order that does not depend on what was before
     float step_seconds = frame_seconds;          // the script of a scene keeps its times
     int threads = 1;                             // Pliant only
     pli_parallel_for_fn* parallel_for = nullptr; // Pliant only: in place of threads
@@ -104,6 +105,12 @@ struct ClusterMark {
 
 class RigidWorld;
 
+// Where the script of a scene is.
+struct ScriptState {
+    ScriptClock clock;
+    Drive drive;
+};
+
 class Engine : public scene_run {
 public:
     virtual EngineKind kind() const = 0;
@@ -112,6 +119,12 @@ public:
 
     // One step of EngineOptions::step_seconds.
     void step();
+    ScriptState script_state() const { return {clock_, drive_}; }
+    // Of this engine, before. Bodies stay where they are.
+    void set_script_state(const ScriptState& state) {
+        clock_ = state.clock;
+        drive_ = state.drive;
+    }
     // Of the steps from now on. For scenes without a script, which counts steps of the first length.
     void set_step_seconds(float seconds) { options_.step_seconds = seconds; }
     // Wall time of the last step, ms. The rigid bodies are in it: both engines leave them to the same Bullet.

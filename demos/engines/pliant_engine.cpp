@@ -46,6 +46,7 @@ PliantEngine::PliantEngine(const Description& description, const EngineOptions& 
     auto world = std::make_unique<TimedWorld<btDiscreteDynamicsWorld>>(
         rigids_.clock(), &rigids_.dispatcher(), &rigids_.broadphase(), &rigids_.solver(), &rigids_.configuration());
     world->set_soft_bounds_first(options_.reference);
+    world->getDispatchInfo().m_deterministicOverlappingPairs = options_.ordered_pairs;
     rigids_.adopt(std::move(world), description.gravity);
     rigids_.world().addAction(&start_);
     pliant::BridgeDef def;

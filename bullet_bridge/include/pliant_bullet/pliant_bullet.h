@@ -133,6 +133,7 @@ public:
     class Impl;
 
 private:
+    friend class BridgeSnapshot;
     friend bool bullet_cluster_distance(const pli_body*, pli_cluster_contact*, void*);
     std::unique_ptr<Impl> impl_;
 };

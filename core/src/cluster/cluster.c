@@ -358,7 +358,8 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
     PLII_RELEASE(body->context, clusters->members, clusters->member_capacity);
     PLII_RELEASE(body->context, clusters->node_sums, body->node_count);
     const pli_clusters_def def = clusters->def;
-    *clusters = (plii_clusters){.def = def};
+    const unsigned revision = clusters->revision + 1;
+    *clusters = (plii_clusters){.def = def, .revision = revision};
 }
 
 static void clusters_disable(pli_body* body, void* state) {

@@ -1,0 +1,45 @@
+#ifndef PLIANT_BULLET_SNAPSHOT_H
+#define PLIANT_BULLET_SNAPSHOT_H
+
+/// Going back in a Bullet world with soft bodies: rollback in networked games, trials, undo. See docs/state.md.
+
+#include "pliant_bullet.h"
+
+#include <memory>
+
+namespace pliant {
+
+/// A moment between two steps of a Bullet world and of the bridge's world in it: what pli_world_save takes, with
+/// anchors and their ids, and of every collision object of the Bullet world pose, velocities, forces and activity,
+/// with the contact points that Bullet has between them, the seed of its solver and the time in its accumulator.
+///
+/// Frames after a restore equal those after the save bit for bit where Bullet takes pairs in an order that does not
+/// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames
+/// that are to be repeated. It fits as long as both worlds have the same objects. Not in it: constraints, vehicles and
+/// controllers of the game, masses, damping, friction, shapes and filters of its objects.
+class PLI_API BridgeSnapshot {
+public:
+    BridgeSnapshot();
+    ~BridgeSnapshot();
+    BridgeSnapshot(BridgeSnapshot&&) noexcept;
+    BridgeSnapshot& operator=(BridgeSnapshot&&) noexcept;
+
+    /// Takes the state of now. Memory is kept: a snapshot that is used again allocates only where there is more to keep.
+    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and while no soft body is in the Bullet world, which
+    ///         may have gone then; the snapshot is empty after an error
+    pli_status save(const Bridge& bridge);
+    /// Goes back. On an error both worlds stay as they are.
+    /// @return PLI_ERROR_INVALID_VALUE where other objects are there than then, or for an empty snapshot; errors of
+    ///         pli_world_restore; PLI_ERROR_WRONG_STATE as of save()
+    pli_status restore(Bridge& bridge) const;
+    /// Bytes that it holds; 0: it is empty.
+    std::size_t bytes() const;
+
+private:
+    struct Moment;
+    std::unique_ptr<Moment> moment_;
+};
+
+} // namespace pliant
+
+#endif

@@ -1,0 +1,221 @@
+// What BridgeSnapshot keeps of Bullet: the state of objects that steps change, and the contact points that the next
+// step starts from.
+
+#include "pliant_bullet/snapshot.h"
+
+#include "bridge_impl.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <vector>
+
+namespace pliant {
+
+namespace {
+
+/// Bullet shows its accumulator to classes of its own.
+struct Accumulator : btDiscreteDynamicsWorld {
+    static btScalar& time(btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_localTime); }
+};
+
+/// What steps change of an object. Forces outlive a step where the world does not clear them by itself.
+struct ObjectState {
+    FollowedObject identity;
+    btTransform pose, interpolation_pose;
+    btVector3 interpolation_linear_velocity, interpolation_angular_velocity;
+    int activation;
+    btScalar deactivation_time, hit_fraction;
+    btVector3 linear_velocity, angular_velocity, force, torque, gravity;
+
+    explicit ObjectState(const btCollisionObject& object)
+        : identity(object), pose(object.getWorldTransform()), interpolation_pose(object.getInterpolationWorldTransform()),
+          interpolation_linear_velocity(object.getInterpolationLinearVelocity()),
+          interpolation_angular_velocity(object.getInterpolationAngularVelocity()),
+          activation(object.getActivationState()), deactivation_time(object.getDeactivationTime()),
+          hit_fraction(object.getHitFraction()) {
+        const btRigidBody* body = btRigidBody::upcast(&object);
+        const btVector3 none(0, 0, 0);
+        linear_velocity = body != nullptr ? body->getLinearVelocity() : none;
+        angular_velocity = body != nullptr ? body->getAngularVelocity() : none;
+        force = body != nullptr ? body->getTotalForce() : none;
+        torque = body != nullptr ? body->getTotalTorque() : none;
+        gravity = body != nullptr ? body->getGravity() : none;
+    }
+
+    void give_back(btCollisionObject& object) const {
+        object.setWorldTransform(pose);
+        object.setInterpolationWorldTransform(interpolation_pose);
+        object.setInterpolationLinearVelocity(interpolation_linear_velocity);
+        object.setInterpolationAngularVelocity(interpolation_angular_velocity);
+        object.setHitFraction(hit_fraction);
+        btRigidBody* body = btRigidBody::upcast(&object);
+        if (body == nullptr) { return; }
+        body->setLinearVelocity(linear_velocity);
+        body->setAngularVelocity(angular_velocity);
+        body->setGravity(gravity);
+        body->updateInertiaTensor();
+        body->clearForces();
+        // Bullet scales by the linear factor what it adds; the sum has it already.
+        const btVector3 factor = body->getLinearFactor(), angular_factor = body->getAngularFactor();
+        body->setLinearFactor(btVector3(1, 1, 1));
+        body->setAngularFactor(btVector3(1, 1, 1));
+        body->applyCentralForce(force);
+        body->applyTorque(torque);
+        body->setLinearFactor(factor);
+        body->setAngularFactor(angular_factor);
+    }
+};
+
+/// Contact points of a manifold.
+struct Points {
+    const btCollisionObject* bodies[2];
+    int count;
+    btManifoldPoint points[MANIFOLD_CACHE_SIZE];
+};
+
+bool is_of(const Points& points, const btPersistentManifold& manifold) {
+    return points.bodies[0] == manifold.getBody0() && points.bodies[1] == manifold.getBody1();
+}
+
+} // namespace
+
+struct BridgeSnapshot::Moment {
+    std::vector<unsigned char> soft;
+    std::vector<ObjectState> objects;
+    std::vector<Points> contacts;
+    Bridge::Impl::Knowledge bridge;
+    btVector3 gravity;
+    btScalar accumulated_time = 0;
+    unsigned long seed = 0;
+    bool is_empty = true;
+
+    void take(btDiscreteDynamicsWorld& world);
+    void take_contacts(const btDispatcher& dispatcher);
+    bool fits(const btDiscreteDynamicsWorld& world) const;
+    void give_back(btDiscreteDynamicsWorld& world) const;
+    void give_contacts_back(btDispatcher& dispatcher) const;
+};
+
+namespace {
+
+btSequentialImpulseConstraintSolver* seeded_solver(btDiscreteDynamicsWorld& world) {
+    return dynamic_cast<btSequentialImpulseConstraintSolver*>(world.getConstraintSolver());
+}
+
+} // namespace
+
+void BridgeSnapshot::Moment::take(btDiscreteDynamicsWorld& world) {
+    const btCollisionObjectArray& array = world.getCollisionObjectArray();
+    objects.clear();
+    for (int i = 0; i < array.size(); ++i) {
+        objects.emplace_back(*array[i]);
+    }
+    take_contacts(*world.getDispatcher());
+    gravity = world.getGravity();
+    accumulated_time = Accumulator::time(world);
+    const auto* solver = seeded_solver(world);
+    seed = solver != nullptr ? solver->getRandSeed() : 0;
+}
+
+void BridgeSnapshot::Moment::take_contacts(const btDispatcher& dispatcher) {
+    contacts.clear();
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        const btPersistentManifold& manifold = *const_cast<btDispatcher&>(dispatcher).getManifoldByIndexInternal(i);
+        const int count = manifold.getNumContacts();
+        if (count == 0) { continue; }
+        Points& kept = contacts.emplace_back();
+        kept.bodies[0] = manifold.getBody0();
+        kept.bodies[1] = manifold.getBody1();
+        kept.count = count;
+        for (int k = 0; k < count; ++k) {
+            kept.points[k] = manifold.getContactPoint(k);
+            kept.points[k].m_userPersistentData = nullptr; // the user's, who has it freed when a point goes
+        }
+    }
+}
+
+bool BridgeSnapshot::Moment::fits(const btDiscreteDynamicsWorld& world) const {
+    const btCollisionObjectArray& array = world.getCollisionObjectArray();
+    if (static_cast<std::size_t>(array.size()) != objects.size()) { return false; }
+    for (int i = 0; i < array.size(); ++i) {
+        if (!(objects[static_cast<std::size_t>(i)].identity == FollowedObject(*array[i]))) { return false; }
+    }
+    return true;
+}
+
+void BridgeSnapshot::Moment::give_contacts_back(btDispatcher& dispatcher) const {
+    std::vector<bool> is_given(contacts.size(), false);
+    for (int i = 0; i < dispatcher.getNumManifolds(); ++i) {
+        btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+        manifold.clearManifold();
+        std::size_t k = 0;
+        while (k < contacts.size() && (is_given[k] || !is_of(contacts[k], manifold))) {
+            ++k;
+        }
+        if (k == contacts.size()) { continue; }
+        is_given[k] = true;
+        manifold.setNumContacts(contacts[k].count);
+        for (int p = 0; p < contacts[k].count; ++p) {
+            manifold.getContactPoint(p) = contacts[k].points[p];
+        }
+    }
+}
+
+void BridgeSnapshot::Moment::give_back(btDiscreteDynamicsWorld& world) const {
+    const btCollisionObjectArray& array = world.getCollisionObjectArray();
+    // Pairs of objects that sleep get no manifolds, so nothing sleeps while these are made.
+    for (int i = 0; i < array.size(); ++i) {
+        objects[static_cast<std::size_t>(i)].give_back(*array[i]);
+        array[i]->forceActivationState(ACTIVE_TAG);
+    }
+    world.performDiscreteCollisionDetection();
+    for (int i = 0; i < array.size(); ++i) {
+        const ObjectState& state = objects[static_cast<std::size_t>(i)];
+        array[i]->forceActivationState(state.activation);
+        array[i]->setDeactivationTime(state.deactivation_time);
+    }
+    give_contacts_back(*world.getDispatcher());
+    Accumulator::time(world) = accumulated_time;
+    if (auto* solver = seeded_solver(world)) { solver->setRandSeed(seed); }
+}
+
+BridgeSnapshot::BridgeSnapshot() : moment_(std::make_unique<Moment>()) {}
+BridgeSnapshot::~BridgeSnapshot() = default;
+BridgeSnapshot::BridgeSnapshot(BridgeSnapshot&&) noexcept = default;
+BridgeSnapshot& BridgeSnapshot::operator=(BridgeSnapshot&&) noexcept = default;
+
+pli_status BridgeSnapshot::save(const Bridge& bridge) {
+    moment_->is_empty = true;
+    btDiscreteDynamicsWorld* bullet_world = bridge.impl_->bullet_world_between_steps();
+    if (bullet_world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    moment_->soft.resize(pli_world_snapshot_size(bridge.world()));
+    const pli_status status = pli_world_save(bridge.world(), moment_->soft.data(), moment_->soft.size(), nullptr);
+    if (status != PLI_OK) { return status; }
+    bridge.impl_->save(moment_->bridge);
+    moment_->take(*bullet_world);
+    moment_->is_empty = false;
+    return PLI_OK;
+}
+
+pli_status BridgeSnapshot::restore(Bridge& bridge) const {
+    btDiscreteDynamicsWorld* bullet_world = bridge.impl_->bullet_world_between_steps();
+    if (bullet_world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    if (moment_->is_empty || !moment_->fits(*bullet_world)) { return PLI_ERROR_INVALID_VALUE; }
+    const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
+    if (status != PLI_OK) { return status; }
+    bridge.impl_->restore(moment_->bridge);
+    bullet_world->setGravity(moment_->gravity); // before the bodies, which may have others
+    moment_->give_back(*bullet_world);
+    return PLI_OK;
+}
+
+std::size_t BridgeSnapshot::bytes() const {
+    return moment_->is_empty ? 0
+                             : moment_->soft.size() + moment_->objects.size() * sizeof(ObjectState) +
+                                   moment_->contacts.size() * sizeof(Points);
+}
+
+} // namespace pliant

@@ -1,0 +1,490 @@
+/* Saved, stepped on, restored and stepped again: the same bits in every step, whatever the bodies have. */
+
+#include "body/body_impl.h"
+
+#include "check.h"
+#include "solver_choice.h"
+
+#include <pliant/bullet_reference.h>
+#include <pliant/pliant.h>
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_BODIES = 6, MOST_RIGIDS = 4, BEFORE = 40, AFTER = 60, GRID = 15 };
+
+typedef enum trial_kind {
+    TRIAL_CLOTH,      /* what holds and moves cloth */
+    TRIAL_SELF_NODES, /* crumples */
+    TRIAL_SELF_FACES,
+    TRIAL_SELF_GRIDS,
+    TRIAL_SOFT, /* sheets on a ball */
+    TRIAL_BALLS,
+    TRIAL_CLUSTERS,
+    TRIAL_KINDS
+} trial_kind;
+
+typedef struct trial {
+    pli_context* context;
+    pli_world* world;
+    pli_threads* threads;
+    int body_count, rigid_count;
+    pli_body* bodies[MOST_BODIES];
+    pli_rigid* rigids[MOST_RIGIDS];
+    pli_drag_id drag;
+    int step;
+} trial;
+
+// ------------------------------------------------------------------------------------------------------- the trials
+
+static pli_rigid* add_rigid(trial* t, pli_rigid_kind kind, pli_vec3 origin, pli_shape* shape) {
+    pli_rigid_def def = pli_rigid_def_default();
+    def.kind = kind;
+    def.state.pose.origin = origin;
+    def.state.inverse_mass = 0.5f;
+    for (int i = 0; i < 3; ++i) {
+        def.state.inverse_inertia_world.rows[i] = pli_vec3_scale(pli_mat3_identity().rows[i], 2.0f);
+    }
+    def.shape_count = 1;
+    def.shapes = &shape;
+    pli_rigid* rigid = NULL;
+    assert_int_equal(pli_rigid_create(t->world, &def, &rigid), PLI_OK);
+    pli_shape_release(shape);
+    return t->rigids[t->rigid_count++] = rigid;
+}
+
+static pli_body* add_body(trial* t, pli_mesh* mesh, float mass, solver_choice solver) {
+    assert_int_equal(pli_mesh_set_total_mass(mesh, mass), PLI_OK);
+    pli_body_def def = pli_body_def_default();
+    def.collision_margin = 0.03f;
+    def.solver.position_iterations = 4;
+    def.solver.velocity_damping = 0.01f;
+    pli_body* body = NULL;
+    assert_int_equal(pli_body_create(t->world, mesh, &def, &body), PLI_OK);
+    pli_mesh_destroy(mesh);
+    use_solver(body, solver);
+    return t->bodies[t->body_count++] = body;
+}
+
+static pli_body* add_sheet(trial* t, pli_vec3 center, float size, solver_choice solver) {
+    pli_patch_def def = pli_patch_def_default();
+    const float h = 0.5f * size;
+    def.corner_00 = pli_vec3_add(center, pli_vec3_make(-h, 0, -h));
+    def.corner_10 = pli_vec3_add(center, pli_vec3_make(h, 0, -h));
+    def.corner_01 = pli_vec3_add(center, pli_vec3_make(-h, 0, h));
+    def.corner_11 = pli_vec3_add(center, pli_vec3_make(h, 0, h));
+    def.columns = def.rows = GRID;
+    def.diagonals = true;
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_patch(t->context, &def, &mesh), PLI_OK);
+    return add_body(t, mesh, 0.5f, solver);
+}
+
+static pli_body* add_ball(trial* t, pli_vec3 center, solver_choice solver) {
+    pli_mesh* mesh = NULL;
+    assert_int_equal(pli_mesh_create_ellipsoid(t->context, center, pli_vec3_make(0.5f, 0.5f, 0.5f), 60, &mesh), PLI_OK);
+    return add_body(t, mesh, 1, solver);
+}
+
+static void dress_cloth(trial* t, pli_body* body) {
+    pli_aero_def aero = pli_aero_def_default();
+    aero.lift = 0.02f;
+    aero.drag = 0.03f;
+    aero.wind = pli_vec3_make(2, 0.5f, 1);
+    assert_int_equal(pli_body_enable_aero(body, &aero), PLI_OK);
+    assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_rigid_face_contacts(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_tethers(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_contact_events(body, NULL), PLI_OK);
+    assert_int_equal(pli_body_enable_normals(body), PLI_OK);
+    assert_int_equal(pli_body_enable_step_smoothing(body), PLI_OK);
+    assert_int_equal(pli_body_enable_topology_changes(body), PLI_OK);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = t->rigids[1];
+    assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
+    anchor.rigid = t->rigids[2];
+    anchor.node = GRID - 1;
+    assert_int_equal(pli_body_add_anchor(body, &anchor, NULL), PLI_OK);
+    pli_drag_def drag = pli_drag_def_default();
+    drag.node = GRID * GRID / 2;
+    assert_int_equal(pli_body_begin_drag(body, &drag, &t->drag), PLI_OK);
+}
+
+static void start(trial* t, trial_kind kind, solver_choice solver, int threads) {
+    *t = (trial){0};
+    pli_context_def def = pli_context_def_default();
+    if (threads > 1) {
+        assert_int_equal(pli_threads_create(threads, &t->threads), PLI_OK);
+        def.parallel_for = pli_threads_parallel_for;
+        def.parallel_user = t->threads;
+    }
+    assert_int_equal(pli_context_create(&def, &t->context), PLI_OK);
+    assert_int_equal(pli_world_create(t->context, NULL, &t->world), PLI_OK);
+    pli_shape *plane = NULL, *box = NULL, *sphere = NULL;
+    assert_int_equal(pli_shape_create_plane(t->context, pli_vec3_make(0, 1, 0), 0, &plane), PLI_OK);
+    assert_int_equal(pli_shape_create_box(t->context, pli_vec3_make(0.3f, 0.2f, 0.3f), &box), PLI_OK);
+    assert_int_equal(pli_shape_create_sphere(t->context, 0.4f, &sphere), PLI_OK);
+    add_rigid(t, PLI_RIGID_STATIC, pli_vec3_make(0, 0, 0), plane);
+    add_rigid(t, PLI_RIGID_DYNAMIC, pli_vec3_make(-1, 1.3f, -1), box);
+    add_rigid(t, PLI_RIGID_KINEMATIC, pli_vec3_make(0.3f, 0.4f, 0.2f), sphere);
+    if (kind == TRIAL_CLOTH) { dress_cloth(t, add_sheet(t, pli_vec3_make(0, 1, 0), 2, solver)); }
+    if (kind >= TRIAL_SELF_NODES && kind <= TRIAL_SELF_GRIDS) {
+        pli_body* body = add_sheet(t, pli_vec3_make(0, 1, 0), 1.2f, solver);
+        const pli_transform turn = {pli_mat3_from_euler_zyx(1.5f, 0.1f, 0.2f), pli_vec3_make(0, 0.1f, 0)};
+        assert_int_equal(pli_body_transform(body, turn), PLI_OK);
+        assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+        pli_self_collision_def nodes = pli_self_collision_def_default();
+        pli_self_faces_def faces = pli_self_faces_def_default();
+        pli_self_grids_def grids = pli_self_grids_def_default();
+        nodes.thickness = 0.05f;
+        faces.thickness = 0.02f;
+        grids.distance = 0.05f;
+        assert_int_equal(kind == TRIAL_SELF_NODES   ? pli_body_enable_self_collision(body, &nodes)
+                         : kind == TRIAL_SELF_FACES ? pli_body_enable_self_faces(body, &faces)
+                                                    : pli_body_enable_self_grids(body, &grids),
+                         PLI_OK);
+    }
+    for (int i = 0; kind == TRIAL_SOFT && i < 3; ++i) {
+        pli_body* body = add_sheet(t, pli_vec3_make(0.1f * (float)i, 1.0f + 0.1f * (float)i, 0), 1.5f, solver);
+        assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_soft_contacts(body, NULL), PLI_OK);
+    }
+    for (int i = 0; kind == TRIAL_BALLS && i < 3; ++i) {
+        pli_body* body = add_ball(t, pli_vec3_make(0.2f * (float)i, 0.6f + (float)i, 0), solver);
+        assert_int_equal(pli_body_enable_rigid_contacts(body, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_soft_contacts(body, NULL), PLI_OK);
+        if (i == 0) { assert_int_equal(pli_body_enable_pressure(body, 5), PLI_OK); }
+        if (i == 1) { assert_int_equal(pli_body_enable_volume_conservation(body, 5), PLI_OK); }
+        if (i == 2 && solver <= COLORS) { assert_int_equal(pli_body_enable_pose_matching(body, 0.1f), PLI_OK); }
+        if (solver == XPBD && i == 2) {
+            assert_int_equal(pli_body_enable_xpbd_bending(body, NULL), PLI_OK);
+            assert_int_equal(pli_body_enable_xpbd_volume(body, NULL), PLI_OK);
+        }
+    }
+    for (int i = 0; kind == TRIAL_CLUSTERS && i < 4; ++i) {
+        pli_body* body = add_ball(t, pli_vec3_make(0.1f * (float)i, 0.6f + 1.02f * (float)i, 0), solver);
+        assert_int_equal(pli_body_generate_clusters(body, i == 3 ? 1 : 4, 100, NULL), PLI_OK);
+        assert_int_equal(pli_body_enable_cluster_contacts(body, NULL), PLI_OK);
+        if (i != 1) { continue; }
+        pli_linear_joint_def joint = pli_linear_joint_def_default();
+        joint.other.body = t->bodies[0];
+        joint.position = pli_vec3_make(0, 1.1f, 0);
+        assert_int_equal(pli_body_add_linear_joint(body, &joint, NULL), PLI_OK);
+    }
+}
+
+static void end(trial* t) {
+    pli_world_destroy(t->world);
+    assert_int_equal(pli_context_allocated_bytes(t->context), 0);
+    assert_int_equal(pli_context_destroy(t->context), PLI_OK);
+    pli_threads_destroy(t->threads);
+}
+
+/* Motions that depend on the number of the step alone. */
+static void step(trial* t) {
+    const float dt = 1.0f / 60.0f;
+    const float time = dt * (float)t->step++;
+    pli_rigid_state state = pli_rigid_get_state(t->rigids[2]);
+    const pli_vec3 at = pli_vec3_make(0.3f + 0.3f * time, 0.4f, 0.2f);
+    state.linear_velocity = pli_vec3_scale(pli_vec3_sub(at, state.pose.origin), 1.0f / dt);
+    state.pose.origin = at;
+    assert_int_equal(pli_rigid_set_state(t->rigids[2], &state), PLI_OK);
+    if (t->drag.index1 != 0) {
+        const pli_vec3 goal = pli_vec3_make(0.2f * time, 1.0f + 0.3f * time, 0.1f);
+        assert_int_equal(pli_body_move_drag(t->bodies[0], t->drag, goal), PLI_OK);
+    }
+    assert_int_equal(pli_world_step(t->world, t->step % 7 == 0 ? 0.75f * dt : dt), PLI_OK);
+    assert_int_equal(pli_rigid_integrate(t->rigids[1], pli_world_get_gravity(t->world), dt), PLI_OK);
+}
+
+static uint64_t mix(uint64_t hash, const void* data, size_t size) {
+    for (size_t i = 0; i < size; ++i) {
+        hash = (hash ^ ((const unsigned char*)data)[i]) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+static uint64_t hash_of(const trial* t) {
+    uint64_t hash = 0xcbf29ce484222325u;
+    for (int i = 0; i < t->body_count; ++i) {
+        const uint64_t state = pli_body_state_hash(t->bodies[i]);
+        hash = mix(hash, &state, sizeof state);
+        for (int phase = PLI_CONTACT_BEGIN; phase <= PLI_CONTACT_END; ++phase) {
+            int count = 0;
+            const pli_contact_event* events =
+                pli_body_get_contact_events(t->bodies[i], (pli_contact_phase)phase, &count);
+            hash = mix(hash, &count, sizeof count);
+            for (int k = 0; k < count; ++k) {
+                hash = mix(hash, &events[k].impulse, sizeof events[k].impulse);
+            }
+        }
+    }
+    for (int i = 0; i < t->rigid_count; ++i) {
+        const pli_rigid_state state = pli_rigid_get_state(t->rigids[i]);
+        hash = mix(hash, &state, sizeof state);
+    }
+    return hash;
+}
+
+// ------------------------------------------------------------------------------------------------ rollback, bit by bit
+
+static void* save(const trial* t, size_t* size) {
+    *size = pli_world_snapshot_size(t->world);
+    assert_true(*size > 0);
+    void* buffer = malloc(*size);
+    assert_non_null(buffer);
+    size_t written = 0;
+    assert_int_equal(pli_world_save(t->world, buffer, *size, &written), PLI_OK);
+    assert_int_equal(written, *size);
+    return buffer;
+}
+
+static void go_back_and_forth(trial_kind kind, solver_choice solver, int threads) {
+    trial t;
+    start(&t, kind, solver, threads);
+    for (int i = 0; i < BEFORE; ++i) {
+        step(&t);
+    }
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    uint64_t hashes[AFTER];
+    for (int i = 0; i < AFTER; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    const uint64_t allocations = pli_context_allocation_count(t.context);
+    for (int round = 0; round < 2; ++round) {
+        t.step = BEFORE;
+        if (pli_world_restore(t.world, buffer, size) != PLI_OK) { fail_msg("%s", pli_last_error(t.context)); }
+        for (int i = 0; i < AFTER; ++i) {
+            step(&t);
+            if (hash_of(&t) == hashes[i]) { continue; }
+            fail_msg("trial %d, solver %d, %d threads: other bits %d steps after the restore", (int)kind, (int)solver,
+                     threads, i + 1);
+        }
+    }
+    assert_int_equal(pli_context_allocation_count(t.context) - allocations, 0);
+    free(buffer);
+    end(&t);
+}
+
+static bool has_trial(trial_kind kind, solver_choice solver) {
+    return kind != TRIAL_CLUSTERS || solver <= COLORS;
+}
+
+static void a_restored_world_goes_the_same_way_again(void** unused) {
+    (void)unused;
+    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
+        for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+            if (!has_trial((trial_kind)kind, (solver_choice)solver)) { continue; }
+            go_back_and_forth((trial_kind)kind, (solver_choice)solver, 1);
+            go_back_and_forth((trial_kind)kind, (solver_choice)solver, 3);
+        }
+    }
+}
+
+/* Memory that a snapshot was not made from, but with the same history up to there. */
+static void one_body_goes_back_alone(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    for (int i = 0; i < BEFORE; ++i) {
+        step(&t);
+    }
+    pli_body* body = t.bodies[0];
+    size_t size = pli_body_snapshot_size(body);
+    void* buffer = malloc(size);
+    assert_int_equal(pli_body_save(body, buffer, size, NULL), PLI_OK);
+    const uint64_t hash = pli_body_state_hash(body);
+    const pli_vec3 box = pli_rigid_get_state(t.rigids[1]).pose.origin;
+    step(&t);
+    assert_true(pli_body_state_hash(body) != hash);
+    assert_int_equal(pli_body_restore(body, buffer, size), PLI_OK);
+    assert_true(pli_body_state_hash(body) == hash);
+    assert_true(pli_rigid_get_state(t.rigids[1]).pose.origin.y != box.y); /* others stay */
+    free(buffer);
+    end(&t);
+}
+
+// ----------------------------------------------------------------------------------------------- what does not fit
+
+static void expect_refused(trial* t, const void* buffer, size_t size, pli_status status, const char* message) {
+    const uint64_t hash = hash_of(t);
+    assert_int_equal(pli_world_restore(t->world, buffer, size), status);
+    if (strstr(pli_last_error(t->context), message) == NULL) { fail_msg("%s", pli_last_error(t->context)); }
+    assert_true(hash_of(t) == hash);
+}
+
+static void what_is_damaged_is_refused(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, XPBD, 1);
+    step(&t);
+    size_t size = 0;
+    unsigned char* buffer = save(&t, &size);
+    step(&t);
+    for (size_t cut = 0; cut < size; cut = cut < 200 ? cut + 1 : cut + 997) {
+        expect_refused(&t, buffer, cut, PLI_ERROR_FILE_FORMAT, "snapshot");
+    }
+    for (size_t at = 0; at < size; at = at < 200 ? at + 1 : at + 997) {
+        buffer[at] ^= 0x10;
+        const pli_status status = pli_world_restore(t.world, buffer, size);
+        assert_true(status == PLI_ERROR_FILE_FORMAT || status == PLI_ERROR_INVALID_VALUE);
+        buffer[at] ^= 0x10;
+    }
+    assert_int_equal(pli_world_save(t.world, buffer, size - 1, NULL), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_world_save(t.world, NULL, 0, NULL), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_world_restore(t.world, NULL, 0), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_world_snapshot_size(NULL), 0);
+    free(buffer);
+    end(&t);
+}
+
+static void a_world_that_is_another_is_refused(void** unused) {
+    (void)unused;
+    trial t, other;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    start(&other, TRIAL_CLOTH, COLORS, 1);
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    expect_refused(&other, buffer, size, PLI_ERROR_INVALID_VALUE, "another world");
+    end(&other);
+
+    assert_int_equal(pli_body_set_rest_length(t.bodies[0], 0, 0.3f), PLI_OK);
+    expect_refused(&t, buffer, size, PLI_ERROR_INVALID_VALUE, "body 0: it was cut or refined, or rest lengths");
+    free(buffer);
+    buffer = save(&t, &size);
+    assert_int_equal(pli_body_disable_tethers(t.bodies[0]), PLI_OK);
+    expect_refused(&t, buffer, size, PLI_ERROR_INVALID_VALUE, "body 0: features were enabled or disabled");
+    free(buffer);
+    buffer = save(&t, &size);
+    pli_rigid_destroy(t.rigids[--t.rigid_count]);
+    expect_refused(&t, buffer, size, PLI_ERROR_INVALID_VALUE, "bodies or rigid bodies have come or gone");
+    free(buffer);
+    assert_int_equal(pli_world_predict(t.world, 0.01f), PLI_OK);
+    char small[8];
+    assert_int_equal(pli_world_save(t.world, small, sizeof small, NULL), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_world_solve(t.world), PLI_OK);
+    end(&t);
+}
+
+/* Masses, anchors and settings that were changed since come back. */
+static void what_calls_have_changed_comes_back(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_CLOTH, COLORS, 1);
+    for (int i = 0; i < BEFORE; ++i) {
+        step(&t);
+    }
+    size_t size = 0;
+    void* buffer = save(&t, &size);
+    uint64_t hashes[10];
+    for (int i = 0; i < 10; ++i) {
+        step(&t);
+        hashes[i] = hash_of(&t);
+    }
+    pli_body* body = t.bodies[0];
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.rigid = t.rigids[1];
+    anchor.node = 5;
+    pli_anchor_id id;
+    assert_int_equal(pli_body_add_anchor(body, &anchor, &id), PLI_OK);
+    assert_int_equal(pli_body_set_node_mass(body, 40, 3), PLI_OK);
+    pli_aero_def aero = pli_aero_def_default();
+    aero.wind = pli_vec3_make(-20, 0, 0);
+    assert_int_equal(pli_body_enable_aero(body, &aero), PLI_OK);
+    assert_int_equal(pli_world_set_gravity(t.world, pli_vec3_make(1, 2, 3)), PLI_OK);
+    step(&t);
+    t.step = BEFORE;
+    assert_int_equal(pli_world_restore(t.world, buffer, size), PLI_OK);
+    assert_int_equal(pli_body_remove_anchor(body, id), PLI_ERROR_STALE_ID);
+    for (int i = 0; i < 10; ++i) {
+        step(&t);
+        assert_true(hash_of(&t) == hashes[i]);
+    }
+    free(buffer);
+    end(&t);
+}
+
+// ---------------------------------------------------------------------------------- every member of every state is
+// said
+
+enum { MOST_STATE = 4096 };
+
+static void say(uint8_t* said, size_t offset, size_t size) {
+    assert_true(offset + size <= MOST_STATE);
+    memset(said + offset, 1, size);
+}
+
+static void check_feature(const plii_feature_class* klass) {
+    uint8_t said[MOST_STATE] = {0};
+    for (const plii_feature_array* array = klass->arrays; array != NULL && array->element_size > 0; ++array) {
+        const bool is_said = array->is_scratch || array->snapshot != PLII_NOT_SAID;
+        if (!is_said) { fail_msg("%s: array at %zu of its state", klass->name, array->member); }
+        if (array->is_in_body) { continue; }
+        say(said, array->member, sizeof(void*));
+        if (array->length == PLII_LIST) { say(said, array->capacity, sizeof(int)); }
+        if (array->length == PLII_BLOCK) { say(said, array->capacity, sizeof(size_t)); }
+        if (array->count != 0) { say(said, array->count, sizeof(int)); }
+    }
+    for (const plii_state_part* part = klass->state_parts; part != NULL && part->size > 0; ++part) {
+        assert_true(part->snapshot != PLII_NOT_SAID);
+        say(said, part->offset, part->size);
+    }
+    /* Padding ends where something begins that is aligned. */
+    for (size_t i = 0; i < klass->state_size; ++i) {
+        if (said[i]) { continue; }
+        size_t gap = 0;
+        while (i + gap < klass->state_size && !said[i + gap]) {
+            ++gap;
+        }
+        const bool is_padding = gap < 8 && i > 0 && (i + gap) % (gap < 4 ? 4 : 8) == 0;
+        if (!is_padding) { fail_msg("%s: %zu bytes at %zu of its state", klass->name, gap, i); }
+        i += gap;
+    }
+}
+
+static void every_member_of_a_state_is_said(void** unused) {
+    (void)unused;
+    const char* seen[64] = {0};
+    int count = 0;
+    for (int kind = 0; kind < TRIAL_KINDS; ++kind) {
+        for (int solver = 0; solver < SOLVER_COUNT; ++solver) {
+            if (!has_trial((trial_kind)kind, (solver_choice)solver)) { continue; }
+            trial t;
+            start(&t, (trial_kind)kind, (solver_choice)solver, 1);
+            if (kind == TRIAL_BALLS && solver == POSITION) {
+                assert_int_equal(pli_body_enable_velocity_links(t.bodies[0]), PLI_OK);
+                assert_int_equal(pli_body_enable_xpbd(t.bodies[1], NULL), PLI_OK);
+                assert_int_equal(pli_body_enable_bullet_node_boxes(t.bodies[0]), PLI_OK);
+            }
+            for (int b = 0; b < t.body_count; ++b) {
+                const plii_pipeline* pipeline = &t.bodies[b]->pipeline;
+                for (int k = 0; k < pipeline->feature_count; ++k) {
+                    const plii_feature_class* klass = pipeline->features[k].klass;
+                    check_feature(klass);
+                    int i = 0;
+                    while (i < count && seen[i] != klass->name) {
+                        ++i;
+                    }
+                    if (i == count && count < 64) { seen[count++] = klass->name; }
+                }
+            }
+            end(&t);
+        }
+    }
+    print_message("%d classes\n", count);
+    assert_true(count >= 30);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_member_of_a_state_is_said),
+        cmocka_unit_test(a_restored_world_goes_the_same_way_again),
+        cmocka_unit_test(one_body_goes_back_alone),
+        cmocka_unit_test(what_is_damaged_is_refused),
+        cmocka_unit_test(a_world_that_is_another_is_refused),
+        cmocka_unit_test(what_calls_have_changed_comes_back),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
