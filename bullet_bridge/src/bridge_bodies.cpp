@@ -136,7 +136,8 @@ btDiscreteDynamicsWorld* Bridge::Impl::bullet_world_between_steps() const {
     return is_alive && !is_stepping() && !is_inside_step() ? bullet_world_ : nullptr;
 }
 
-void Bridge::Impl::save(Knowledge& knowledge) const {
+void Bridge::Impl::save_knowledge(Knowledge& knowledge) {
+    follow_world();
     knowledge.followed_gravity = followed_gravity_;
     knowledge.frozen_by_bridge.clear();
     for (const auto& object : objects_) {
@@ -144,7 +145,7 @@ void Bridge::Impl::save(Knowledge& knowledge) const {
     }
 }
 
-void Bridge::Impl::restore(const Knowledge& knowledge) {
+void Bridge::Impl::restore_knowledge(const Knowledge& knowledge) {
     followed_gravity_ = knowledge.followed_gravity;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
         objects_[i]->frozen_by_bridge = knowledge.frozen_by_bridge[i];

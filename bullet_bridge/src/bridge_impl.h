@@ -78,9 +78,12 @@ public:
         std::optional<pli_vec3> followed_gravity;
         std::vector<bool> frozen_by_bridge; ///< [bodies]
     };
-    void save(Knowledge& knowledge) const;
+    /// Makes proxies ahead, so that what is saved before a step has those that the step finds.
+    void save_knowledge(Knowledge& knowledge);
     /// After the core's world.
-    void restore(const Knowledge& knowledge);
+    void restore_knowledge(const Knowledge& knowledge);
+    /// While Bullet finds its pairs anew, which end and begin though no object has gone.
+    void set_restoring(bool is_restoring) { is_restoring_ = is_restoring; }
 
     pli_status status = PLI_OK;
     pli_status step_status = PLI_OK;
@@ -126,6 +129,7 @@ private:
     bool has_pinned_ = false;         ///< of proxies, or had in the last step
     bool has_let_go_ = false;         ///< of proxies, which the end of the step takes away
     bool prepares_ahead_ = true;
+    bool is_restoring_ = false;
     unsigned step_ = 0;
     std::vector<std::unique_ptr<SoftObject>> objects_;
     std::unordered_map<const btCollisionObject*, std::unique_ptr<RigidProxy>> proxies_;

@@ -38,10 +38,11 @@ void Bridge::Impl::drop(PairAlgorithm& pair) {
     proxy.pair_count -= 1;
     // The object may be about to be deleted, and another one to come to its address. Inside a step the core cannot let
     // go of it; then the end of the step does.
-    if (is_stepping()) {
+    // Broad phases of axes end pairs while bounds are brought up to date, some before the prediction.
+    if (is_stepping() || is_inside_step() || is_restoring_) {
         has_unused_proxies_ = has_unused_proxies_ || !proxy.is_needed();
         // Its contacts have been made, and some ask shapes when they are solved.
-        if (proxy.pair_count == 0 && proxy.present_step == step_) { proxy.let_go_of_shapes(); }
+        if (is_stepping() && proxy.pair_count == 0 && proxy.present_step == step_) { proxy.let_go_of_shapes(); }
         return;
     }
     // Outside of a step pairs end with an object that leaves the world.

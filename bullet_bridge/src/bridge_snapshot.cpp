@@ -31,7 +31,8 @@ struct ObjectState {
     btVector3 linear_velocity, angular_velocity, force, torque, gravity;
 
     explicit ObjectState(const btCollisionObject& object)
-        : identity(object), pose(object.getWorldTransform()), interpolation_pose(object.getInterpolationWorldTransform()),
+        : identity(object), pose(object.getWorldTransform()),
+          interpolation_pose(object.getInterpolationWorldTransform()),
           interpolation_linear_velocity(object.getInterpolationLinearVelocity()),
           interpolation_angular_velocity(object.getInterpolationAngularVelocity()),
           activation(object.getActivationState()), deactivation_time(object.getDeactivationTime()),
@@ -191,10 +192,10 @@ pli_status BridgeSnapshot::save(const Bridge& bridge) {
     moment_->is_empty = true;
     btDiscreteDynamicsWorld* bullet_world = bridge.impl_->bullet_world_between_steps();
     if (bullet_world == nullptr) { return PLI_ERROR_WRONG_STATE; }
+    bridge.impl_->save_knowledge(moment_->bridge);
     moment_->soft.resize(pli_world_snapshot_size(bridge.world()));
     const pli_status status = pli_world_save(bridge.world(), moment_->soft.data(), moment_->soft.size(), nullptr);
     if (status != PLI_OK) { return status; }
-    bridge.impl_->save(moment_->bridge);
     moment_->take(*bullet_world);
     moment_->is_empty = false;
     return PLI_OK;
@@ -206,9 +207,11 @@ pli_status BridgeSnapshot::restore(Bridge& bridge) const {
     if (moment_->is_empty || !moment_->fits(*bullet_world)) { return PLI_ERROR_INVALID_VALUE; }
     const pli_status status = pli_world_restore(bridge.world(), moment_->soft.data(), moment_->soft.size());
     if (status != PLI_OK) { return status; }
-    bridge.impl_->restore(moment_->bridge);
+    bridge.impl_->restore_knowledge(moment_->bridge);
     bullet_world->setGravity(moment_->gravity); // before the bodies, which may have others
+    bridge.impl_->set_restoring(true);
     moment_->give_back(*bullet_world);
+    bridge.impl_->set_restoring(false);
     return PLI_OK;
 }
 

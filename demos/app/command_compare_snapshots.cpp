@@ -48,8 +48,7 @@ void print_text(const std::vector<Row>& rows) {
     for (const Row& row : rows) {
         const demos::Rollback& rollback = row.rollback;
         table.add({row.scene, demos::solver_name(rollback.solver), std::to_string(rollback.threads),
-                   std::to_string(rollback.save_frame), std::to_string(rollback.frames),
-                   std::to_string(rollback.bytes),
+                   std::to_string(rollback.save_frame), std::to_string(rollback.frames), std::to_string(rollback.bytes),
                    rollback.is_equal() ? "all" : "not " + std::to_string(rollback.first_unequal_frame)});
     }
     std::cout << table.text()

@@ -36,9 +36,9 @@ struct EngineOptions {
     bool bullet_witness = false; // Pliant only: nearest points of clusters from Bullet's GJK
     bool unguarded = false;      // btSoftBody only: takes meshes that it is known to hang on
     SolverOptions solver{};
-    bool ordered_pairs = false;  // Bullet takes pairs in an order that does not depend on what was before
-    float step_seconds = frame_seconds;          // the script of a scene keeps its times
-    int threads = 1;                             // Pliant only
+    bool ordered_pairs = false;         // Bullet takes pairs in an order that does not depend on what was before
+    float step_seconds = frame_seconds; // the script of a scene keeps its times
+    int threads = 1;                    // Pliant only
     pli_parallel_for_fn* parallel_for = nullptr; // Pliant only: in place of threads
     void* parallel_user = nullptr;
     pli_simd simd = PLI_SIMD_BEST; // Pliant only

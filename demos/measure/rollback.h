@@ -10,9 +10,9 @@ namespace demos {
 struct Rollback {
     SolverKind solver = SolverKind::position_based;
     int threads = 1;
-    int save_frame = 0; // after the script's last cut: a snapshot does not fit another topology
-    int frames = 0;     // that were repeated
-    size_t bytes = 0;   // of the snapshot
+    int save_frame = 0;          // after the script's last cut: a snapshot does not fit another topology
+    int frames = 0;              // that were repeated
+    size_t bytes = 0;            // of the snapshot
     int first_unequal_frame = 0; // after the save, from 1; 0: none
     bool is_equal() const { return first_unequal_frame == 0; }
 };

@@ -12,7 +12,11 @@ namespace bridge_test {
 
 class StockWorld {
 public:
-    explicit StockWorld(btVector3 gravity = btVector3(0, -10, 0)) { world->setGravity(gravity); }
+    explicit StockWorld(btVector3 gravity = btVector3(0, -10, 0),
+                        std::unique_ptr<btBroadphaseInterface> made = std::make_unique<btDbvtBroadphase>())
+        : broadphase(std::move(made)) {
+        world->setGravity(gravity);
+    }
     ~StockWorld() {
         while (world->getNumCollisionObjects() > 0) {
             world->removeCollisionObject(world->getCollisionObjectArray()[world->getNumCollisionObjects() - 1]);
@@ -43,7 +47,7 @@ public:
     std::unique_ptr<btDefaultCollisionConfiguration> configuration =
         std::make_unique<btDefaultCollisionConfiguration>();
     std::unique_ptr<btCollisionDispatcher> dispatcher = std::make_unique<btCollisionDispatcher>(configuration.get());
-    std::unique_ptr<btDbvtBroadphase> broadphase = std::make_unique<btDbvtBroadphase>();
+    std::unique_ptr<btBroadphaseInterface> broadphase;
     std::unique_ptr<btSequentialImpulseConstraintSolver> solver =
         std::make_unique<btSequentialImpulseConstraintSolver>();
     std::vector<std::unique_ptr<btCollisionShape>> shapes;

@@ -15,17 +15,24 @@ namespace pliant {
 ///
 /// Frames after a restore equal those after the save bit for bit where Bullet takes pairs in an order that does not
 /// depend on what was before: `world.getDispatchInfo().m_deterministicOverlappingPairs = true`, set before the frames
-/// that are to be repeated. It fits as long as both worlds have the same objects. Not in it: constraints, vehicles and
-/// controllers of the game, masses, damping, friction, shapes and filters of its objects.
+/// that are to be repeated; and where rigid bodies may sleep a broad phase of axes (btAxisSweep3), since what sleeps
+/// together depends on pairs that btDbvtBroadphase keeps by their past. It fits as long as both worlds have the same
+/// objects. Not in it: constraints, vehicles and controllers of the game, masses, damping, friction, shapes and filters
+/// of its objects.
 class PLI_API BridgeSnapshot {
 public:
+    /// Empty.
     BridgeSnapshot();
-    ~BridgeSnapshot();
+    ~BridgeSnapshot(); ///< frees its memory
+    /// What is moved from may only end, or be assigned to.
     BridgeSnapshot(BridgeSnapshot&&) noexcept;
+    /// Likewise.
     BridgeSnapshot& operator=(BridgeSnapshot&&) noexcept;
 
-    /// Takes the state of now. Memory is kept: a snapshot that is used again allocates only where there is more to keep.
-    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and while no soft body is in the Bullet world, which
+    /// Takes the state of now. Memory is kept: a snapshot that is used again allocates only where there is more to
+    /// keep.
+    /// @return PLI_ERROR_WRONG_STATE inside a step, after detach(), and while no soft body is in the Bullet world,
+    /// which
     ///         may have gone then; the snapshot is empty after an error
     pli_status save(const Bridge& bridge);
     /// Goes back. On an error both worlds stay as they are.

@@ -129,13 +129,13 @@ typedef struct plii_feature_array {
 
 #define PLII_COUNTED_BY(type, count_member) .count = offsetof(type, count_member)
 
-/* Lists of a plii_pair_cache. */
-#define PLII_PAIR_CACHE_LISTS(type, cache)                                                                             \
+/* Lists of a plii_pair_cache; `of_before`: what snapshots do with the list of the step before. */
+#define PLII_PAIR_CACHE_LISTS(type, cache, of_before)                                                                  \
     {PLII_LIST_OF(type, cache.present, cache.present_capacity), PLII_COUNTED_BY(type, cache.present_count),            \
      .is_kept = true, .snapshot = PLII_SAVED},                                                                         \
     {                                                                                                                  \
         PLII_LIST_OF(type, cache.before, cache.before_capacity), PLII_COUNTED_BY(type, cache.before_count),            \
-            .is_kept = true, .snapshot = PLII_LEFT                                                                     \
+            .is_kept = true, .snapshot = of_before                                                                     \
     }
 
 /* A member of a state that is neither an array of the table nor its capacity or count. */

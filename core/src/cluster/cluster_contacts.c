@@ -145,7 +145,8 @@ static const plii_feature_array cluster_contacts_arrays[] = {
     {PLII_LIST_OF(plii_cluster_contacts, groups.blocks, groups.block_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, groups.rigids, groups.rigid_capacity), .snapshot = PLII_LEFT},
     {PLII_LIST_OF(plii_cluster_contacts, tree.groups, tree.capacity), .snapshot = PLII_LEFT},
-    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory),
+    /* The next step frees the slots of pairs that have gone. */
+    PLII_PAIR_CACHE_LISTS(plii_cluster_contacts, memory, PLII_SAVED),
     {0},
 };
 
@@ -218,11 +219,6 @@ enum { CLUSTER_CONTACTS_CLEAR_ORDER = 5, CLUSTER_CONTACTS_ORDER = 20 };
 
 static const plii_feature_class* const cluster_contacts_needs[] = {&plii_clusters_class, NULL};
 
-static void cluster_contacts_on_restored(pli_body* body, void* data) {
-    (void)body;
-    plii_pair_cache_forget_before(&((plii_cluster_contacts*)data)->memory);
-}
-
 static const plii_state_part cluster_contacts_parts[] = {
     PLII_STATE(plii_cluster_contacts, def, PLII_SAVED),
     PLII_STATE(plii_cluster_contacts, clusters, PLII_LEFT),
@@ -245,7 +241,6 @@ const plii_feature_class plii_cluster_contacts_class = {
     .name = "cluster contacts",
     .state_size = sizeof(plii_cluster_contacts),
     .state_parts = cluster_contacts_parts,
-    .on_restored = cluster_contacts_on_restored,
     .needs = cluster_contacts_needs,
     .stages = {[PLII_STAGE_UPDATE] = {cluster_contacts_clear, CLUSTER_CONTACTS_CLEAR_ORDER},
                [PLII_STAGE_JOINT_PREPARE] = {cluster_contacts_prepare, CLUSTER_CONTACTS_ORDER},

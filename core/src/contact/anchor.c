@@ -141,11 +141,6 @@ static int anchor_list_constraints(const pli_body* body, const void* state, int 
     return count;
 }
 
-static void anchor_release_marks(pli_body* body) {
-    plii_release(body->context, body->anchored, (size_t)body->node_count * sizeof *body->anchored);
-    body->anchored = NULL;
-}
-
 /* Makes the id of an anchor stale; anchor_compact takes the anchor out. */
 static void anchor_retire(plii_anchors* anchors, plii_anchor* anchor) {
     plii_id_pool_free(&anchors->ids, anchor->slot);
@@ -167,7 +162,6 @@ static void anchor_compact(pli_body* body, plii_anchors* anchors) {
     for (int i = 0; i < kept; ++i) {
         body->anchored[anchors->items[i].node] = 1;
     }
-    if (kept == 0) { anchor_release_marks(body); }
 }
 
 static void anchor_on_rigid_removed(pli_body* body, void* state, const pli_rigid* rigid) {
@@ -210,8 +204,7 @@ static const plii_feature_array anchor_arrays[] = {
      .snapshot = PLII_SAVED},
     {PLII_LIST_OF(plii_anchors, ids.slots, ids.capacity), .is_kept = true, PLII_COUNTED_BY(plii_anchors, ids.count),
      .snapshot = PLII_SAVED},
-    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_optional = true, .is_kept = true,
-     .snapshot = PLII_SAVED},
+    {PLII_MEMBER(pli_body, anchored), PLII_PER_NODE, .is_in_body = true, .is_kept = true, .snapshot = PLII_SAVED},
     {0},
 };
 
@@ -296,19 +289,6 @@ static plii_anchor* anchor_append(pli_body* body, plii_anchors* anchors, const p
     return anchor;
 }
 
-static bool anchor_allocate_marks(pli_body* body) {
-    if (body->anchored == NULL) {
-        body->anchored = plii_allocate(body->context, (size_t)body->node_count * sizeof *body->anchored);
-    }
-    return body->anchored != NULL;
-}
-
-/* After a call that has failed. */
-static void anchor_leave_unused(pli_body* body, const plii_anchors* anchors, bool was_enabled) {
-    if (anchors->item_count == 0) { anchor_release_marks(body); }
-    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
-}
-
 pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_anchor_id* id) {
     PLII_TRY(plii_check_body_change(body, __func__));
     PLII_TRY(anchor_check(body, def, __func__));
@@ -319,7 +299,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
 
     pli_status status = PLI_ERROR_OUT_OF_MEMORY;
     if (!PLII_RESERVE(body->context, &anchors->items, &anchors->item_capacity, anchors->item_count + 1) ||
-        !plii_id_pool_reserve(body->context, &anchors->ids) || !anchor_allocate_marks(body)) {
+        !plii_id_pool_reserve(body->context, &anchors->ids)) {
         goto fail;
     }
     if (def->disable_collision) {
@@ -334,7 +314,7 @@ pli_status pli_body_add_anchor(pli_body* body, const pli_anchor_def* def, pli_an
     return PLI_OK;
 
 fail:
-    anchor_leave_unused(body, anchors, was_enabled);
+    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
     return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for an anchor") : status;
 }
 
@@ -433,15 +413,12 @@ pli_status pli_body_attach_nodes(pli_body* body, const int* nodes, int count, pl
     const bool was_enabled = plii_feature_state(body, &plii_anchor_class) != NULL;
     void* state = NULL;
     PLII_TRY(plii_feature_enable(body, &plii_anchor_class, &state));
-    pli_status status = PLI_ERROR_OUT_OF_MEMORY;
-    if (anchor_allocate_marks(body)) {
-        status = anchor_mark_nodes(body, nodes, count, false, __func__);
-        if (status == PLI_OK && !anchor_append_nodes(body, state, nodes, count, rigid)) {
-            status = PLI_ERROR_OUT_OF_MEMORY;
-        }
+    pli_status status = anchor_mark_nodes(body, nodes, count, false, __func__);
+    if (status == PLI_OK && !anchor_append_nodes(body, state, nodes, count, rigid)) {
+        status = PLI_ERROR_OUT_OF_MEMORY;
     }
     if (status == PLI_OK && count > 0) { return PLI_OK; }
-    anchor_leave_unused(body, state, was_enabled);
+    if (!was_enabled) { plii_feature_disable(body, &plii_anchor_class); }
     return status == PLI_ERROR_OUT_OF_MEMORY ? PLII_FAIL(body->context, status, "no memory for %d anchors", count)
                                              : status;
 }

@@ -506,7 +506,7 @@ static const plii_feature_array rigid_faces_arrays[] = {
      .snapshot = PLII_LEFT},
     {PLII_CONTACT_IMPULSES_OF(plii_rigid_faces, impulses)},
     {PLII_LIST_OF(plii_rigid_faces, candidates, candidate_capacity), .snapshot = PLII_LEFT},
-    PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory),
+    PLII_PAIR_CACHE_LISTS(plii_rigid_faces, memory, PLII_LEFT),
     {0},
 };
 

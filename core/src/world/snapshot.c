@@ -4,10 +4,13 @@
 
 #include "pliant/snapshot.h"
 
+#include "base/checksum.h"
 #include "body/feature_arrays.h"
 #include "body/world_state.h"
 
 #include <string.h>
+
+enum { SNAPSHOT_PIECE = 4096 }; /* bytes, that stay in the nearest cache */
 
 typedef enum snapshot_mode { SNAPSHOT_COUNT, SNAPSHOT_SAVE, SNAPSHOT_COMPARE, SNAPSHOT_RESTORE } snapshot_mode;
 
@@ -19,6 +22,7 @@ typedef struct snapshot_walk {
     unsigned char* to;         /* SAVE */
     const unsigned char* from; /* COMPARE, RESTORE */
     size_t at, size;
+    plii_checksum checksum; /* SAVE, COMPARE: of what was passed */
     pli_status status;
 } snapshot_walk;
 
@@ -32,29 +36,6 @@ typedef struct snapshot_header {
 
 #define SNAPSHOT_MAGIC 0x706c6973u
 #define SNAPSHOT_VERSION 1u
-
-// ------------------------------------------------------------------------------------------------------- checksum
-
-enum { SNAPSHOT_LANES = 8 };
-
-/* Sums, and sums of sums, by lanes: any word that changes and any two that change places make it another one. */
-static void snapshot_sum_up(const unsigned char* bytes, size_t size, uint64_t checksum[2]) {
-    uint64_t sums[SNAPSHOT_LANES] = {0}, weighted[SNAPSHOT_LANES] = {0};
-    const size_t block = SNAPSHOT_LANES * sizeof(uint64_t);
-    for (size_t at = 0; at < size; at += block) {
-        uint64_t words[SNAPSHOT_LANES] = {0};
-        memcpy(words, bytes + at, size - at < block ? size - at : block);
-        for (int k = 0; k < SNAPSHOT_LANES; ++k) {
-            sums[k] += words[k];
-            weighted[k] += sums[k];
-        }
-    }
-    checksum[0] = checksum[1] = size;
-    for (int k = 0; k < SNAPSHOT_LANES; ++k) {
-        checksum[0] = checksum[0] * UINT64_C(0x9e3779b97f4a7c15) + sums[k];
-        checksum[1] = checksum[1] * UINT64_C(0xbf58476d1ce4e5b9) + weighted[k];
-    }
-}
 
 // ----------------------------------------------------------------------------------------------------- the walk
 
@@ -77,21 +58,30 @@ static bool snapshot_has(snapshot_walk* walk, size_t size) {
     return false;
 }
 
-/* Bytes that are taken over. */
+/* Bytes that are taken over. They are summed up while they are in the cache. */
 static void snapshot_bytes(snapshot_walk* walk, void* block, size_t size) {
     if (size == 0 || !snapshot_has(walk, size)) { return; }
-    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, block, size); }
     if (walk->mode == SNAPSHOT_RESTORE) { memcpy(block, walk->from + walk->at, size); }
+    for (size_t at = 0; at < size && (walk->mode == SNAPSHOT_SAVE || walk->mode == SNAPSHOT_COMPARE);
+         at += SNAPSHOT_PIECE) {
+        const size_t piece = size - at < SNAPSHOT_PIECE ? size - at : SNAPSHOT_PIECE;
+        if (walk->mode == SNAPSHOT_SAVE) {
+            memcpy(walk->to + walk->at + at, (const unsigned char*)block + at, piece);
+            plii_checksum_add(&walk->checksum, walk->to + walk->at + at, piece);
+        } else {
+            plii_checksum_add(&walk->checksum, walk->from + walk->at + at, piece);
+        }
+    }
     walk->at += size;
 }
 
 /* A number; that of the snapshot where there is one. */
 static uint64_t snapshot_number(snapshot_walk* walk, uint64_t number) {
     if (!snapshot_has(walk, sizeof number)) { return 0; }
-    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, &number, sizeof number); }
-    if (walk->mode >= SNAPSHOT_COMPARE) { memcpy(&number, walk->from + walk->at, sizeof number); }
-    walk->at += sizeof number;
-    return number;
+    uint64_t saved = number;
+    if (walk->mode >= SNAPSHOT_COMPARE) { memcpy(&saved, walk->from + walk->at, sizeof saved); }
+    snapshot_bytes(walk, &number, sizeof number);
+    return saved;
 }
 
 /* Something that must be the same; `what` is what else is wrong. */
@@ -148,9 +138,8 @@ static void snapshot_part(snapshot_walk* walk, const plii_feature_class* klass, 
     unsigned char* bytes = (unsigned char*)state + part->offset;
     if (part->snapshot == PLII_SAVED) { snapshot_bytes(walk, bytes, part->size); }
     if (part->snapshot != PLII_SAME || !snapshot_has(walk, part->size)) { return; }
-    if (walk->mode == SNAPSHOT_SAVE) { memcpy(walk->to + walk->at, bytes, part->size); }
     const bool differs = walk->mode >= SNAPSHOT_COMPARE && memcmp(bytes, walk->from + walk->at, part->size) != 0;
-    walk->at += part->size;
+    snapshot_bytes(walk, bytes, part->size);
     if (differs) { snapshot_refuse(walk, "what it was made for has changed, the state", klass->name); }
 }
 
@@ -295,7 +284,7 @@ static pli_status snapshot_save(snapshot_subject subject, pli_context* context, 
     PLII_TRY(snapshot_run(&walk, subject));
     snapshot_header header = {
         .magic = SNAPSHOT_MAGIC, .version = SNAPSHOT_VERSION, .size = needed, .handle = snapshot_handle(subject)};
-    snapshot_sum_up(walk.to + sizeof header, needed - sizeof header, header.checksum);
+    plii_checksum_end(&walk.checksum, header.checksum);
     memcpy(buffer, &header, sizeof header);
     return PLI_OK;
 }
@@ -315,11 +304,6 @@ static pli_status snapshot_check_header(snapshot_subject subject, pli_context* c
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %llu bytes, %zu were given",
                          (unsigned long long)header.size, size);
     }
-    uint64_t checksum[2];
-    snapshot_sum_up(bytes + sizeof header, size - sizeof header, checksum);
-    if (checksum[0] != header.checksum[0] || checksum[1] != header.checksum[1]) {
-        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
-    }
     if (header.handle != snapshot_handle(subject)) {
         return plii_fail(context, PLI_ERROR_INVALID_VALUE, function, "the snapshot does not fit: it is of another %s",
                          subject.world != NULL ? "world, or of a body" : "body, or of a world");
@@ -337,6 +321,13 @@ static pli_status snapshot_restore(snapshot_subject subject, pli_context* contex
     if (walk.at != size) {
         return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot has %zu bytes more than it says",
                          size - walk.at);
+    }
+    snapshot_header header;
+    memcpy(&header, buffer, sizeof header);
+    uint64_t checksum[2];
+    plii_checksum_end(&walk.checksum, checksum);
+    if (memcmp(checksum, header.checksum, sizeof checksum) != 0) {
+        return plii_fail(context, PLI_ERROR_FILE_FORMAT, function, "the snapshot is damaged: its checksum is wrong");
     }
     walk.mode = SNAPSHOT_RESTORE;
     return snapshot_run(&walk, subject);

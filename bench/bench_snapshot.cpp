@@ -1,0 +1,111 @@
+// 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro.
+// `bytes_per_node` is of the snapshot.
+
+#include "pliant/pliant.h"
+
+#include <benchmark/benchmark.h>
+
+#include <cstring>
+#include <stdexcept>
+#include <vector>
+
+namespace {
+
+void check(pli_status status) {
+    if (status != PLI_OK) { throw std::runtime_error(pli_status_string(status)); }
+}
+
+enum class Dress { nodes, faces_and_air };
+
+struct Sheets {
+    static constexpr int columns = 32, count = 100;
+    pli_context* context = nullptr;
+    pli_world* world = nullptr;
+
+    explicit Sheets(Dress dress) {
+        check(pli_context_create(nullptr, &context));
+        check(pli_world_create(context, nullptr, &world));
+        pli_shape* plane = nullptr;
+        check(pli_shape_create_plane(context, pli_vec3_make(0, 1, 0), 0, &plane));
+        pli_rigid_def ground = pli_rigid_def_default();
+        ground.shapes = &plane;
+        ground.shape_count = 1;
+        pli_rigid* rigid = nullptr;
+        check(pli_rigid_create(world, &ground, &rigid));
+        pli_shape_release(plane);
+        for (int i = 0; i < count; ++i) {
+            add(3.0f * static_cast<float>(i % 10), 3.0f * static_cast<float>(i / 10), dress);
+        }
+        for (int i = 0; i < 60; ++i) {
+            check(pli_world_step(world, 1.0f / 60.0f));
+        }
+    }
+    ~Sheets() {
+        pli_world_destroy(world);
+        pli_context_destroy(context);
+    }
+    Sheets(const Sheets&) = delete;
+    Sheets& operator=(const Sheets&) = delete;
+
+    void add(float x, float z, Dress dress) {
+        pli_patch_def patch = pli_patch_def_default();
+        patch.corner_00 = pli_vec3_make(x - 1, 0.3f, z - 1);
+        patch.corner_10 = pli_vec3_make(x + 1, 0.3f, z - 1);
+        patch.corner_01 = pli_vec3_make(x - 1, 0.3f, z + 1);
+        patch.corner_11 = pli_vec3_make(x + 1, 0.3f, z + 1);
+        patch.columns = patch.rows = columns;
+        pli_mesh* mesh = nullptr;
+        pli_body* body = nullptr;
+        check(pli_mesh_create_patch(context, &patch, &mesh));
+        check(pli_mesh_set_total_mass(mesh, 1));
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.02f;
+        check(pli_body_create(world, mesh, &def, &body));
+        pli_mesh_destroy(mesh);
+        check(pli_body_enable_colored_links(body));
+        check(pli_body_enable_rigid_contacts(body, nullptr));
+        if (dress == Dress::nodes) { return; }
+        pli_aero_def aero = pli_aero_def_default();
+        aero.drag = 0.01f;
+        check(pli_body_enable_rigid_face_contacts(body, nullptr));
+        check(pli_body_enable_soft_contacts(body, nullptr));
+        check(pli_body_enable_aero(body, &aero));
+    }
+};
+
+void count_bytes(benchmark::State& state, std::size_t size) {
+    constexpr auto nodes = static_cast<double>(Sheets::count * Sheets::columns * Sheets::columns);
+    state.counters["bytes_per_node"] = static_cast<double>(size) / nodes;
+    state.SetBytesProcessed(static_cast<std::int64_t>(2 * size) * state.iterations());
+}
+
+void save_and_restore(benchmark::State& state, Dress dress) {
+    const Sheets sheets(dress);
+    std::vector<unsigned char> buffer(pli_world_snapshot_size(sheets.world));
+    for (auto _ : state) {
+        check(pli_world_save(sheets.world, buffer.data(), buffer.size(), nullptr));
+        check(pli_world_restore(sheets.world, buffer.data(), buffer.size()));
+    }
+    count_bytes(state, buffer.size());
+}
+
+void copy_to_and_fro(benchmark::State& state, Dress dress) {
+    const Sheets sheets(dress);
+    std::vector<unsigned char> buffer(pli_world_snapshot_size(sheets.world)), other(buffer.size());
+    for (auto _ : state) {
+        std::memcpy(other.data(), buffer.data(), buffer.size());
+        benchmark::ClobberMemory();
+        std::memcpy(buffer.data(), other.data(), buffer.size());
+        benchmark::ClobberMemory();
+    }
+    count_bytes(state, buffer.size());
+}
+
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes);
+BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
+BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
+BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
+
+} // namespace
+
+BENCHMARK_MAIN();

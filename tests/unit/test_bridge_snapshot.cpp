@@ -1,0 +1,161 @@
+// Soft and rigid bodies of a Bullet world go back together.
+
+#include "test_bridge_world.h"
+
+#include "check.h"
+
+#include <pliant_bullet/snapshot.h>
+
+#include <array>
+#include <cstring>
+
+using bridge_test::make_sheet;
+using bridge_test::StockWorld;
+using pliant::Bridge;
+using pliant::BridgeSnapshot;
+
+namespace {
+
+constexpr int box_count = 6;
+
+// A stack of boxes on a sheet that hangs by anchors and lies on the ground.
+struct Scene {
+    StockWorld stock;
+    std::unique_ptr<Bridge> bridge;
+    std::vector<btRigidBody*> boxes;
+    pli_body* sheet = nullptr;
+    pli_anchor_id held{};
+
+    explicit Scene(std::unique_ptr<btBroadphaseInterface> broadphase = std::make_unique<btDbvtBroadphase>())
+        : stock(btVector3(0, -10, 0), std::move(broadphase)) {
+        stock.world->getDispatchInfo().m_deterministicOverlappingPairs = true;
+        stock.add_box(btVector3(10, 1, 10), 0, btVector3(0, -1, 0));
+        for (int i = 0; i < box_count; ++i) {
+            const auto n = static_cast<btScalar>(i);
+            boxes.push_back(&stock.add_box(btVector3(btScalar(0.2), btScalar(0.1), btScalar(0.2)), btScalar(0.5),
+                                           btVector3(btScalar(0.03) * n, btScalar(1.2) + btScalar(0.25) * n, 0)));
+        }
+        bridge = std::make_unique<Bridge>(*stock.world);
+        pli_mesh* mesh = make_sheet(bridge->context(), 2, 0.8f, 15);
+        pli_body_def def = pli_body_def_default();
+        def.collision_margin = 0.03f;
+        def.solver.position_iterations = 6;
+        assert_int_equal(bridge->add_body(mesh, &def, &sheet), PLI_OK);
+        pli_mesh_destroy(mesh);
+        assert_int_equal(pli_body_enable_rigid_contacts(sheet, nullptr), PLI_OK);
+        assert_int_equal(pli_body_enable_rigid_face_contacts(sheet, nullptr), PLI_OK);
+        pli_anchor_def anchor = pli_anchor_def_default();
+        anchor.rigid = bridge->rigid(*boxes[1]);
+        assert_int_equal(pli_body_add_anchor(sheet, &anchor, &held), PLI_OK);
+    }
+
+    struct State {
+        std::uint64_t sheet;
+        std::array<btTransform, box_count> poses;
+        std::array<btVector3, box_count> velocities;
+        bool operator==(const State& o) const {
+            return sheet == o.sheet && poses == o.poses && velocities == o.velocities;
+        }
+    };
+    State state() const {
+        State result{};
+        result.sheet = pli_body_state_hash(sheet);
+        for (std::size_t i = 0; i < box_count; ++i) {
+            result.poses[i] = boxes[i]->getWorldTransform();
+            result.velocities[i] = boxes[i]->getLinearVelocity();
+        }
+        return result;
+    }
+};
+
+// Each eight frames are stepped again, from the first or from a later one of them.
+void go_back_and_forward(Scene& scene) {
+    std::array<BridgeSnapshot, 8> snapshots;
+    for (int frame = 0; frame < 160; ++frame) {
+        std::array<Scene::State, 8> states;
+        for (std::size_t k = 0; k < 8; ++k) {
+            assert_int_equal(snapshots[k].save(*scene.bridge), PLI_OK);
+            scene.stock.step(1);
+            states[k] = scene.state();
+        }
+        const std::size_t from = static_cast<std::size_t>(frame) % 8;
+        if (snapshots[from].restore(*scene.bridge) != PLI_OK) {
+            fail_msg("round %d from %zu: %s", frame, from, pli_last_error(scene.bridge->context()));
+        }
+        for (std::size_t k = from; k < 8; ++k) {
+            scene.stock.step(1);
+            if (!(scene.state() == states[k])) {
+                fail_msg("round %d from frame %zu: frame %zu differs", frame, from, k);
+            }
+        }
+        if (frame % 40 == 20) { scene.boxes[2]->applyCentralImpulse(btVector3(btScalar(0.6), btScalar(1.2), 0)); }
+    }
+}
+
+} // namespace
+
+// Bodies fall asleep, and a push wakes them.
+static void eight_frames_back_and_forward_again(void**) {
+    const btVector3 corner(100, 100, 100);
+    Scene scene(std::make_unique<btAxisSweep3>(-corner, corner));
+    go_back_and_forward(scene);
+}
+
+// What sleeps together depends on pairs that this broad phase finds by their past.
+static void the_same_with_trees_where_nothing_sleeps(void**) {
+    Scene scene;
+    for (btRigidBody* box : scene.boxes) {
+        box->setActivationState(DISABLE_DEACTIVATION);
+    }
+    go_back_and_forward(scene);
+}
+
+static void what_the_game_has_changed_comes_back(void**) {
+    Scene scene;
+    scene.stock.step(50);
+    BridgeSnapshot snapshot;
+    assert_int_equal(snapshot.bytes(), 0);
+    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE); // empty
+    assert_int_equal(snapshot.save(*scene.bridge), PLI_OK);
+    assert_true(snapshot.bytes() > 225 * 48);
+    scene.stock.step(30);
+    const Scene::State later = scene.state();
+    scene.boxes[0]->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(5, 5, 5)));
+    scene.boxes[3]->forceActivationState(DISABLE_SIMULATION);
+    scene.stock.world->setGravity(btVector3(0, 5, 0));
+    assert_int_equal(pli_body_remove_anchor(scene.sheet, scene.held), PLI_OK);
+    scene.stock.step(30);
+    if (snapshot.restore(*scene.bridge) != PLI_OK) { fail_msg("%s", pli_last_error(scene.bridge->context())); }
+    assert_int_equal(pli_body_anchor_count(scene.sheet), 1);
+    scene.stock.step(30);
+    assert_true(scene.state() == later);
+}
+
+static void other_objects_are_refused(void**) {
+    Scene scene;
+    scene.stock.step(10);
+    BridgeSnapshot snapshot;
+    assert_int_equal(snapshot.save(*scene.bridge), PLI_OK);
+    scene.stock.world->removeRigidBody(scene.boxes[5]);
+    const Scene::State before = scene.state();
+    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
+    assert_true(scene.state() == before);
+    scene.stock.world->addRigidBody(scene.boxes[5]); // another to the broad phase
+    assert_int_equal(snapshot.restore(*scene.bridge), PLI_ERROR_INVALID_VALUE);
+    scene.stock.step(5);
+    assert_int_equal(scene.bridge->remove_body(scene.sheet), PLI_OK);
+    assert_int_equal(snapshot.save(*scene.bridge), PLI_ERROR_WRONG_STATE);
+    assert_int_equal(snapshot.bytes(), 0);
+    scene.bridge->detach();
+    assert_int_equal(snapshot.save(*scene.bridge), PLI_ERROR_WRONG_STATE);
+}
+
+int main() {
+    const CMUnitTest tests[] = {
+        cmocka_unit_test(eight_frames_back_and_forward_again),
+        cmocka_unit_test(the_same_with_trees_where_nothing_sleeps),
+        cmocka_unit_test(what_the_game_has_changed_comes_back),
+        cmocka_unit_test(other_objects_are_refused),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
