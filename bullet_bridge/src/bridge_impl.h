@@ -102,7 +102,10 @@ private:
     void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
     void follow_gravity();
+    void sort_pairs();
     void collide_pairs();
+    void collide_pairs_as_reference();
+    void collide_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
     void look_for_new_pinned();
@@ -136,8 +139,14 @@ private:
     std::vector<std::unique_ptr<RigidProxy>> replaced_; ///< let go of, and another object is at the address
     std::vector<FollowedObject> followed_;              ///< what the Bullet world held when proxies were made ahead
     std::vector<PairAlgorithm*> pairs_;                 ///< of this step, in dispatch order; null: the pair went away
-    std::vector<RigidProxy*> touched_;                  ///< proxies that take part in this step's solve
-    std::mutex mutex_; ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
+    struct RigidPair {
+        int place, order; ///< of the soft body in the Bullet world; of the pair
+        pli_rigid_pair pair;
+    };
+    std::vector<RigidPair> sorted_pairs_;     ///< scratch
+    std::vector<pli_rigid_pair> rigid_pairs_; ///< scratch
+    std::vector<RigidProxy*> touched_;        ///< proxies that take part in this step's solve
+    std::mutex mutex_;                        ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };
 
 } // namespace pliant

@@ -271,7 +271,10 @@ void Bridge::Impl::follow(const btCollisionObject& object) {
 void Bridge::Impl::make_room() {
     constexpr std::size_t pairs_per_object = 8;
     const std::size_t softs = objects_.size(), all = softs + proxies_.size();
-    pairs_.reserve(std::min(softs * all, pairs_per_object * all));
+    const std::size_t pairs = std::min(softs * all, pairs_per_object * all);
+    pairs_.reserve(pairs);
+    sorted_pairs_.reserve(pairs);
+    rigid_pairs_.reserve(pairs);
     touched_.reserve(proxies_.size());
 }
 

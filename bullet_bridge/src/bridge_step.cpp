@@ -69,21 +69,39 @@ void Bridge::Impl::update(btCollisionWorld& bullet_world, btScalar dt) {
     finish_step();
 }
 
+// Threads took the pairs in any order; the objects' places in the world do not depend on them.
+void Bridge::Impl::sort_pairs() {
+    std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
+        if (a == nullptr || b == nullptr) { return a != nullptr && b == nullptr; }
+        const std::pair<int, int> place_a(a->soft.getWorldArrayIndex(), a->other.getWorldArrayIndex());
+        const std::pair<int, int> place_b(b->soft.getWorldArrayIndex(), b->other.getWorldArrayIndex());
+        return place_a < place_b;
+    });
+}
+
 void Bridge::Impl::collide_pairs() {
     collects_pairs_ = false;
-    if (dispatches_in_parallel_) {
-        // Threads took the pairs in any order; the objects' places in the world do not depend on them.
-        std::sort(pairs_.begin(), pairs_.end(), [](const PairAlgorithm* a, const PairAlgorithm* b) {
-            if (a == nullptr || b == nullptr) { return a != nullptr && b == nullptr; }
-            const std::pair<int, int> place_a(a->soft.getWorldArrayIndex(), a->other.getWorldArrayIndex());
-            const std::pair<int, int> place_b(b->soft.getWorldArrayIndex(), b->other.getWorldArrayIndex());
-            return place_a < place_b;
-        });
+    if (dispatches_in_parallel_) { sort_pairs(); }
+    if (mode == CollisionMode::reference) {
+        collide_pairs_as_reference();
+    } else {
+        collide_rigid_pairs();
+        for (const PairAlgorithm* pair : pairs_) {
+            if (pair == nullptr || pair->other_soft == nullptr) { continue; }
+            note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
+        }
     }
+    for (PairAlgorithm* pair : pairs_) {
+        if (pair != nullptr) { pair->collected_index = -1; }
+    }
+    pairs_.clear();
+}
+
+// One after the other, as Bullet comes to them. Some shapes depend on the soft body.
+void Bridge::Impl::collide_pairs_as_reference() {
     const ShapeOptions options{context, mode, surface_thickness, nullptr};
     for (PairAlgorithm* pair : pairs_) {
         if (pair == nullptr) { continue; }
-        pair->collected_index = -1;
         if (pair->other_soft != nullptr) {
             note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
             continue;
@@ -92,7 +110,31 @@ void Bridge::Impl::collide_pairs() {
         take_part(proxy);
         if (proxy.rigid() != nullptr) { note(proxy.collide(options, world, pair->soft.body(), pair->slabs)); }
     }
-    pairs_.clear();
+}
+
+// Body by body, so that threads can share them.
+void Bridge::Impl::collide_rigid_pairs() {
+    sorted_pairs_.clear();
+    for (const PairAlgorithm* pair : pairs_) {
+        if (pair == nullptr || pair->other_soft != nullptr) { continue; }
+        RigidProxy& proxy = *pair->proxy;
+        take_part(proxy);
+        if (proxy.rigid() == nullptr) { continue; }
+        const pli_status given = proxy.give_captured_state();
+        note(given);
+        if (given != PLI_OK) { continue; }
+        sorted_pairs_.push_back({pair->soft.getWorldArrayIndex(),
+                                 static_cast<int>(sorted_pairs_.size()),
+                                 {pair->soft.body(), proxy.rigid()}});
+    }
+    std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
+        return a.place != b.place ? a.place < b.place : a.order < b.order;
+    });
+    rigid_pairs_.clear();
+    for (const RigidPair& pair : sorted_pairs_) {
+        rigid_pairs_.push_back(pair.pair);
+    }
+    note(pli_world_collide_rigids(world, rigid_pairs_.data(), static_cast<int>(rigid_pairs_.size())));
 }
 
 // Brings a proxy up to date, once per step, and has it solved.

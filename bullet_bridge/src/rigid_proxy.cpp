@@ -210,10 +210,15 @@ pli_status RigidProxy::prepare(const ShapeOptions& options, pli_world* world) {
     return status;
 }
 
+pli_status RigidProxy::give_captured_state() {
+    const pli_status status = holds_captured_ ? PLI_OK : pli_rigid_set_state(rigid_, &captured_);
+    holds_captured_ = holds_captured_ || status == PLI_OK;
+    return status;
+}
+
 pli_status RigidProxy::collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs) {
-    pli_status status = holds_captured_ ? PLI_OK : pli_rigid_set_state(rigid_, &captured_);
+    pli_status status = give_captured_state();
     if (status != PLI_OK) { return status; }
-    holds_captured_ = true;
     if (has_slabs_ || has_children_) {
         shapes_.clear();
         poses_.clear();

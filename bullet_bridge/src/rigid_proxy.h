@@ -48,7 +48,9 @@ public:
 
     /// Makes the core's body, or brings its kind, factors, friction and shapes up to date.
     pli_status prepare(const ShapeOptions& options, pli_world* world);
-    /// Contacts of a body with the captured state.
+    /// The core's body gets the captured state, if it has another.
+    pli_status give_captured_state();
+    /// Contacts of a body with the captured state, with the shapes that Bullet would meet it with: in reference mode.
     pli_status collide(const ShapeOptions& options, pli_world* world, pli_body* body, TriangleSlabs& slabs);
     /// From the captured state to the one after Bullet's solver, in two steps.
     void read_present_state();

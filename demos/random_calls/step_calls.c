@@ -94,6 +94,10 @@ void calls_step_in_parts(calls* c) {
         if ((parts & 1) != 0 && a->body != NULL && rigid->rigid != NULL) {
             STEP_CALL(c, world->home, pli_world_collide_rigid(world->world, a->body, rigid->rigid));
         }
+        if ((parts & 32) != 0 && b->body != NULL && rigid->rigid != NULL) {
+            const pli_rigid_pair pairs[3] = {{b->body, rigid->rigid}, {a->body, rigid->rigid}, {b->body, rigid->rigid}};
+            STEP_CALL(c, world->home, pli_world_collide_rigids(world->world, pairs, parts % 4));
+        }
         if ((parts & 2) != 0 && a->body != NULL && b->body != NULL) {
             STEP_CALL(c, world->home, pli_world_collide_bodies(world->world, a->body, b->body));
         }

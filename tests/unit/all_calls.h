@@ -430,6 +430,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_get_user_data, WORLD, READS, CALL_VALUE(pli_world_get_user_data(h->world) == NULL))                    \
     X(pli_world_step, WORLD, CHANGES, CALL_STATUS(pli_world_step(h->world, 0.5f)))                                     \
     X(pli_world_predict, WORLD, CHANGES, CALL_STATUS(pli_world_predict(h->world, 0.5f)))                               \
+    X(pli_world_collide_rigids, WORLD, CHANGES,                                                                        \
+      CALL_STATUS(pli_world_collide_rigids(h->world, (const pli_rigid_pair[]){{h->body, h->rigid}}, 1)))               \
     X(pli_world_collide_rigid, WORLD, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \
     X(pli_world_collide_rigid, BODY, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))       \
     X(pli_world_collide_rigid, RIGID, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \

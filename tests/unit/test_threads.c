@@ -6,6 +6,7 @@
 #include <pliant/pliant.h>
 
 #include <pthread.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_BODIES = 100, BODY_NODES = 48, ROW = 10, STEPS = 25 };
@@ -232,6 +233,64 @@ static void bits_do_not_depend_on_threads(void** unused) {
     }
 }
 
+// ------------------------------------------------------------------------------------------------ pairs of a host
+
+/* Every body with every rigid body, body by body or rigid body by rigid body, in one call or in many. */
+static uint64_t run_by_pairs(int threads, bool by_body, bool in_one_call) {
+    pli_threads* pool = NULL;
+    pli_context_def def = pli_context_def_default();
+    if (threads > 1) {
+        assert_int_equal(pli_threads_create(threads, &pool), PLI_OK);
+        def.parallel_for = pli_threads_parallel_for;
+        def.parallel_user = pool;
+    }
+    pli_context* context = NULL;
+    assert_int_equal(pli_context_create(&def, &context), PLI_OK);
+    trial all;
+    start(&all, context, TRIAL_RIGIDS);
+    const int count = all.count * all.rigid_count;
+    pli_rigid_pair* pairs = calloc((size_t)count, sizeof *pairs);
+    for (int i = 0; i < count; ++i) {
+        const int body = by_body ? i / all.rigid_count : i % all.count;
+        const int rigid = by_body ? i % all.rigid_count : i / all.count;
+        pairs[i] = (pli_rigid_pair){all.bodies[body], all.rigids[rigid]};
+    }
+    for (int k = 0; k < STEPS; ++k) {
+        assert_int_equal(pli_world_predict(all.world, 1.0f / 60.0f), PLI_OK);
+        if (in_one_call) {
+            assert_int_equal(pli_world_collide_rigids(all.world, pairs, count), PLI_OK);
+        } else {
+            for (int i = 0; i < count; ++i) {
+                assert_int_equal(pli_world_collide_rigid(all.world, pairs[i].body, pairs[i].rigid), PLI_OK);
+            }
+        }
+        assert_int_equal(pli_world_solve(all.world), PLI_OK);
+    }
+    const uint64_t hash = hash_of(&all);
+    const pli_status early = pli_world_collide_rigids(all.world, pairs, count);
+    assert_int_equal(early, PLI_ERROR_WRONG_STATE);
+    assert_int_equal(pli_world_predict(all.world, 1.0f / 60.0f), PLI_OK);
+    assert_int_equal(pli_world_collide_rigids(all.world, pairs, -1), PLI_ERROR_INVALID_VALUE);
+    assert_int_equal(pli_world_collide_rigids(all.world, NULL, 1), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_world_collide_rigids(all.world, NULL, 0), PLI_OK);
+    pairs[count - 1].rigid = NULL;
+    assert_int_equal(pli_world_collide_rigids(all.world, pairs, count), PLI_ERROR_NULL_ARGUMENT);
+    assert_int_equal(pli_body_get_rigid_contacts(all.bodies[0], 0, NULL), 0); /* nothing was done */
+    free(pairs);
+    pli_world_destroy(all.world);
+    assert_int_equal(pli_context_destroy(context), PLI_OK);
+    pli_threads_destroy(pool);
+    return hash;
+}
+
+static void pairs_in_one_call_are_those_one_by_one(void** unused) {
+    (void)unused;
+    const uint64_t expected = run_by_pairs(1, true, false);
+    for (int i = 0; i < 8; ++i) {
+        assert_true(run_by_pairs(i < 4 ? 1 : 3, i % 2 == 0, i % 4 < 2) == expected);
+    }
+}
+
 // ----------------------------------------------------------------------------------------------- several at a time
 
 static void step_worlds(int begin, int end, void* task) {
@@ -339,6 +398,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_pool_has_one_to_256_threads),
         cmocka_unit_test(bits_do_not_depend_on_threads),
+        cmocka_unit_test(pairs_in_one_call_are_those_one_by_one),
         cmocka_unit_test(worlds_of_a_context_may_step_at_the_same_time),
         cmocka_unit_test(a_second_thread_is_refused_while_one_steps),
     };

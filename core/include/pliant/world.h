@@ -77,6 +77,19 @@ PLI_API pli_status pli_world_predict(pli_world* world, float dt);
 ///         PLI_ERROR_OUT_OF_MEMORY: contacts of this pair are missing
 PLI_API pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid);
 
+/// A soft body and a rigid body whose bounds overlap.
+typedef struct pli_rigid_pair {
+    pli_body* body;   ///< the soft one
+    pli_rigid* rigid; ///< the rigid one
+} pli_rigid_pair;
+
+/// Makes the contacts of many pairs, as pli_world_collide_rigid does for one after the other, bodies side by side on the
+/// threads that there are. Pairs of one body should follow each other; where they do not all is done on one thread.
+/// @param pairs [count]
+/// @return as pli_world_collide_rigid; nothing is done when a pair is wrong, PLI_ERROR_OUT_OF_MEMORY: contacts are
+///         missing
+PLI_API pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count);
+
 /// Makes the contacts between two soft bodies, as pli_world_collide_rigid; once per pair and step, in either order.
 /// pli_body_collides_with_bodies tells which bodies need it.
 /// @return the same, PLI_ERROR_INVALID_VALUE also for a body with itself

@@ -85,6 +85,7 @@ struct pli_body {
     uint8_t* anchored;     /* [node_count] 1 where an anchor holds the node */
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
+    uint32_t collide_call; /* the last one of many pairs that it was in */
     int lost_node;
     bool is_solved; /* in this step, while others are */
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */

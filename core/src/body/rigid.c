@@ -326,6 +326,15 @@ void plii_rigid_start_path(pli_rigid* rigid) {
     plii_context_unlock(rigid->context, was_locked);
 }
 
+void plii_rigid_start_touch(pli_rigid* rigid) {
+    const bool was_locked = plii_context_lock(rigid->context);
+    if (!rigid->was_touched) {
+        plii_rigid_keep_velocities(rigid);
+        PLII_STORE(&rigid->was_touched, true);
+    }
+    plii_context_unlock(rigid->context, was_locked);
+}
+
 /* To be called after the solve. */
 void plii_rigid_end_path(pli_rigid* rigid, float dt) {
     plii_rigid_path* path = &rigid->path;

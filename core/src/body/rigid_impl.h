@@ -65,8 +65,9 @@ struct pli_rigid {
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
     pli_vec3 start_linear_velocity, start_angular_velocity; /* before the impulses of this step; of one touched in it */
     plii_rigid_path path;
-    int first_body; /* of those that meet it in this step (world/groups.h) */
-    pli_vec3 pull;  /* change of velocity by gravity in the next step */
+    int first_body;         /* of those that meet it in this step (world/groups.h) */
+    pli_bounds step_bounds; /* where pairs of this step were looked for */
+    pli_vec3 pull;          /* change of velocity by gravity in the next step */
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
@@ -116,6 +117,7 @@ static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {
     rigid->start_angular_velocity = rigid->state.angular_velocity;
 }
 void plii_rigid_start_path(pli_rigid* rigid);
+void plii_rigid_start_touch(pli_rigid* rigid);
 /* To be called where a feature first meets it in a step, if possible before its host moves it. Bodies on several
    threads may do so in a prediction, and of static ones in a solve. */
 static inline void plii_rigid_begin_path(pli_rigid* rigid) {
@@ -124,13 +126,11 @@ static inline void plii_rigid_begin_path(pli_rigid* rigid) {
 static inline bool plii_rigid_is_moved_by_host(const pli_rigid* rigid) {
     return rigid->path.begin_version != rigid->pose_version;
 }
-/* To be called before the first impulse of a step. */
+/* To be called before the first impulse of a step. Bodies on several threads may do so where contacts are made. */
 static inline void plii_rigid_touch(pli_rigid* rigid) {
     plii_rigid_begin_path(rigid);
     if (PLII_LOAD(&rigid->was_touched)) { return; }
-    PLII_STORE(&rigid->was_touched, true);
-    /* A static one stays, and soft bodies on several threads may touch it at once. */
-    if (rigid->kind != PLI_RIGID_STATIC) { plii_rigid_keep_velocities(rigid); }
+    plii_rigid_start_touch(rigid);
 }
 
 /* Velocity at an offset from the centre of mass. */

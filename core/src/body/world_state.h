@@ -16,7 +16,8 @@ struct pli_world {
     /* As of when room was made. */
     int most_nodes, most_faces; /* of a body */
     bool has_convex_shapes, has_other_shapes;
-    int joint_iterations; /* of the joint solve in progress */
+    int joint_iterations;  /* of the joint solve in progress */
+    uint32_t collide_call; /* counts those of many pairs */
     uint32_t revision;    /* counts bodies and rigid bodies that come and go */
     pli_body** bodies;
     int body_count, body_capacity;

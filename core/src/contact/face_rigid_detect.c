@@ -434,13 +434,11 @@ static pli_status rigid_faces_collide_shape(pli_body* body, plii_rigid_faces* st
 static pli_status rigid_faces_collide(pli_body* body, void* data, pli_rigid* rigid) {
     plii_rigid_faces* state = data;
     const int before = state->count, candidates_before = state->candidate_count;
-    const bool was_touched = rigid->was_touched;
     for (int i = 0; i < rigid->shape_count; ++i) {
         const pli_status status = rigid_faces_collide_shape(body, state, rigid, i);
         if (status != PLI_OK) {
             state->count = before;
             plii_rigid_faces_drop_candidates(state, candidates_before);
-            rigid->was_touched = was_touched;
             return status;
         }
     }

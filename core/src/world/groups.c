@@ -159,6 +159,11 @@ void plii_groups_run(pli_world* world, plii_groups_fn* run) {
     groups_run(&task, world->group_count, nodes, largest, largest_group, GROUPS_SOLVE_NODES);
 }
 
+int plii_groups_grain(int count, int64_t nodes) {
+    const int64_t grain = nodes > 0 ? (int64_t)GROUPS_PREDICT_NODES * count / nodes : count;
+    return grain > 1 ? (int)(grain < count ? grain : count) : 1;
+}
+
 bool plii_groups_run_bodies(pli_world* world, void (*run)(pli_body* body)) {
     if (!world->has_groups) { return false; }
     groups_task task = {.world = world, .run_body = run};

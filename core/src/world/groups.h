@@ -19,6 +19,10 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
 /* When all pairs have met. False: all bodies are one group, or too few to part them. */
 bool plii_groups_find(pli_world* world);
 
+/* Of `count` items that have so many nodes: how many of them make a part that is worth a thread, of a prediction or of
+   contacts with rigid bodies. */
+int plii_groups_grain(int count, int64_t nodes);
+
 typedef void plii_groups_fn(pli_body* const* bodies, int count);
 /* All groups, on any thread. */
 void plii_groups_run(pli_world* world, plii_groups_fn* run);

@@ -8,6 +8,7 @@
 #include "shape/shape_impl.h"
 #include "world/groups.h"
 #include "world/islands.h"
+#include "world/world_calls.h"
 
 #include <string.h>
 
@@ -231,7 +232,7 @@ bool pli_world_is_stepping(const pli_world* world) {
 /* A step in which memory runs out goes on, without what there is none for. What a call could not get is told by that
    call, and once more at the end of the step. */
 
-static uint64_t world_begin_call(pli_world* world, plii_walk* walk) {
+uint64_t plii_world_begin_call(pli_world* world, plii_walk* walk) {
     plii_walk_begin(walk, world->context, PLII_WALK_STEP);
     plii_thread.pass = (plii_pass){PLI_NULL_INDEX, NULL};
     return PLII_LOAD(&world->context->shortage.count);
@@ -249,7 +250,7 @@ void plii_world_note_shortage(pli_world* world) {
 }
 
 /* Notes what memory there was none for since `before`. */
-static pli_status world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function) {
+pli_status plii_world_end_call(pli_world* world, const plii_walk* walk, uint64_t before, const char* function) {
     const plii_shortage* last = &world->context->shortage;
     plii_walk_end(walk);
     if (PLII_LOAD(&last->count) == before) { return PLI_OK; }
@@ -322,7 +323,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->shortage.count = 0;
     if (world->needs_reserve && world->def.preallocates) { world_reserve(world); }
     plii_walk walk;
-    const uint64_t before = world_begin_call(world, &walk);
+    const uint64_t before = plii_world_begin_call(world, &walk);
     world->is_stepping = true;
     world->dt = dt;
     world->event_count = 0;
@@ -341,7 +342,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     }
     world_tell_frozen(world);
     plii_world_profile(world, "predict", NULL, false);
-    (void)world_end_call(world, &walk, before, NULL); /* the solve tells */
+    (void)plii_world_end_call(world, &walk, before, NULL); /* the solve tells */
     return PLI_OK;
 }
 
@@ -349,75 +350,6 @@ pli_status pli_world_predict(pli_world* world, float dt) {
     PLII_TRY(plii_check_world_change(world, __func__));
     if (!world_enter(world)) { return plii_refuse_entered(world, __func__); }
     return world_leave(world, world_predict(world, dt, __func__));
-}
-
-static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
-                                   const char* function) {
-    if (!world->is_stepping) {
-        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
-    }
-    if (world_a != world || world_b != world) {
-        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a member of the pair is of another world");
-    }
-    return PLI_OK;
-}
-
-/* What a feature has no memory for is noted where it is asked for. */
-static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    if (body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid)) { return; }
-    plii_world_begin_body(body);
-    plii_groups_join_rigid(world, body, rigid);
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->collide_rigid == NULL || (rigid->is_sensor && !feature->klass->meets_sensors)) { continue; }
-        plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_rigid(body, feature->state, rigid);
-        plii_world_profile(world, "collide", feature->klass->name, false);
-    }
-}
-
-pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
-    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
-    PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
-    plii_walk walk;
-    const uint64_t before = world_begin_call(world, &walk);
-    world_collide_rigid(world, body, rigid);
-    return world_end_call(world, &walk, before, __func__);
-}
-
-bool pli_body_collides_with_bodies(const pli_body* body) {
-    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
-}
-
-static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
-    plii_world_begin_body(body_a);
-    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body_a->pipeline.features[i];
-        if (feature->klass->collide_body == NULL) { continue; }
-        void* other_state = plii_feature_state(body_b, feature->klass);
-        if (other_state == NULL) { continue; }
-        plii_groups_join_bodies(world, body_a, body_b);
-        plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
-        plii_world_profile(world, "collide", feature->klass->name, false);
-    }
-}
-
-pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    PLII_TRY(plii_check_world_change(world, __func__));
-    PLII_TRY(plii_check_handle(body_a, PLII_HANDLE_BODY, world->context, "the first body", __func__));
-    PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
-    PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
-    if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
-    plii_walk walk;
-    const uint64_t before = world_begin_call(world, &walk);
-    world_collide_bodies(world, body_a, body_b);
-    return world_end_call(world, &walk, before, __func__);
 }
 
 static void world_run_joint_stage(pli_world* world, plii_stage stage) {
@@ -499,7 +431,7 @@ static void world_end_trouble(pli_world* world, int events_before) {
 
 static pli_status world_solve(pli_world* world, const char* function) {
     plii_walk walk;
-    const uint64_t before = world_begin_call(world, &walk);
+    const uint64_t before = plii_world_begin_call(world, &walk);
     const int events_before = world->event_count;
     plii_world_profile(world, "joints", NULL, true);
     world_solve_joints(world);
@@ -513,7 +445,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
     world_tell_frozen(world);
     world_end_trouble(world, events_before);
     world->is_stepping = false;
-    (void)world_end_call(world, &walk, before, NULL);
+    (void)plii_world_end_call(world, &walk, before, NULL);
     return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;
 }
 
@@ -524,51 +456,12 @@ pli_status pli_world_solve(pli_world* world) {
     return world_leave(world, world_solve(world, __func__));
 }
 
-// ------------------------------------------------------------------------------------------- pairs that overlap
-
-static void world_collide_rigids(pli_world* world) {
-    for (int r = 0; r < world->rigid_count; ++r) {
-        pli_rigid* rigid = world->rigids[r];
-        const pli_bounds bounds = plii_rigid_bounds(rigid);
-        for (int b = 0; b < world->body_count; ++b) {
-            pli_body* body = world->bodies[b];
-            const bool is_swept = body->sweeping_features > 0;
-            if (plii_bounds_overlap(body->bounds, is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : bounds)) {
-                world_collide_rigid(world, body, rigid);
-            }
-        }
-    }
-}
-
-/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
-static void world_collide_soft_pairs(pli_world* world) {
-    pli_body** sweep = world->sweep;
-    for (int i = 1; i < world->body_count; ++i) {
-        pli_body* moved = sweep[i];
-        int k = i;
-        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
-            sweep[k] = sweep[k - 1];
-            --k;
-        }
-        sweep[k] = moved;
-    }
-    for (int i = 0; i < world->body_count; ++i) {
-        if (!sweep[i]->collides_with_bodies) { continue; }
-        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
-            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
-            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
-            world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]);
-        }
-    }
-}
-
 static pli_status world_step(pli_world* world, float dt, const char* function) {
     PLII_TRY(world_predict(world, dt, function));
     plii_walk walk;
-    const uint64_t before = world_begin_call(world, &walk);
-    world_collide_rigids(world);
-    world_collide_soft_pairs(world);
-    (void)world_end_call(world, &walk, before, NULL);
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    plii_world_collide_all(world);
+    (void)plii_world_end_call(world, &walk, before, NULL);
     return world_solve(world, function);
 }
 

@@ -1,0 +1,224 @@
+/* Which pairs meet in a step. */
+
+#include "body/pipeline.h"
+#include "body/world_state.h"
+#include "math/bounds.h"
+#include "world/groups.h"
+#include "world/world_calls.h"
+
+// --------------------------------------------------------------------------------------------------------- one pair
+
+static pli_status world_check_pair(const pli_world* world, const pli_world* world_a, const pli_world* world_b,
+                                   const char* function) {
+    if (!world->is_stepping) {
+        return plii_fail(world->context, PLI_ERROR_WRONG_STATE, function, "only between predict and solve");
+    }
+    if (world_a != world || world_b != world) {
+        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a member of the pair is of another world");
+    }
+    return PLI_OK;
+}
+
+static bool world_meets_rigid(const pli_body* body, const pli_rigid* rigid) {
+    return !(body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid));
+}
+
+/* What a feature has no memory for is noted where it is asked for. */
+static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    plii_world_begin_body(body);
+    for (int i = 0; i < body->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body->pipeline.features[i];
+        if (feature->klass->collide_rigid == NULL || (rigid->is_sensor && !feature->klass->meets_sensors)) { continue; }
+        plii_thread.pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_rigid(body, feature->state, rigid);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
+static void world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    if (!world_meets_rigid(body, rigid)) { return; }
+    plii_groups_join_rigid(world, body, rigid);
+    world_run_collide_rigid(world, body, rigid);
+}
+
+pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(plii_check_handle(body, PLII_HANDLE_BODY, world->context, NULL, __func__));
+    PLII_TRY(plii_check_handle(rigid, PLII_HANDLE_RIGID, world->context, NULL, __func__));
+    PLII_TRY(world_check_pair(world, body->world, rigid->world, __func__));
+    plii_walk walk;
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    world_collide_rigid(world, body, rigid);
+    return plii_world_end_call(world, &walk, before, __func__);
+}
+
+// ------------------------------------------------------------------------------------------ many with rigid bodies
+
+typedef struct world_pairs_task {
+    pli_world* world;
+    const pli_rigid_pair* pairs;
+    int count;
+} world_pairs_task;
+
+/* Pairs of the bodies that begin in the part. */
+static void world_collide_range(int begin, int end, void* data) {
+    const world_pairs_task* task = data;
+    const pli_rigid_pair* pairs = task->pairs;
+    int i = begin;
+    while (i > 0 && i < end && pairs[i].body == pairs[i - 1].body) {
+        ++i;
+    }
+    for (; i < task->count && (i < end || pairs[i].body == pairs[i - 1].body); ++i) {
+        if (!world_meets_rigid(pairs[i].body, pairs[i].rigid)) { continue; }
+        world_run_collide_rigid(task->world, pairs[i].body, pairs[i].rigid);
+    }
+}
+
+static pli_status world_check_pairs(const pli_world* world, const pli_rigid_pair* pairs, int count,
+                                    const char* function) {
+    if (count < 0) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "count = %d", count); }
+    if (pairs == NULL && count > 0) {
+        return plii_fail(world->context, PLI_ERROR_NULL_ARGUMENT, function, "pairs is null");
+    }
+    for (int i = 0; i < count; ++i) {
+        PLII_TRY(plii_check_handle(pairs[i].body, PLII_HANDLE_BODY, world->context, NULL, function));
+        PLII_TRY(plii_check_handle(pairs[i].rigid, PLII_HANDLE_RIGID, world->context, NULL, function));
+        PLII_TRY(world_check_pair(world, pairs[i].body->world, pairs[i].rigid->world, function));
+    }
+    return PLI_OK;
+}
+
+/* Joins what the pairs share. Returns how many pairs make a part for a thread; all of them where a body comes twice. */
+static int world_join_pairs(pli_world* world, const pli_rigid_pair* pairs, int count) {
+    if (!world->has_groups) { return count; }
+    const uint32_t call = ++world->collide_call;
+    int64_t nodes = 0;
+    bool comes_twice = false;
+    for (int i = 0; i < count; ++i) {
+        pli_body* body = pairs[i].body;
+        if (i == 0 || pairs[i - 1].body != body) {
+            comes_twice = comes_twice || body->collide_call == call;
+            body->collide_call = call;
+        }
+        if (!world_meets_rigid(body, pairs[i].rigid)) { continue; }
+        plii_groups_join_rigid(world, body, pairs[i].rigid);
+        nodes += body->node_count;
+    }
+    return comes_twice ? count : plii_groups_grain(count, nodes);
+}
+
+pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pairs, int count) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(world_check_pairs(world, pairs, count, __func__));
+    plii_walk walk;
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    world_pairs_task task = {world, pairs, count};
+    plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
+    return plii_world_end_call(world, &walk, before, __func__);
+}
+
+// ------------------------------------------------------------------------------------------------- two soft bodies
+
+bool pli_body_collides_with_bodies(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->collides_with_bodies;
+}
+
+static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
+    plii_world_begin_body(body_a);
+    for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
+        const plii_feature* feature = &body_a->pipeline.features[i];
+        if (feature->klass->collide_body == NULL) { continue; }
+        void* other_state = plii_feature_state(body_b, feature->klass);
+        if (other_state == NULL) { continue; }
+        plii_groups_join_bodies(world, body_a, body_b);
+        plii_thread.pass.feature = feature->klass;
+        plii_world_profile(world, "collide", feature->klass->name, true);
+        (void)feature->klass->collide_body(body_a, feature->state, body_b, other_state);
+        plii_world_profile(world, "collide", feature->klass->name, false);
+    }
+}
+
+pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
+    PLII_TRY(plii_check_world_change(world, __func__));
+    PLII_TRY(plii_check_handle(body_a, PLII_HANDLE_BODY, world->context, "the first body", __func__));
+    PLII_TRY(plii_check_handle(body_b, PLII_HANDLE_BODY, world->context, "the second body", __func__));
+    PLII_TRY(world_check_pair(world, body_a->world, body_b->world, __func__));
+    if (body_a == body_b) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "a body cannot meet itself"); }
+    plii_walk walk;
+    const uint64_t before = plii_world_begin_call(world, &walk);
+    world_collide_bodies(world, body_a, body_b);
+    return plii_world_end_call(world, &walk, before, __func__);
+}
+
+// -------------------------------------------------------------------------------------------------------- all pairs
+
+static bool world_overlaps_rigid(const pli_body* body, const pli_rigid* rigid) {
+    const bool is_swept = body->sweeping_features > 0;
+    return plii_bounds_overlap(body->bounds,
+                               is_swept ? plii_rigid_swept_bounds(rigid, body->step.dt) : rigid->step_bounds);
+}
+
+static void world_collide_range_of_bodies(int begin, int end, void* data) {
+    pli_world* world = data;
+    for (int b = begin; b < end; ++b) {
+        pli_body* body = world->bodies[b];
+        for (int r = 0; r < world->rigid_count && !body->is_frozen; ++r) {
+            pli_rigid* rigid = world->rigids[r];
+            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
+            world_run_collide_rigid(world, body, rigid);
+        }
+    }
+}
+
+/* Returns the nodes that meet something. */
+static int64_t world_join_rigids(pli_world* world) {
+    int64_t nodes = 0;
+    for (int b = 0; b < world->body_count; ++b) {
+        const pli_body* body = world->bodies[b];
+        for (int r = 0; r < world->rigid_count && !body->is_frozen; ++r) {
+            pli_rigid* rigid = world->rigids[r];
+            if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
+            plii_groups_join_rigid(world, body, rigid);
+            nodes += body->node_count;
+        }
+    }
+    return nodes;
+}
+
+static void world_collide_rigids(pli_world* world) {
+    for (int r = 0; r < world->rigid_count; ++r) {
+        world->rigids[r]->step_bounds = plii_rigid_bounds(world->rigids[r]);
+    }
+    const int count = world->body_count;
+    const int grain = world->has_groups ? plii_groups_grain(count, world_join_rigids(world)) : count;
+    plii_parallel_for(world->context, world_collide_range_of_bodies, world, count, grain);
+}
+
+/* Sweep along x. The list stays sorted from step to step, so insertion sort has little to do. */
+static void world_collide_soft_pairs(pli_world* world) {
+    pli_body** sweep = world->sweep;
+    for (int i = 1; i < world->body_count; ++i) {
+        pli_body* moved = sweep[i];
+        int k = i;
+        while (k > 0 && sweep[k - 1]->bounds.min.x > moved->bounds.min.x) {
+            sweep[k] = sweep[k - 1];
+            --k;
+        }
+        sweep[k] = moved;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        if (!sweep[i]->collides_with_bodies) { continue; }
+        for (int k = i + 1; k < world->body_count && sweep[k]->bounds.min.x <= sweep[i]->bounds.max.x; ++k) {
+            if (!plii_bounds_overlap(sweep[i]->bounds, sweep[k]->bounds)) { continue; }
+            const bool in_order = sweep[i]->world_index < sweep[k]->world_index;
+            world_collide_bodies(world, in_order ? sweep[i] : sweep[k], in_order ? sweep[k] : sweep[i]);
+        }
+    }
+}
+
+void plii_world_collide_all(pli_world* world) {
+    world_collide_rigids(world);
+    world_collide_soft_pairs(world);
+}
