@@ -127,6 +127,7 @@ void Bridge::Impl::collide_rigid_pairs() {
                                  static_cast<int>(sorted_pairs_.size()),
                                  {pair->soft.body(), proxy.rigid()}});
     }
+    if (sorted_pairs_.empty()) { return; }
     std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
         return a.place != b.place ? a.place < b.place : a.order < b.order;
     });
