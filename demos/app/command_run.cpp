@@ -54,18 +54,22 @@ static std::string csv_line(const demos::Engine& engine, const demos::Measures& 
     return line + "\n";
 }
 
-static RunResult run_frames(demos::Engine& engine, int frames, double step_seconds, Progress& progress) {
+static RunResult run_frames(demos::Engine& engine, int frames, double step_seconds, exporting::FrameExport& frame_files,
+                            Progress& progress) {
     RunResult result;
     result.csv = "frame,time_s,ms,kinetic_energy_J,max_stretch,center_x,center_y,center_z\n";
     std::vector<double> milliseconds;
+    frame_files.add(engine, 0, 0.0);
     do {
         engine.step();
         ++result.frames;
         milliseconds.push_back(engine.step_milliseconds());
         result.measures = demos::measure(engine);
         result.csv += csv_line(engine, result.measures, result.frames, result.frames * step_seconds);
+        if (result.measures.finite) { frame_files.add(engine, result.frames, result.frames * step_seconds); }
         progress.show(result.frames, frames);
     } while (result.frames < frames && result.measures.finite);
+    frame_files.finish();
     result.ms_per_step = demos::median(std::move(milliseconds));
     return result;
 }
@@ -224,9 +228,14 @@ int run_scene(const RunOptions& options) {
 
     const float step_seconds = engine_settings.step_seconds;
     const int frames = options.frames > 0 ? options.frames : default_frames(which, step_seconds);
+    if (options.frame_files.first > frames) {
+        throw demos::Error("--export-from " + std::to_string(options.frame_files.first) + " is after the last frame, " +
+                           std::to_string(frames));
+    }
+    exporting::FrameExport frame_files(options.frame_files);
     Progress progress(options.json);
     progress.start(std::string(which.name) + " on " + engine->name());
-    RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), progress);
+    RunResult result = run_frames(*engine, frames, static_cast<double>(step_seconds), frame_files, progress);
     if (options.has_costs && result.measures.finite) {
         progress.start(std::string(which.name) + ", costs");
         result.costs = demos::measure_costs(*description, engine_settings, result.frames,
@@ -252,6 +261,10 @@ int run_scene(const RunOptions& options) {
         print_text(options, which, solver, result);
         if (png.is_wanted() && result.measures.finite) {
             std::cout << "  picture         " << png.path().string() << '\n';
+        }
+        if (frame_files.frames() > 0) {
+            std::cout << "  exported        " << frame_files.frames() << " frames to " << options.frame_files.folder
+                      << '\n';
         }
         if (csv.is_wanted()) { std::cout << "  measures        " << csv.path().string() << '\n'; }
     }

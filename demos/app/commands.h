@@ -4,6 +4,7 @@
 // The subcommands. Each returns the exit status; failures are thrown as demos::Error.
 
 #include "engines/engine.h"
+#include "export/frame_export.h"
 
 #include <cstdint>
 #include <string>
@@ -39,6 +40,7 @@ struct RunOptions {
     StepOptions step;
     SceneChanges changes;
     std::string mesh_file, tetra_base, png_file, csv_file;
+    exporting::ExportOptions frame_files;
     bool has_costs = false;
     bool json = false;
 };

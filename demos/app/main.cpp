@@ -107,6 +107,24 @@ static void add_list(CLI::App& program, ListOptions& options, std::function<int(
     command->callback([&] { chosen = [&] { return app::run_list(options); }; });
 }
 
+static void add_export(CLI::App* command, exporting::ExportOptions& options) {
+    CLI::Option* folder =
+        command->add_option("--export", options.folder, "Write the bodies of every frame to files in this folder");
+    folder->type_name("DIR");
+    command->add_option("--format", options.format, "Of these files: obj (default), pc2 or vtk")
+        ->check(CLI::IsMember({"obj", "pc2", "vtk"}).description(""))
+        ->type_name("NAME")
+        ->needs(folder);
+    command->add_option("--export-from", options.first, "First frame to write (default: 0, the start)")
+        ->check(CLI::Range(0, most_frames).description(""))
+        ->type_name("N")
+        ->needs(folder);
+    command->add_option("--export-every", options.every, "Write every N-th frame (default: 1)")
+        ->check(CLI::Range(1, most_frames).description(""))
+        ->type_name("N")
+        ->needs(folder);
+}
+
 static void add_run(CLI::App& program, RunOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("run", "Run a scene and measure it");
     command->add_option("scene", options.scene, "Name of the scene, as `pliant list` shows it")
@@ -125,6 +143,7 @@ static void add_run(CLI::App& program, RunOptions& options, std::function<int()>
     add_scene_changes(command, options.changes);
     command->add_option("--png", options.png_file, "Write a picture of the last frame")->type_name("FILE");
     command->add_option("--csv", options.csv_file, "Write one line of measures per frame")->type_name("FILE");
+    add_export(command, options.frame_files);
     command->add_flag("--costs", options.has_costs, "Tell what time and memory each feature takes");
     add_json(command, options.json);
     command->callback([&] { chosen = [&] { return app::run_scene(options); }; });

@@ -37,7 +37,7 @@ static pli_vec3 point_at(const std::vector<pli_vec3>& points, int index) {
 
 // ---------------------------------------------------------------------------------------------- rigid bodies
 
-static void append_shape(Batch& batch, const demos::Shape& shape, const pli_transform& pose) {
+void append_shape(Batch& batch, const demos::Shape& shape, const pli_transform& pose) {
     switch (shape.kind) {
     case SCENE_SHAPE_BOX:
         append_box(batch, shape.half_extents, pose);
@@ -79,8 +79,7 @@ bool is_ground(const Extent::Rigid& rigid, const Box& soft) {
 
 // ----------------------------------------------------------------------------------------------- soft bodies
 
-// The faces that only one tetrahedron has, turned outwards.
-static std::vector<int> tetra_surface(const demos::SoftState& soft) {
+std::vector<int> tetra_surface(const demos::SoftState& soft) {
     static constexpr int sides[4][4] = {{0, 1, 2, 3}, {0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}};
     struct Side {
         int count;

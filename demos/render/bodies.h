@@ -22,6 +22,12 @@ struct Extent {
 // Throws demos::Error when a node is not finite.
 Extent measure_extent(const Snapshot& snapshot);
 
+// The solids that a rigid body is made of.
+void append_shape(Batch& batch, const demos::Shape& shape, const pli_transform& pose);
+
+// The faces that only one tetrahedron has, turned outwards; three nodes each.
+std::vector<int> tetra_surface(const demos::SoftState& soft);
+
 // A static body much larger than the soft bodies, drawn as ground.
 bool is_ground(const Extent::Rigid& rigid, const Box& soft);
 

@@ -138,7 +138,7 @@ set(demos_rooms
     "description measure/reference random_calls hello_core hello_bullet hello_cape hello_features hello_rollback"
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
-    "measure/stability measure/workprec viewer"
+    "measure/stability measure/workprec viewer export"
     app)
 set(core_rooms base math geometry "shape mesh" body "features contact" "self_collision cut cluster solver/coloring"
     "solver/pbd solver/implicit solver/xpbd" world)

@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+"""Makes pliant.c and pliant.h out of the sources of the core.
+
+    amalgamate.py ROOT OUT
+
+Headers come first, each once, then the sources in the order of core/CMakeLists.txt. A name at file scope that is local
+to several sources gets the name of its source in front. Kernels that the library compiles with -mavx2 come last, with
+a suffix on all of their names, between pragmas that select the instruction set.
+"""
+
+import pathlib
+import re
+import sys
+
+# Rooms of the core that a program can leave out, by the switch that leaves them out.
+SWITCHES = {
+    "src/cluster/": "PLIANT_FEATURES_CLUSTERS",
+    "src/cut/": "PLIANT_FEATURES_CUT",
+    "src/self_collision/": "PLIANT_FEATURES_SELF_COLLISION",
+    "src/solver/implicit/": "PLIANT_FEATURES_IMPLICIT",
+    "src/solver/xpbd/": "PLIANT_FEATURES_XPBD",
+    "src/base/threads.c": "PLIANT_FEATURES_THREADS",
+    "src/geometry/convex_penetration.c": "PLIANT_WITH_CCD",
+}
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$', re.M)
+WORD = re.compile(r"\b[A-Za-z_]\w*\b")
+# What is not code; a name in it stays.
+QUOTED = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S)
+STATIC = re.compile(
+    r"^(?:static|PLII_SIMD_INLINE|PLII_SIMD_LARGE)\b[^;{}()=]*?\b(\w+)\s*(?:\(|=|\[|;)", re.M
+)
+TAG = re.compile(r"^(?:typedef\s+)?(?:struct|enum|union)\s+(\w+)\s*\{", re.M)
+ENUMERATION = re.compile(r"^(?:typedef\s+)?enum(?:\s+\w+)?\s*\{([^}]*)\}", re.M)
+TYPEDEF = re.compile(r"^(?:typedef\b[^;{]*?|\})\s*(\w+)(?:\s+__attribute__[^;]*)?;", re.M)
+MACRO = re.compile(r"^\s*#\s*define\s+(\w+)", re.M)
+
+
+def code_of(text):
+    return QUOTED.sub(lambda m: " " if m[0][0] == "/" else '""', text)
+
+
+def local_names(text):
+    """Names that a source declares at file scope for itself."""
+    code = code_of(text)
+    names = set(STATIC.findall(code)) | set(TAG.findall(code)) | set(TYPEDEF.findall(code)) | set(MACRO.findall(code))
+    for body in ENUMERATION.findall(code):
+        names |= {part.split("=")[0].strip() for part in body.split(",")}
+    made = re.findall(r"^[A-Z_]+\((\w+)(?:, \w+)*\)$", code, re.M)  # functions that a macro makes
+    return (names | set(made)) - {""}
+
+
+def rename(text, new_names):
+    def rename_words(piece):
+        return WORD.sub(lambda m: new_names.get(m[0], m[0]), piece)
+
+    parts, last = [], 0
+    for quoted in QUOTED.finditer(text):
+        parts += [rename_words(text[last : quoted.start()]), quoted[0]]
+        last = quoted.end()
+    return "".join(parts + [rename_words(text[last:])])
+
+
+class Core:
+    def __init__(self, root):
+        self.core = root / "core"
+        self.seen = []  # headers, in the order in which they are needed
+
+    def find(self, name):
+        for folder in ("include", "src"):
+            path = self.core / folder / name
+            if path.exists():
+                return path
+        sys.exit(f'amalgamate.py: "{name}" is neither in core/include nor in core/src')
+
+    def expand(self, path, once):
+        """The text of a file with the headers that `once` does not have yet in it; .inl files each time."""
+
+        def include(match):
+            name = match[1]
+            found = path.parent / name
+            found = found if found.exists() else self.find(name)
+            if found.suffix == ".inl":
+                return self.expand(found, once)
+            if found in once:
+                return ""
+            once.append(found)
+            return self.expand(found, once)
+
+        text = path.read_text().replace("#pragma once\n", "")
+        return INCLUDE.sub(include, text)
+
+
+def public_header(core):
+    once = []
+    text = core.expand(core.core / "include/pliant/pliant.h", once)
+    for path in sorted((core.core / "include/pliant").glob("*.h")):
+        if path not in once and path.name != "pliant.h":
+            once.append(path)
+            text += core.expand(path, once)
+    # Its own includes of <pliant/...> are all here.
+    return re.sub(r"^\s*#\s*include\s+<pliant/[^>]+>\s*$", "", text, flags=re.M), once
+
+
+def switch_of(name):
+    found = [switch for part, switch in SWITCHES.items() if name.startswith(part)]
+    return found[0] if found else None
+
+
+def listed_sources(root):
+    text = (root / "core/CMakeLists.txt").read_text()
+    names = list(dict.fromkeys(re.findall(r"\bsrc/[\w/]+\.c\b", text)))
+    present = {str(p.relative_to(root / "core")) for p in (root / "core/src").rglob("*.c")}
+    if set(names) != present:
+        sys.exit(f"amalgamate.py: core/CMakeLists.txt and core/src differ in {set(names) ^ present}")
+    return names
+
+
+def resolve(texts):
+    """Puts the name of the source in front of names that several sources have; fails when that is no new name."""
+    owners = {}
+    for name, text in texts.items():
+        for local in local_names(text):
+            owners.setdefault(local, []).append(name)
+    for name, text in texts.items():
+        is_kernel = name.endswith("_base.c")  # there macros make names out of names
+        shared = {local for local in local_names(text) if is_kernel or len(owners[local]) > 1}
+        stem = pathlib.Path(name).stem
+        new_names = {local: f"{stem}_{local}" for local in shared}
+        taken = [new for new in new_names.values() if new in owners]
+        if taken:
+            sys.exit(f"amalgamate.py: {name}: the new name {taken[0]} is taken")
+        texts[name] = rename(text, new_names)
+
+
+HEAD = """/* Pliant, soft-body dynamics, in one file. Made of core/ by packaging/amalgamation/amalgamate.py; see docs/building.md. */
+"""
+
+
+def main():
+    root, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    core = Core(root)
+    header, once = public_header(core)
+    names = listed_sources(root)
+    plain = [n for n in names if not n.endswith("_avx2.c")]
+    texts, headers = {}, ""
+    for name in plain:  # headers first: none may lie inside of a switch
+        for included in INCLUDE.findall((core.core / name).read_text()):
+            beside = (core.core / name).parent / included
+            path = beside if beside.exists() else core.find(included)
+            if path.suffix == ".inl":
+                for inner in INCLUDE.findall(path.read_text()):
+                    inner_path = core.find(inner)
+                    if inner_path not in once:
+                        once.append(inner_path)
+                        headers += core.expand(inner_path, once)
+            elif path not in once:
+                once.append(path)
+                headers += core.expand(path, once)
+    for name in plain:
+        texts[name] = core.expand(core.core / name, once)
+    resolve(texts)
+
+    wide = core.core / "src/math/simd_float8.h"
+    kernels = {}
+    for name in (n for n in names if n.endswith("_avx2.c")):
+        kernels[name] = core.expand(core.core / name, once)
+    wide_text = wide.read_text().replace("#pragma once\n", "").replace("defined(__AVX2__)", "1")
+    wide_text = "#undef PLII_SIMD_LARGE\n" + INCLUDE.sub("", wide_text)
+    switches = "".join(
+        f"#ifndef {switch}\n#define {switch} {0 if switch == 'PLIANT_WITH_CCD' else 1}\n#endif\n"
+        for switch in SWITCHES.values()
+    )
+    result = HEAD + (core.core.parent / "packaging/amalgamation/head.inc").read_text() + switches
+    result += '#include "pliant.h"\n' + headers.replace("defined(__AVX2__)", "0")
+
+    def gated(name, text):
+        switch = switch_of(name)
+        return f"\n/* {name} */\n" + (f"#if {switch}\n{text}\n#endif\n" if switch else text)
+
+    for name in plain:
+        result += gated(name, texts[name])
+    result += "\n#if PLIANT_SIMD_X86\nPLII_AVX2_BEGIN\n"
+    suffixed = {n: f"{n}_avx2" for n in local_names(wide_text) if not n.startswith("PLII_SIMD")}
+    suffixed.update({f"plii_float8_{n}": f"plii_float8_{n}_avx2" for n in
+                     re.findall(r"PLII_FLOAT8_(?:OPERATOR|UNARY|BINARY)\(([a-z]\w*),", wide_text)})
+    wide_text = wide_text.replace("plii_float8_##name", "plii_float8_##name##_avx2")
+    result += rename(wide_text, suffixed)
+    for name, text in kernels.items():
+        own = {n: f"{pathlib.Path(name).stem}_{n}" for n in local_names(text)}
+        result += gated(name, rename(text, {**suffixed, **own}))
+    result += "\nPLII_AVX2_END\n#endif\n"
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "pliant.h").write_text(HEAD + header)
+    (out / "pliant.c").write_text(result)
+
+
+main()
