@@ -139,7 +139,7 @@ set(demos_rooms
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
     "measure/stability measure/workprec viewer"
-    app)
+    "app web")
 set(core_rooms base math geometry "shape mesh" body "features contact" "self_collision cut cluster solver/coloring"
     "solver/pbd solver/implicit solver/xpbd" world)
 check_rooms(core/src ${core_rooms})
