@@ -32,6 +32,7 @@ module=build/web-module
 log=build/web.log
 export NODE_PATH="${NODE_PATH:+$NODE_PATH:}/usr/share/nodejs" # where Debian's Emscripten finds its modules
 flags="-fwasm-exceptions -ffp-contract=off" # without SIMD: see docs/web.md
+export PYTHONDONTWRITEBYTECODE=1
 mkdir -p "$sources/lists/partial" "$sources/cache/archives/partial"
 
 quietly() { # COMMAND...: its output is shown only when it fails
