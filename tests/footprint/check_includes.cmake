@@ -77,7 +77,7 @@ foreach(file IN LISTS core_files)
         string(REGEX REPLACE "\\.h$" "" base ${name})
         if(name MATCHES "^ccd/" AND stem IN_LIST ccd_modules)
             continue()
-        elseif(name MATCHES "^(immintrin|emmintrin|arm_neon)\\.h$" AND stem IN_LIST simd_modules)
+        elseif(name MATCHES "^(immintrin|emmintrin|arm_neon|wasm_simd128)\\.h$" AND stem IN_LIST simd_modules)
             continue()
         elseif(name MATCHES "^(pthread|sched)\\.h$" AND stem IN_LIST thread_modules)
             continue()
@@ -139,7 +139,7 @@ set(demos_rooms
     "scenes engines report" # what a scene says, what runs it, and how figures are written know nothing of each other
     "measure render"
     "measure/stability measure/workprec viewer export"
-    app)
+    "app web")
 set(core_rooms base math geometry "shape mesh" body "features contact" "self_collision cut cluster solver/coloring"
     "solver/pbd solver/implicit solver/xpbd" world)
 check_rooms(core/src ${core_rooms})

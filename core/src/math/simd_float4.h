@@ -13,6 +13,8 @@
 #include <emmintrin.h>
 #elif defined(__ARM_NEON) && defined(__aarch64__)
 #include <arm_neon.h>
+#elif defined(__wasm_simd128__)
+#include <wasm_simd128.h>
 #endif
 
 /* Vectors passed through memory would cost more than the arithmetic. With checks of each access inlined code grows so
@@ -138,6 +140,26 @@ PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
 PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
     _mm_storel_pi((__m64*)(void*)target, a);
     _mm_store_ss(&target->z, _mm_movehl_ps(a, a));
+}
+#elif defined(__wasm_simd128__)
+PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {
+    return (plii_float4)wasm_f32x4_sqrt((v128_t)a);
+}
+/* The "pseudo" ones are b < a ? b : a and a < b ? b : a. */
+PLII_SIMD_INLINE plii_float4 plii_lanes_min(plii_float4 a, plii_float4 b) {
+    return (plii_float4)wasm_f32x4_pmin((v128_t)b, (v128_t)a);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_max(plii_float4 a, plii_float4 b) {
+    return (plii_float4)wasm_f32x4_pmax((v128_t)b, (v128_t)a);
+}
+PLII_SIMD_INLINE int plii_lanes_bits(plii_mask4 mask) {
+    return (int)wasm_i32x4_bitmask((v128_t)mask);
+}
+PLII_SIMD_INLINE plii_float4 plii_lanes_from_vec3(const pli_vec3* source) {
+    return (plii_float4){source->x, source->y, source->z, 0.0f};
+}
+PLII_SIMD_INLINE void plii_lanes_to_vec3(pli_vec3* target, plii_float4 a) {
+    *target = pli_vec3_make(a[0], a[1], a[2]);
 }
 #else
 PLII_SIMD_INLINE plii_float4 plii_float4_sqrt(plii_float4 a) {

@@ -1,0 +1,56 @@
+"""A folder of files served on this machine, and a headless Chromium that opens a page of it."""
+
+import functools
+import http.server
+import os
+import sys
+import threading
+
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+
+
+class QuietHandler(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *arguments):
+        pass
+
+
+QuietHandler.extensions_map = {**http.server.SimpleHTTPRequestHandler.extensions_map,
+                               ".mjs": "text/javascript", ".js": "text/javascript", ".wasm": "application/wasm"}
+
+
+def serve(folder):
+    """The address of the folder; the server ends with the program."""
+    handler = functools.partial(QuietHandler, directory=folder)
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    return f"http://127.0.0.1:{server.server_address[1]}/index.html"
+
+
+def start_browser(width=1280, height=800):
+    options = Options()
+    options.add_argument("--headless=new")
+    options.add_argument("--enable-unsafe-swiftshader")
+    options.add_argument("--hide-scrollbars")
+    options.add_argument(f"--window-size={width},{height}")
+    if os.geteuid() == 0:
+        options.add_argument("--no-sandbox")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+
+
+def set_width(driver, width, height):
+    """Of the page itself, also below the least width of windows."""
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
+                           {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+
+
+def wait_for_page(driver, seconds=30):
+    driver.set_script_timeout(120)
+    done = driver.execute_async_script(
+        "const done = arguments[1], end = performance.now() + 1000 * arguments[0];"
+        "const look = () => window.page ? done(true) : performance.now() > end ? done(false) : setTimeout(look, 20);"
+        "look();", seconds)
+    if not done:
+        sys.exit("the page did not load: " + str(driver.get_log("browser")))
