@@ -9,7 +9,7 @@ cp "$from/pliant.h" "$work/pliant/pliant.h" # the program says <pliant/pliant.h>
 off="-DPLIANT_FEATURES_CLUSTERS=0 -DPLIANT_FEATURES_CUT=0 -DPLIANT_FEATURES_SELF_COLLISION=0"
 off="$off -DPLIANT_FEATURES_IMPLICIT=0 -DPLIANT_FEATURES_XPBD=0 -DPLIANT_FEATURES_THREADS=0"
 for kind in all cloth; do
-    flags=-O1
+    flags=-O0
     case $kind-$compiler in
     all-*gcc) flags=-O2 ;;
     cloth-*) flags="-O1 $off" ;;
