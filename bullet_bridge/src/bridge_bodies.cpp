@@ -1,5 +1,6 @@
 // How a bridge begins and ends, and its soft bodies.
 
+#include "accumulator.h"
 #include "bridge_action.h"
 #include "bridge_impl.h"
 #include "convert.h"
@@ -113,15 +114,7 @@ pli_status Bridge::Impl::remove_body(pli_body* body) {
     return PLI_OK;
 }
 
-namespace {
-
-/// Bullet shows its accumulator to classes of its own.
-struct Accumulator : btDiscreteDynamicsWorld {
-    static btScalar time(const btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_localTime); }
-    static btScalar step(const btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_fixedTimeStep); }
-};
-
-} // namespace
+namespace {} // namespace
 
 float Bridge::Impl::interpolation() const {
     if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }

@@ -3,6 +3,7 @@
 
 #include "pliant_bullet/snapshot.h"
 
+#include "accumulator.h"
 #include "bridge_impl.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -15,11 +16,6 @@
 namespace pliant {
 
 namespace {
-
-/// Bullet shows its accumulator to classes of its own.
-struct Accumulator : btDiscreteDynamicsWorld {
-    static btScalar& time(btDiscreteDynamicsWorld& world) { return world.*(&Accumulator::m_localTime); }
-};
 
 /// What steps change of an object. Forces outlive a step where the world does not clear them by itself.
 struct ObjectState {

@@ -3,6 +3,7 @@
 #include "body/body_impl.h"
 
 #include "check.h"
+#include "hash_mix.h"
 #include "solver_choice.h"
 
 #include <pliant/bullet_reference.h>
@@ -197,31 +198,24 @@ static void step(trial* t) {
     assert_int_equal(pli_rigid_integrate(t->rigids[1], pli_world_get_gravity(t->world), dt), PLI_OK);
 }
 
-static uint64_t mix(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i) {
-        hash = (hash ^ ((const unsigned char*)data)[i]) * 0x100000001b3u;
-    }
-    return hash;
-}
-
 static uint64_t hash_of(const trial* t) {
-    uint64_t hash = 0xcbf29ce484222325u;
+    uint64_t hash = HASH_START;
     for (int i = 0; i < t->body_count; ++i) {
         const uint64_t state = pli_body_state_hash(t->bodies[i]);
-        hash = mix(hash, &state, sizeof state);
+        hash = hash_mix(hash, &state, sizeof state);
         for (int phase = PLI_CONTACT_BEGIN; phase <= PLI_CONTACT_END; ++phase) {
             int count = 0;
             const pli_contact_event* events =
                 pli_body_get_contact_events(t->bodies[i], (pli_contact_phase)phase, &count);
-            hash = mix(hash, &count, sizeof count);
+            hash = hash_mix(hash, &count, sizeof count);
             for (int k = 0; k < count; ++k) {
-                hash = mix(hash, &events[k].impulse, sizeof events[k].impulse);
+                hash = hash_mix(hash, &events[k].impulse, sizeof events[k].impulse);
             }
         }
     }
     for (int i = 0; i < t->rigid_count; ++i) {
         const pli_rigid_state state = pli_rigid_get_state(t->rigids[i]);
-        hash = mix(hash, &state, sizeof state);
+        hash = hash_mix(hash, &state, sizeof state);
     }
     return hash;
 }
@@ -304,6 +298,31 @@ static void one_body_goes_back_alone(void** unused) {
     assert_true(pli_body_state_hash(body) == hash);
     assert_true(pli_rigid_get_state(t.rigids[1]).pose.origin.y != box.y); /* others stay */
     free(buffer);
+    end(&t);
+}
+
+/* As docs/costs.md has it; what does not grow with the body, or by a fraction of a byte per node, is below 600 B. */
+static void bytes_are_those_of_the_page_of_costs(void** unused) {
+    (void)unused;
+    trial t;
+    start(&t, TRIAL_SELF_GRIDS, POSITION, 1);
+    pli_body* body = t.bodies[0];
+    const size_t n = (size_t)GRID * GRID, per_node[] = {24, 16, 8, 45};
+    const pli_aero_def aero = pli_aero_def_default();
+    size_t before = pli_body_snapshot_size(body);
+    assert_true(before >= 48 * n && before < 48 * n + 600);
+    for (int i = 0; i < 4; ++i) {
+        assert_int_equal(i == 0   ? pli_body_enable_aero(body, &aero)
+                         : i == 1 ? pli_body_enable_soft_contacts(body, NULL)
+                         : i == 2 ? pli_body_enable_tethers(body, NULL)
+                                  : pli_body_enable_self_collision(body, NULL),
+                         PLI_OK);
+        const size_t bytes = pli_body_snapshot_size(body);
+        if (!(bytes - before >= per_node[i] * n && bytes - before < per_node[i] * n + 600)) {
+            fail_msg("feature %d: %zu B more for %zu nodes", i, bytes - before, n);
+        }
+        before = bytes;
+    }
     end(&t);
 }
 
@@ -483,6 +502,7 @@ int main(void) {
         cmocka_unit_test(every_member_of_a_state_is_said),
         cmocka_unit_test(a_restored_world_goes_the_same_way_again),
         cmocka_unit_test(one_body_goes_back_alone),
+        cmocka_unit_test(bytes_are_those_of_the_page_of_costs),
         cmocka_unit_test(what_is_damaged_is_refused),
         cmocka_unit_test(a_world_that_is_another_is_refused),
         cmocka_unit_test(what_calls_have_changed_comes_back),

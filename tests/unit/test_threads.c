@@ -2,6 +2,7 @@
    time; a world that two threads step. */
 
 #include "check.h"
+#include "hash_mix.h"
 
 #include <pliant/pliant.h>
 
@@ -137,28 +138,21 @@ static void step(trial* all) {
     }
 }
 
-static uint64_t mix(uint64_t hash, const void* data, size_t size) {
-    for (size_t i = 0; i < size; ++i) {
-        hash = (hash ^ ((const unsigned char*)data)[i]) * 0x100000001b3u;
-    }
-    return hash;
-}
-
 static uint64_t hash_of(const trial* all) {
-    uint64_t hash = 0xcbf29ce484222325u;
+    uint64_t hash = HASH_START;
     for (int i = 0; i < all->count; ++i) {
         const uint64_t state = pli_body_state_hash(all->bodies[i]);
-        hash = mix(hash, &state, sizeof state);
+        hash = hash_mix(hash, &state, sizeof state);
         int count = 0;
         const pli_contact_event* events = pli_body_get_contact_events(all->bodies[i], PLI_CONTACT_PERSIST, &count);
         for (int k = 0; k < count; ++k) {
-            hash = mix(hash, &events[k].impulse, sizeof events[k].impulse);
+            hash = hash_mix(hash, &events[k].impulse, sizeof events[k].impulse);
         }
     }
     for (int i = 0; i < all->rigid_count; ++i) {
         const pli_rigid_state state = pli_rigid_get_state(all->rigids[i]);
         const bool was_touched = pli_rigid_was_touched(all->rigids[i]);
-        hash = mix(mix(hash, &state, sizeof state), &was_touched, sizeof was_touched);
+        hash = hash_mix(hash_mix(hash, &state, sizeof state), &was_touched, sizeof was_touched);
     }
     return hash;
 }
@@ -175,7 +169,7 @@ static uint64_t run(trial* all) {
             while (all->bodies[body] != events[k].body) {
                 ++body;
             }
-            hash = mix(hash, &body, sizeof body);
+            hash = hash_mix(hash, &body, sizeof body);
         }
     }
     return hash ^ hash_of(all);

@@ -83,8 +83,8 @@ typedef struct pli_rigid_pair {
     pli_rigid* rigid; ///< the rigid one
 } pli_rigid_pair;
 
-/// Makes the contacts of many pairs, as pli_world_collide_rigid does for one after the other, bodies side by side on the
-/// threads that there are. Pairs of one body should follow each other; where they do not all is done on one thread.
+/// Makes the contacts of many pairs, as pli_world_collide_rigid does for one after the other, bodies side by side on
+/// the threads that there are. Pairs of one body should follow each other; where they do not all is done on one thread.
 /// @param pairs [count]
 /// @return as pli_world_collide_rigid; nothing is done when a pair is wrong, PLI_ERROR_OUT_OF_MEMORY: contacts are
 ///         missing
