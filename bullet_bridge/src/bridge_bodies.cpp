@@ -28,6 +28,7 @@ Bridge::Impl::Impl(btDiscreteDynamicsWorld& bullet_world, const BridgeDef& def)
     world_def.gravity = def.gravity.value_or(to_pli(bullet_world.getGravity()));
     if (!def.gravity) { followed_gravity_ = world_def.gravity; }
     if (def.mode == CollisionMode::reference) { world_def.reference_mode = true; }
+    world_def.host_puts_to_sleep = true;
     if (status == PLI_OK) { status = pli_world_create(context, &world_def, &world); }
     if (status != PLI_OK) {
         bullet_world_ = nullptr;
@@ -132,16 +133,19 @@ btDiscreteDynamicsWorld* Bridge::Impl::bullet_world_between_steps() const {
 void Bridge::Impl::save_knowledge(Knowledge& knowledge) {
     follow_world();
     knowledge.followed_gravity = followed_gravity_;
-    knowledge.frozen_by_bridge.clear();
+    knowledge.activations.clear();
     for (const auto& object : objects_) {
-        knowledge.frozen_by_bridge.push_back(object->frozen_by_bridge);
+        knowledge.activations.push_back({object->is_frozen_by_bridge, object->wants_sleep, object->is_asleep});
     }
 }
 
 void Bridge::Impl::restore_knowledge(const Knowledge& knowledge) {
     followed_gravity_ = knowledge.followed_gravity;
     for (std::size_t i = 0; i < objects_.size(); ++i) {
-        objects_[i]->frozen_by_bridge = knowledge.frozen_by_bridge[i];
+        const Knowledge::Activation& activation = knowledge.activations[i];
+        objects_[i]->is_frozen_by_bridge = activation.is_frozen_by_bridge;
+        objects_[i]->wants_sleep = activation.wants_sleep;
+        objects_[i]->is_asleep = activation.is_asleep;
     }
     for (const auto& entry : proxies_) {
         entry.second->follow_restored();

@@ -76,7 +76,10 @@ public:
     /// What the bridge itself knows beyond the core's world.
     struct Knowledge {
         std::optional<pli_vec3> followed_gravity;
-        std::vector<bool> frozen_by_bridge; ///< [bodies]
+        struct Activation {
+            bool is_frozen_by_bridge, wants_sleep, is_asleep;
+        };
+        std::vector<Activation> activations; ///< [bodies]
     };
     /// Makes proxies ahead, so that what is saved before a step has those that the step finds.
     void save_knowledge(Knowledge& knowledge);
@@ -101,6 +104,10 @@ private:
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
+    void follow_activation(SoftObject& object);
+    void wake(SoftObject& object);
+    void wake_met(btScalar dt);
+    void offer_sleep();
     void follow_gravity();
     void sort_pairs();
     void collide_pairs();

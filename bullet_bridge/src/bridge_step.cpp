@@ -49,12 +49,9 @@ void Bridge::Impl::begin_step(btScalar dt) {
     look_for_pinned();
     follow_world();
     for (const auto& object : objects_) {
-        const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
-        if (should_rest != object->frozen_by_bridge && should_rest != pli_body_is_frozen(object->body())) {
-            (void)pli_body_set_frozen(object->body(), should_rest);
-            object->frozen_by_bridge = should_rest;
-        }
+        follow_activation(*object);
     }
+    wake_met(dt);
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
@@ -177,9 +174,10 @@ void Bridge::Impl::finish_step() {
     note(pli_world_solve(world));
     let_go_of_removed(); // the solve calls joint controllers and the profile
     for (RigidProxy* proxy : touched_) {
-        if (!proxy->is_let_go) { proxy->write_back(); }
+        if (!proxy->is_let_go) { proxy->write_back(mode == CollisionMode::reference); }
     }
     touched_.clear();
+    offer_sleep();
     finish_let_go();
     sweep_proxies();
 }

@@ -259,7 +259,7 @@ pli_status RigidProxy::set_present_state() {
     return status;
 }
 
-void RigidProxy::write_back() {
+void RigidProxy::write_back(bool always_activates) {
     if (kind_ != PLI_RIGID_DYNAMIC || !pli_rigid_was_touched(rigid_)) { return; }
     // Only this class may change a Bullet body, and it got the object as const from Bullet's dispatcher.
     auto* body = const_cast<btRigidBody*>(body_);
@@ -278,7 +278,11 @@ void RigidProxy::write_back() {
         btTransformUtil::integrateTransform(body->getWorldTransform(), to_bullet(shift), to_bullet(rotation), 1, moved);
         body->proceedToTransform(moved);
     }
-    body->activate();
+    // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
+    // with it; what it only holds by an anchor from afar is not.
+    const bool is_slow = body->getLinearVelocity().length2() < btPow(body->getLinearSleepingThreshold(), 2) &&
+                         body->getAngularVelocity().length2() < btPow(body->getAngularSleepingThreshold(), 2);
+    if (always_activates || !is_slow || (pair_count == 0 && !body->isActive())) { body->activate(); }
 }
 
 } // namespace pliant

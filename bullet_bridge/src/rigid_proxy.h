@@ -57,7 +57,7 @@ public:
     pli_status set_present_state();
     /// Hands velocities that the core changed back to Bullet, moves the body once more where face contacts held it
     /// back, and wakes it if something acted on it.
-    void write_back();
+    void write_back(bool always_activates);
     /// Destroys the core's body with its anchors; prepare() makes another one.
     void drop_rigid();
     /// False: the object is not (yet) in the world; anchors hold nothing.

@@ -122,7 +122,7 @@ btScalar SoftShape::getMargin() const {
 SoftObject::SoftObject(Bridge::Impl& bridge, pli_body* body)
     : bridge_(bridge), body_(body), shape_(bridge, body, *this) {
     m_internalType = CO_USER_TYPE;
-    // Neither static nor kinematic, so that islands join over it and never sleep below it.
+    // Neither static nor kinematic, so that islands join over it, and sleep with it alone.
     m_collisionFlags = 0;
     // Has the override called. The end of the last setIgnoreCollisionCheck takes it back, which costs time only.
     m_checkCollideWith = 1;

@@ -62,7 +62,9 @@ public:
     /// Pairs of soft bodies without a feature that looks at other bodies are dropped before Bullet takes them up.
     bool checkCollideWithOverride(const btCollisionObject* other) const override;
 
-    bool frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
+    bool is_frozen_by_bridge = false; ///< frozen because the object is inactive, to be thawed with it
+    bool wants_sleep = false;         ///< it rests, and Bullet may put it to sleep
+    bool is_asleep = false;           ///< Bullet has
 
     /// Null when the object is no soft body.
     static const SoftObject* from(const btCollisionObject* object) {

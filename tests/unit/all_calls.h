@@ -203,6 +203,11 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_body_enable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_colored_links(h->body)))          \
     X(pli_body_disable_colored_links, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_colored_links(h->body)))        \
     X(pli_body_is_frozen, BODY, READS, CALL_VALUE(!pli_body_is_frozen(h->body)))                                       \
+    X(pli_body_is_asleep, BODY, READS, CALL_VALUE(!pli_body_is_asleep(h->body)))                                       \
+    X(pli_body_is_resting, BODY, READS, CALL_VALUE(!pli_body_is_resting(h->body)))                                     \
+    X(pli_body_set_asleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_asleep(h->body, true)))                        \
+    X(pli_body_enable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_enable_sleep(h->body, CALL_DEF(pli_sleep))))     \
+    X(pli_body_disable_sleep, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_disable_sleep(h->body)))                        \
     X(pli_body_set_frozen, BODY, CHANGES_IDLE, CALL_STATUS(pli_body_set_frozen(h->body, true)))                        \
     X(pli_body_ignore_rigid, BODY, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))               \
     X(pli_body_ignore_rigid, RIGID, CHANGES, CALL_STATUS(pli_body_ignore_rigid(h->body, h->rigid, true)))              \
@@ -361,6 +366,7 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_rigid_set_shapes, SHAPE, CHANGES, CALL_STATUS(pli_rigid_set_shapes(h->rigid, 1, &h->shape, NULL)))           \
     X(pli_rigid_set_sensor, RIGID, CHANGES, CALL_STATUS(pli_rigid_set_sensor(h->rigid, true)))                         \
     X(pli_rigid_is_sensor, RIGID, READS, CALL_VALUE(!pli_rigid_is_sensor(h->rigid)))                                   \
+    X(pli_rigid_is_asleep, RIGID, READS, CALL_VALUE(!pli_rigid_is_asleep(h->rigid)))                                   \
     X(pli_rigid_get_kind, RIGID, READS, CALL_VALUE(pli_rigid_get_kind(h->rigid) == PLI_RIGID_STATIC))                  \
     X(pli_rigid_get_user_data, RIGID, READS, CALL_VALUE(pli_rigid_get_user_data(h->rigid) == NULL))                    \
     X(pli_rigid_was_touched, RIGID, READS, CALL_VALUE(!pli_rigid_was_touched(h->rigid)))                               \

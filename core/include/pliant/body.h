@@ -210,6 +210,58 @@ PLI_API bool pli_body_is_frozen(const pli_body* body);
 /// @return PLI_ERROR_WRONG_STATE while stepping
 PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 
+// ----------------------------------------------------------------------------------------------------------- sleep
+
+// Sleep: a body that has come to rest is not stepped until something wakes it, and costs next to nothing meanwhile.
+//
+// Bodies that touch each other, or the same dynamic rigid body, fall asleep together, with these rigid bodies, and
+// wake together: their bounding boxes count. A body without sleep keeps awake what it touches. Asleep all velocities
+// are zero. What wakes a body, in the step in which it happens:
+// - a rigid body that moves into its bounds or is an anchor of it, or that leaves the world, moves or changes its
+//   shapes under it;
+// - another soft body that moves into its bounds, or has a joint to it;
+// - each call that changes it (forces, velocities, nodes, materials, features, wind, cuts), also one that is refused;
+//   a change of gravity; pli_body_set_asleep.
+//
+// PLI_EVENT_BODY_ASLEEP and PLI_EVENT_BODY_AWAKE tell of it (world.h). In a Bullet world Bullet's islands decide
+// (docs/bridge.md).
+
+/// When a body rests: no node has gone further than speed * time from where it was, for that time. So nodes may
+/// tremble, but not travel.
+typedef struct pli_sleep_def {
+    float speed;     ///< m/s, 0 to PLI_MAX_SPEED, default 0.05
+    float time;      ///< s, above 0 to PLI_MAX_COEFFICIENT, default 0.5
+    uint32_t cookie; ///< set by the default function
+} pli_sleep_def;
+
+/// Defaults of the fields.
+PLI_API pli_sleep_def pli_sleep_def_default(void);
+
+/// Lets a body fall asleep, or changes the settings. Dynamic rigid bodies that it touches fall asleep with it, when
+/// they rest by the default settings; pli_rigid_integrate leaves them where they are then.
+/// @param def NULL for the defaults; copied
+/// @return PLI_ERROR_INVALID_VALUE, PLI_ERROR_NOT_FINITE, PLI_ERROR_WRONG_STATE while stepping,
+///         PLI_ERROR_OUT_OF_MEMORY
+/// Cost: 12 B per node; awake one pass over the nodes in a step, asleep some tests of boxes.
+PLI_API pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def);
+
+/// Wakes the body for good. Nothing when not enabled.
+/// @return PLI_ERROR_WRONG_STATE while stepping
+PLI_API pli_status pli_body_disable_sleep(pli_body* body);
+
+/// True for a body that sleeps (pli_body_enable_sleep): it takes no part in steps until something wakes it.
+PLI_API bool pli_body_is_asleep(const pli_body* body);
+
+/// True for a body that may sleep and has rested for the time of its settings; asleep it stays true.
+PLI_API bool pli_body_is_resting(const pli_body* body);
+
+/// Puts a body to sleep, alone, whether it rests or not: its velocities become zero. Or wakes it, in the next step,
+/// with all that fell asleep with it.
+/// @return PLI_ERROR_WRONG_STATE while stepping, or without pli_body_enable_sleep
+PLI_API pli_status pli_body_set_asleep(pli_body* body, bool asleep);
+
+// ------------------------------------------------------------------------------------- pairs that are switched off
+
 /// Switches contacts between a soft body and one rigid body off or on, of nodes, faces and clusters. Pairs are on at
 /// first. Bullet name: m_collisionDisabledObjects
 PLI_API pli_status pli_body_ignore_rigid(pli_body* body, pli_rigid* rigid, bool ignore);

@@ -99,6 +99,11 @@ PLI_API pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor);
 /// As set by pli_rigid_set_sensor.
 PLI_API bool pli_rigid_is_sensor(const pli_rigid* rigid);
 
+/// True for a dynamic body that fell asleep with the soft bodies that it touches (pli_body_enable_sleep). Its
+/// velocities are zero, and pli_rigid_integrate leaves it where it is; a host that moves it otherwise leaves it too. It
+/// wakes with them, or by a state with another pose or with a velocity.
+PLI_API bool pli_rigid_is_asleep(const pli_rigid* rigid);
+
 /// As in pli_rigid_def or pli_rigid_set_kind.
 PLI_API pli_rigid_kind pli_rigid_get_kind(const pli_rigid* rigid);
 

@@ -25,6 +25,9 @@ typedef struct pli_world_def {
     /// matching, the forces of air, pressure and volume conservation have no limit, and nodes lag behind kinematic
     /// bodies that they are anchored to.
     bool reference_mode;
+    /// Default false. True: bodies fall asleep by pli_body_set_asleep alone, and rigid bodies wake those alone that are
+    /// anchored to them; the host does the rest, as the bridge to Bullet does.
+    bool host_puts_to_sleep;
     void* user_data; ///< of the caller, default NULL; see pli_world_get_user_data
     uint32_t cookie; ///< set by the default function
 } pli_world_def;
@@ -125,7 +128,9 @@ typedef enum pli_event_kind {
     /// A rigid body has the velocities that it had before pli_world_solve: those that the solve gave it were NaN, or
     /// beyond PLI_MAX_SPEED or PLI_MAX_ANGULAR_SPEED, or a body was put back and frozen in the solve while something
     /// touched the rigid body.
-    PLI_EVENT_RIGID_RESTORED = 3
+    PLI_EVENT_RIGID_RESTORED = 3,
+    PLI_EVENT_BODY_ASLEEP = 4, ///< see pli_body_enable_sleep
+    PLI_EVENT_BODY_AWAKE = 5
 } pli_event_kind;
 
 /// Something that has gone another way than asked.

@@ -16,9 +16,15 @@ pli_status plii_check_body_free(const pli_body* body, const char* function) {
     return PLII_LOAD(&body->world->is_entered) ? plii_refuse_entered(body->world, function) : PLI_OK;
 }
 
-pli_status plii_check_body_idle(const pli_body* body, const char* function) {
+pli_status plii_check_body_between_steps(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     return plii_check_world_idle(body->world, function);
+}
+
+pli_status plii_check_body_idle(pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body_between_steps(body, function));
+    plii_body_note_change(body);
+    return PLI_OK;
 }
 
 pli_status plii_check_node(const pli_body* body, int node, const char* function) {

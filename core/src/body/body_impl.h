@@ -37,6 +37,7 @@ struct pli_body {
     /* What hosts ask of every body and pair comes first, in one line of the cache. */
     uint32_t magic;
     bool is_frozen;
+    bool is_asleep;            /* features/sleep.c */
     bool was_frozen;           /* just now, at `lost_node`: the event comes when all bodies are through */
     bool collides_with_bodies; /* a feature has collide_body */
     int world_index;           /* in the world's list */
@@ -86,6 +87,13 @@ struct pli_body {
     bool (*is_anchored_to)(const pli_body* body, int node, const pli_rigid* rigid); /* set when `anchored` is */
 
     uint32_t collide_call; /* the last one of many pairs that it was in */
+    /* Of the feature that lets bodies sleep. */
+    bool can_sleep;
+    bool is_resting;       /* for its time */
+    bool is_woken;         /* since it fell asleep; it wakes in the next prediction */
+    bool was_asleep;       /* as of the last event */
+    bool is_group_resting; /* of the first one of bodies that touch each other */
+    uint32_t sleep_group;  /* what fell asleep together, bodies and rigid bodies; 0: awake */
     int lost_node;
     bool is_solved; /* in this step, while others are */
     /* The first of the bodies that are solved together in this step, NULL: alone; and the next one of them. */
@@ -154,6 +162,17 @@ void plii_solver_update_predicted_bounds(pli_body* body);
 
 bool plii_body_ignores_rigid(const pli_body* body, const pli_rigid* rigid);
 
+/* Not stepped. */
+static inline bool plii_body_is_idle(const pli_body* body) {
+    return body->is_frozen || body->is_asleep;
+}
+
+/* Wakes what is asleep. */
+static inline void plii_body_note_change(pli_body* body) {
+    body->is_woken = true;
+    body->is_resting = false;
+}
+
 /* PLI_OK, or the error of a call while another thread steps the world. */
 pli_status plii_check_body_free(const pli_body* body, const char* function);
 /* PLI_OK, or the error of a null or wrong handle; context messages name `function`. */
@@ -161,13 +180,17 @@ static inline pli_status plii_check_body(const pli_body* body, const char* funct
     return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
 }
 /* The same for a call that changes something, which must not come from a callback ... */
-static inline pli_status plii_check_body_change(const pli_body* body, const char* function) {
+static inline pli_status plii_check_body_change(pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     PLII_TRY(plii_check_change(body->context, function));
-    return plii_check_body_free(body, function);
+    PLII_TRY(plii_check_body_free(body, function));
+    plii_body_note_change(body);
+    return PLI_OK;
 }
 /* ... nor between predict and solve. */
-pli_status plii_check_body_idle(const pli_body* body, const char* function);
+pli_status plii_check_body_idle(pli_body* body, const char* function);
+/* The same for a call that leaves the body as it is, and asleep. */
+pli_status plii_check_body_between_steps(const pli_body* body, const char* function);
 pli_status plii_check_node(const pli_body* body, int node, const char* function);
 /* PLI_OK, or the error of a body without faces, for something that needs them: "pressure acts on faces". */
 pli_status plii_check_faces(const pli_body* body, const char* need, const char* function);

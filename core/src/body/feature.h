@@ -194,6 +194,8 @@ typedef struct plii_feature_class {
     /* Rigid body `index` that it pushes without having met it in the step, or NULL: there are no more. Bodies that push
        the same one are solved by one thread. */
     pli_rigid* (*held_rigid)(const void* state, int index);
+    /* What it joins the body to: another body, or a rigid body; the other one of both is NULL. */
+    void (*visit_joined)(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user), void* user);
     bool meets_sensors; /* its collide_rigid is for them too */
     void (*on_rigid_removed)(pli_body* body, void* state, const pli_rigid* rigid); /* the rigid body goes away */
     plii_body_notice_fn* on_body[PLII_BODY_NOTICES];

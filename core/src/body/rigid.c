@@ -104,7 +104,10 @@ static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transfor
 }
 
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
-    if (!rigid_is_same_pose(&rigid->state.pose, &state->pose)) { ++rigid->pose_version; }
+    const bool is_same_pose = rigid_is_same_pose(&rigid->state.pose, &state->pose);
+    if (!is_same_pose) { ++rigid->pose_version; }
+    rigid->is_asleep = rigid->is_asleep && is_same_pose && plii_vec3_is_zero(state->linear_velocity) &&
+                       plii_vec3_is_zero(state->angular_velocity);
     rigid->state = *state;
     /* From where they came: reading a part of what was stored as a whole has to wait. */
     rigid->given_linear_velocity = state->linear_velocity;
@@ -182,6 +185,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     }
     rigid->shape_count = count;
     rigid->world->needs_reserve = true;
+    rigid->has_changed = true;
     for (int i = 0; i < count; ++i) {
         rigid->shapes[i] = shapes[i];
         rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
@@ -281,6 +285,7 @@ pli_status pli_rigid_set_shapes(pli_rigid* rigid, int shape_count, pli_shape* co
 
 pli_status pli_rigid_set_present(pli_rigid* rigid, bool is_present) {
     PLII_TRY(rigid_check_change(rigid, __func__));
+    rigid->has_changed = rigid->has_changed || rigid->is_absent == is_present;
     rigid->is_absent = !is_present;
     return PLI_OK;
 }
@@ -290,6 +295,7 @@ bool pli_rigid_is_present(const pli_rigid* rigid) {
 
 pli_status pli_rigid_set_sensor(pli_rigid* rigid, bool is_sensor) {
     PLII_TRY(rigid_check_change(rigid, __func__));
+    rigid->has_changed = rigid->has_changed || rigid->is_sensor != is_sensor;
     rigid->is_sensor = is_sensor;
     return PLI_OK;
 }
@@ -429,7 +435,7 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     }
     PLII_TRY(plii_check_vec3_within(rigid->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
     PLII_TRY(plii_check_between(rigid->context, dt, PLI_MIN_TIME_STEP, PLI_MAX_TIME_STEP, "dt", __func__));
-    if (rigid->kind == PLI_RIGID_STATIC) { return PLI_OK; }
+    if (rigid->kind == PLI_RIGID_STATIC || rigid->is_asleep) { return PLI_OK; }
     pli_rigid_state state = rigid->state;
     /* Within a step it moves as a host's body does, before soft bodies have their say. */
     const bool ends_step = !rigid->world->is_stepping;

@@ -68,6 +68,13 @@ struct pli_rigid {
     int first_body;         /* of those that meet it in this step (world/groups.h) */
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
+    /* Of the feature that lets soft bodies sleep. */
+    bool is_asleep;
+    bool has_changed;        /* its shapes, or whether it is there: wakes what lies on it */
+    uint32_t sleep_group;    /* as of a body */
+    unsigned seen_version;   /* of the pose, when it last was looked whether it wakes something */
+    pli_transform rest_pose; /* and for how long it was near it; s */
+    float rest_time;
     int shape_count, shape_capacity, shape_pose_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;

@@ -4,6 +4,7 @@
 #include "base/handle.h"
 #include "body/body_impl.h"
 #include "body/rigid_impl.h"
+#include "body/world_sleep.h"
 #include "pliant/world.h"
 
 struct pli_world {
@@ -32,8 +33,10 @@ struct pli_world {
     int* group_begin;        /* [group_count + 1] of each group in group_bodies */
     pli_body** group_bodies; /* [body_count] */
     int group_count, group_root_capacity, group_begin_capacity, group_body_capacity;
-    bool has_frozen; /* bodies froze, and their events are not in the list yet */
-    bool is_entered; /* a thread is in a call of a step */
+    const plii_world_sleep* sleep; /* NULL until a body may sleep */
+    uint32_t sleep_group;          /* the last one */
+    bool has_frozen;               /* bodies froze, and their events are not in the list yet */
+    bool is_entered;               /* a thread is in a call of a step */
     pli_rigid** rigids;
     int rigid_count, rigid_capacity;
     pli_event* events;

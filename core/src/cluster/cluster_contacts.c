@@ -9,7 +9,7 @@
 #include "pliant/bullet_reference.h"
 
 static plii_cluster_contacts* cluster_contacts_of(const pli_body* body) {
-    return body->is_frozen ? NULL : plii_feature_state(body, &plii_cluster_contacts_class);
+    return plii_body_is_idle(body) ? NULL : plii_feature_state(body, &plii_cluster_contacts_class);
 }
 
 /* Of the bodies that take part. */

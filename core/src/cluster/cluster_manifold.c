@@ -75,8 +75,8 @@ bool plii_cluster_manifold_update(const pli_body* body, const pli_cluster_contac
     plii_cluster* other = info->other != NULL ? &plii_body_clusters(info->other)->items[info->other_cluster] : NULL;
     /* A frozen body takes no impulses. */
     const plii_joint_target targets[2] = {
-        {.cluster = body->is_frozen ? NULL : cluster},
-        {.cluster = other == NULL || info->other->is_frozen ? NULL : other, .rigid = info->rigid}};
+        {.cluster = plii_body_is_idle(body) ? NULL : cluster},
+        {.cluster = other == NULL || plii_body_is_idle(info->other) ? NULL : other, .rigid = info->rigid}};
     const pli_transform a = cluster->frame, b = other != NULL ? other->frame : info->rigid->state.pose;
     if (manifold_has_rotated(manifold, manifold_rotation(a, b), limits->relative_rotation)) { return false; }
     const float aside_limit = limits->aside * body->collision_margin;

@@ -19,6 +19,14 @@ static plii_joint_end joint_end_of(const pli_joint_end* end) {
     return end->rigid != NULL ? plii_joint_end_of_rigid(end->rigid) : plii_joint_end_of_world();
 }
 
+static void joints_visit_joined(const void* state, void (*visit)(pli_body* body, pli_rigid* rigid, void* user),
+                                void* user) {
+    const joints_state* joints = state;
+    for (int i = 0; i < joints->count; ++i) {
+        visit(joints->items[i].other.body, joints->items[i].other.rigid, user);
+    }
+}
+
 static void joints_prepare(pli_body* body, void* state) {
     joints_state* joints = state;
     for (int i = 0; i < joints->count; ++i) {
@@ -142,6 +150,7 @@ static const plii_feature_class joints_class = {
     .stages = {[PLII_STAGE_JOINT_PREPARE] = {joints_prepare, JOINTS_ORDER},
                [PLII_STAGE_JOINT_SOLVE] = {joints_solve, JOINTS_ORDER},
                [PLII_STAGE_JOINT_FINISH] = {joints_finish, JOINTS_ORDER}},
+    .visit_joined = joints_visit_joined,
     .on_rigid_removed = joints_on_rigid_removed,
     .on_body = {[PLII_BODY_REMOVED] = joints_on_body_removed, [PLII_CLUSTERS_REMOVED] = joints_on_body_removed},
 };

@@ -13,7 +13,7 @@ plii_joint_end plii_joint_end_of_cluster(const pli_body* body, int cluster) {
     plii_joint_end side = joint_end_fixed(item->frame);
     side.rest_centre = item->rest_centre;
     /* A frozen body takes no impulses. */
-    if (body->is_frozen) { return side; }
+    if (plii_body_is_idle(body)) { return side; }
     side.target.cluster = item;
     side.inverse_mass = item->inverse_mass;
     side.inverse_inertia = item->inverse_inertia;

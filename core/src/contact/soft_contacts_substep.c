@@ -54,7 +54,7 @@ static void soft_substep_push(const pli_body* body, const plii_soft_substep_cont
                               const plii_substep* substep) {
     plii_substep_move(substep, contact->node, push, 1.0f);
     pli_body* other = contact->body;
-    if (other->is_frozen) { return; }
+    if (plii_body_is_idle(other)) { return; }
     /* One that is done takes the change along into the next step, in which what holds it together acts on it; moved at
        once it would be stretched, and come back with speed. */
     for (int k = 0; k < 3; ++k) {
@@ -82,7 +82,7 @@ static plii_soft_substep_contact soft_substep_make(const pli_body* body, const p
                                          .coefficient = from->friction};
     for (int k = 0; k < 3; ++k) {
         contact.face_weight +=
-            other->is_frozen ? 0.0f : other->positions[face[k]].w * contact.weights[k] * contact.weights[k];
+            plii_body_is_idle(other) ? 0.0f : other->positions[face[k]].w * contact.weights[k] * contact.weights[k];
     }
     const pli_vec3 before = soft_substep_blend(&contact, other->previous);
     contact.point = before;

@@ -444,7 +444,7 @@ const pli_contact_event* pli_body_get_contact_events(const pli_body* body, pli_c
     if (count != NULL) { *count = 0; }
     if (plii_check_body(body, __func__) != PLI_OK || (unsigned)phase >= CONTACT_PHASES) { return NULL; }
     const contact_events* state = plii_feature_state(body, &contact_events_class);
-    if (state == NULL || body->is_frozen || state->event_counts[phase] == 0) { return NULL; }
+    if (state == NULL || plii_body_is_idle(body) || state->event_counts[phase] == 0) { return NULL; }
     int begin = 0;
     for (int k = 0; k < (int)phase; ++k) {
         begin += state->event_counts[k];

@@ -114,7 +114,7 @@ pli_status pli_body_write_vertices(const pli_body* body, const pli_vertex_buffer
         }
     }
     PLII_TRY(vertices_check_nodes(body, buffer, __func__));
-    if (body->is_frozen) { factor = 1.0f; }
+    if (plii_body_is_idle(body)) { factor = 1.0f; }
     char* vertex = buffer->vertices;
     for (int i = 0; i < buffer->vertex_count; ++i, vertex += buffer->stride) {
         const int node = buffer->vertex_nodes != NULL ? buffer->vertex_nodes[i] : i;

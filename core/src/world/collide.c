@@ -20,7 +20,7 @@ static pli_status world_check_pair(const pli_world* world, const pli_world* worl
 }
 
 static bool world_meets_rigid(const pli_body* body, const pli_rigid* rigid) {
-    return !(body->is_frozen || rigid->is_absent || plii_body_ignores_rigid(body, rigid));
+    return !(plii_body_is_idle(body) || rigid->is_absent || plii_body_ignores_rigid(body, rigid));
 }
 
 /* What a feature has no memory for is noted where it is asked for. */
@@ -125,7 +125,7 @@ bool pli_body_collides_with_bodies(const pli_body* body) {
 }
 
 static void world_collide_bodies(pli_world* world, pli_body* body_a, pli_body* body_b) {
-    if (body_a->is_frozen || body_b->is_frozen || !body_a->collides_with_bodies) { return; }
+    if (plii_body_is_idle(body_a) || plii_body_is_idle(body_b) || !body_a->collides_with_bodies) { return; }
     plii_world_begin_body(body_a);
     for (int i = 0; i < body_a->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body_a->pipeline.features[i];
@@ -164,7 +164,7 @@ static void world_collide_range_of_bodies(int begin, int end, void* data) {
     pli_world* world = data;
     for (int b = begin; b < end; ++b) {
         pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !body->is_frozen; ++r) {
+        for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
             pli_rigid* rigid = world->rigids[r];
             if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
             world_run_collide_rigid(world, body, rigid);
@@ -177,7 +177,7 @@ static int64_t world_join_rigids(pli_world* world) {
     int64_t nodes = 0;
     for (int b = 0; b < world->body_count; ++b) {
         const pli_body* body = world->bodies[b];
-        for (int r = 0; r < world->rigid_count && !body->is_frozen; ++r) {
+        for (int r = 0; r < world->rigid_count && !plii_body_is_idle(body); ++r) {
             pli_rigid* rigid = world->rigids[r];
             if (!world_overlaps_rigid(body, rigid) || !world_meets_rigid(body, rigid)) { continue; }
             plii_groups_join_rigid(world, body, rigid);

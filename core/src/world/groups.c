@@ -48,7 +48,7 @@ void plii_groups_join_bodies(pli_world* world, const pli_body* body, const pli_b
 static void groups_join_held(pli_world* world) {
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
-        for (int k = 0; k < body->pipeline.feature_count && !body->is_frozen; ++k) {
+        for (int k = 0; k < body->pipeline.feature_count && !plii_body_is_idle(body); ++k) {
             const plii_feature* feature = &body->pipeline.features[k];
             if (feature->klass->held_rigid == NULL) { continue; }
             pli_rigid* rigid = NULL;
@@ -93,7 +93,7 @@ static void groups_list(pli_world* world) {
 static int64_t groups_nodes(pli_body* const* bodies, int count) {
     int64_t nodes = 0;
     for (int i = 0; i < count; ++i) {
-        nodes += bodies[i]->is_frozen ? 0 : bodies[i]->node_count;
+        nodes += plii_body_is_idle(bodies[i]) ? 0 : bodies[i]->node_count;
     }
     return nodes;
 }
@@ -121,7 +121,7 @@ static void groups_range(int begin, int end, void* data) {
     for (int i = begin; i < end; ++i) {
         if (i == task->alone) { continue; }
         if (task->run_body != NULL) {
-            if (!world->bodies[i]->is_frozen) { task->run_body(world->bodies[i]); }
+            if (!plii_body_is_idle(world->bodies[i])) { task->run_body(world->bodies[i]); }
             continue;
         }
         const int first = world->group_begin[i];

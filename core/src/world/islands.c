@@ -68,6 +68,6 @@ void plii_islands_solve(pli_body* const* bodies, int count) {
     for (int i = 0; i < count; ++i) {
         pli_body* body = bodies[i];
         const bool is_led = body->island != NULL && body->island != body;
-        if (!body->is_frozen && !is_led) { islands_solve(body); }
+        if (!plii_body_is_idle(body) && !is_led) { islands_solve(body); }
     }
 }

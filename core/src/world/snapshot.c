@@ -180,6 +180,11 @@ static void snapshot_body(snapshot_walk* walk, pli_body* body) {
     snapshot_bytes(walk, body->velocities, nodes);
     snapshot_bytes(walk, body->materials, (size_t)body->material_count * sizeof *body->materials);
     SNAPSHOT_MEMBER(walk, body->is_frozen);
+    SNAPSHOT_MEMBER(walk, body->is_asleep);
+    SNAPSHOT_MEMBER(walk, body->is_resting);
+    SNAPSHOT_MEMBER(walk, body->is_woken);
+    SNAPSHOT_MEMBER(walk, body->was_asleep);
+    SNAPSHOT_MEMBER(walk, body->sleep_group);
     SNAPSHOT_MEMBER(walk, body->bounds);
     SNAPSHOT_MEMBER(walk, body->collision_margin);
     SNAPSHOT_MEMBER(walk, body->solver);
@@ -215,6 +220,13 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->start_angular_velocity);
     SNAPSHOT_MEMBER(walk, rigid->path);
     SNAPSHOT_MEMBER(walk, rigid->pull);
+    SNAPSHOT_MEMBER(walk, rigid->is_asleep);
+    SNAPSHOT_MEMBER(walk, rigid->sleep_group);
+    SNAPSHOT_MEMBER(walk, rigid->seen_version);
+    SNAPSHOT_MEMBER(walk, rigid->has_changed);
+    SNAPSHOT_MEMBER(walk, rigid->rest_pose);
+    SNAPSHOT_MEMBER(walk, rigid->rest_time);
+    SNAPSHOT_MEMBER(walk, rigid->step_bounds);
     if (walk->mode == SNAPSHOT_RESTORE) { rigid->path.next = NULL; }
 }
 
@@ -223,6 +235,7 @@ static void snapshot_world(snapshot_walk* walk, pli_world* world) {
     SNAPSHOT_MEMBER(walk, world->def.gravity);
     SNAPSHOT_MEMBER(walk, world->def.air_density);
     SNAPSHOT_MEMBER(walk, world->dt);
+    SNAPSHOT_MEMBER(walk, world->sleep_group);
     if (walk->status != PLI_OK) { return; }
     snapshot_bytes(walk, world->sweep, (size_t)world->body_count * sizeof(*world->sweep));
     if (walk->mode == SNAPSHOT_RESTORE) { world->event_count = 0; }
@@ -354,11 +367,11 @@ size_t pli_body_snapshot_size(const pli_body* body) {
 }
 
 pli_status pli_body_save(const pli_body* body, void* buffer, size_t capacity, size_t* size) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_save(snapshot_of_body(body), body->context, buffer, capacity, size, __func__);
 }
 
 pli_status pli_body_restore(pli_body* body, const void* buffer, size_t size) {
-    PLII_TRY(plii_check_body_idle(body, __func__));
+    PLII_TRY(plii_check_body_between_steps(body, __func__));
     return snapshot_restore(snapshot_of_body(body), body->context, buffer, size, __func__);
 }

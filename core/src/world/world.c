@@ -95,6 +95,10 @@ pli_vec3 pli_world_get_gravity(const pli_world* world) {
 pli_status pli_world_set_gravity(pli_world* world, pli_vec3 gravity) {
     PLII_TRY(plii_check_world_change(world, __func__));
     PLII_TRY(plii_check_vec3_within(world->context, gravity, PLI_MAX_ACCELERATION, "gravity", __func__));
+    const bool is_same = memcmp(&world->def.gravity, &gravity, sizeof gravity) == 0;
+    for (int i = 0; i < world->body_count && !is_same; ++i) {
+        plii_body_note_change(world->bodies[i]);
+    }
     world->def.gravity = gravity;
     return PLI_OK;
 }
@@ -108,10 +112,10 @@ pli_status pli_world_set_profile(pli_world* world, pli_profile_fn* profile, void
 
 // ---------------------------------------------------------------------------------------------------- lists
 
-/* The most from one prediction to the next: a body freezes once and is told once of anchors that it lost, a rigid body
-   gets its velocities back once. */
+/* The most from one prediction to the next: a body freezes once, is told once of anchors that it lost, wakes and falls
+   asleep; a rigid body gets its velocities back once. */
 static bool world_reserve_events(pli_world* world, int body_count, int rigid_count) {
-    return PLII_RESERVE(world->context, &world->events, &world->event_capacity, 2 * body_count + rigid_count);
+    return PLII_RESERVE(world->context, &world->events, &world->event_capacity, 4 * body_count + rigid_count);
 }
 
 pli_status plii_world_add_body(pli_world* world, pli_body* body) {
@@ -208,6 +212,7 @@ void plii_world_add_anchors_lost(pli_body* body) {
     for (int i = 0; i < world->event_count; ++i) {
         if (world->events[i].kind == PLI_EVENT_ANCHORS_LOST && world->events[i].body == body) { return; }
     }
+    body->is_woken = true;
     plii_world_add_event(world, (pli_event){.kind = PLI_EVENT_ANCHORS_LOST, .body = body, .node = PLI_NULL_INDEX});
 }
 
@@ -329,6 +334,7 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
     world->event_count = 0;
     plii_islands_start(world);
     plii_groups_start(world);
+    if (world->sleep != NULL) { world->sleep->begin_step(world, dt); }
     for (int i = 0; i < world->rigid_count; ++i) {
         plii_rigid_begin_step(world->rigids[i]);
     }
@@ -337,9 +343,10 @@ static pli_status world_predict(pli_world* world, float dt, const char* function
         /* From the last one, which is still in the caches from the step before, to the first one, which is solved
            first. */
         for (int i = world->body_count - 1; i >= 0; --i) {
-            if (!world->bodies[i]->is_frozen) { world_predict_body(world->bodies[i]); }
+            if (!plii_body_is_idle(world->bodies[i])) { world_predict_body(world->bodies[i]); }
         }
     }
+    if (world->sleep != NULL) { world->sleep->wake_met(world, world_predict_body); }
     world_tell_frozen(world);
     plii_world_profile(world, "predict", NULL, false);
     (void)plii_world_end_call(world, &walk, before, NULL); /* the solve tells */
@@ -355,7 +362,7 @@ pli_status pli_world_predict(pli_world* world, float dt) {
 static void world_run_joint_stage(pli_world* world, plii_stage stage) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body* body = world->bodies[i];
-        if (body->is_frozen) { continue; }
+        if (plii_body_is_idle(body)) { continue; }
         plii_world_begin_body(body);
         plii_run_stage(body, stage);
     }
@@ -366,7 +373,7 @@ static void world_solve_joints(pli_world* world) {
     int iterations = 0;
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* body = world->bodies[i];
-        if (!body->is_frozen && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
+        if (!plii_body_is_idle(body) && body->joint_iterations > iterations) { iterations = body->joint_iterations; }
     }
     if (iterations == 0) { return; }
     world->joint_iterations = iterations;
@@ -380,7 +387,7 @@ static void world_solve_joints(pli_world* world) {
 /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves of the group. */
 static void world_refresh_bodies(pli_body* const* bodies, int count) {
     for (int i = 0; i < count; ++i) {
-        if (bodies[i]->is_frozen) { continue; }
+        if (plii_body_is_idle(bodies[i])) { continue; }
         plii_world_begin_body(bodies[i]);
         plii_body_refresh(bodies[i]);
     }
@@ -444,6 +451,7 @@ static pli_status world_solve(pli_world* world, const char* function) {
     }
     world_tell_frozen(world);
     world_end_trouble(world, events_before);
+    if (world->sleep != NULL) { world->sleep->end_step(world, world->dt); }
     world->is_stepping = false;
     (void)plii_world_end_call(world, &walk, before, NULL);
     return world->shortage.count > 0 ? world_fail_shortage(world, &world->shortage, function) : PLI_OK;

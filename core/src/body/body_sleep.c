@@ -1,0 +1,39 @@
+/* What hosts see and set of sleep; the rest is a feature (features/sleep.c). */
+
+#include "body/world_sleep.h"
+#include "body/world_state.h"
+
+#include <string.h>
+
+void plii_body_fall_asleep(pli_body* body, uint32_t group) {
+    body->is_asleep = true;
+    body->is_woken = false;
+    body->sleep_group = group;
+    const size_t bytes = (size_t)body->node_count * sizeof(pli_vec4);
+    memset(body->velocities, 0, bytes);
+    memcpy(body->previous, body->positions, bytes);
+}
+
+bool pli_body_is_asleep(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->is_asleep && !body->is_woken;
+}
+
+bool pli_body_is_resting(const pli_body* body) {
+    return plii_check_body(body, __func__) == PLI_OK && body->is_resting;
+}
+
+pli_status pli_body_set_asleep(pli_body* body, bool asleep) {
+    PLII_TRY(plii_check_body_between_steps(body, __func__));
+    if (!body->can_sleep) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "the body has no sleep enabled"); }
+    body->is_woken = !asleep;
+    if (asleep && !body->is_asleep) {
+        pli_world* world = body->world;
+        world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
+        plii_body_fall_asleep(body, world->sleep_group);
+    }
+    return PLI_OK;
+}
+
+bool pli_rigid_is_asleep(const pli_rigid* rigid) {
+    return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->is_asleep;
+}

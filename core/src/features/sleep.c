@@ -1,0 +1,378 @@
+/* Sleep: which bodies rest, what falls asleep together, and what wakes it. */
+
+#include "body/pipeline.h"
+#include "body/world_sleep.h"
+#include "body/world_state.h"
+#include "math/bounds.h"
+#include "math/definition.h"
+
+#include "base/union_find.h"
+
+typedef struct sleep_state {
+    pli_sleep_def def;
+    float time;       /* s, since `places` were taken */
+    pli_vec3* places; /* [node_count] m */
+} sleep_state;
+
+pli_sleep_def pli_sleep_def_default(void) {
+    return (pli_sleep_def){.speed = 0.05f, .time = 0.5f, .cookie = PLII_DEF_COOKIE};
+}
+
+static bool sleep_is_near(pli_vec3 a, pli_vec3 b, float reach) {
+    const pli_vec3 d = pli_vec3_sub(a, b);
+    return pli_vec3_dot(d, d) <= reach * reach;
+}
+
+// ------------------------------------------------------------------------------------------------------------- rest
+
+static void sleep_take_places(const pli_body* body, sleep_state* state) {
+    for (int i = 0; i < body->node_count; ++i) {
+        state->places[i] = plii_xyz(body->positions[i]);
+    }
+    state->time = 0.0f;
+}
+
+static void sleep_refresh(pli_body* body, void* data) {
+    sleep_state* state = data;
+    const float reach = state->def.speed * state->def.time;
+    int node = 0;
+    while (node < body->node_count && sleep_is_near(plii_xyz(body->positions[node]), state->places[node], reach)) {
+        ++node;
+    }
+    if (node < body->node_count) {
+        sleep_take_places(body, state);
+    } else {
+        state->time += body->world->dt;
+    }
+    body->is_resting = state->time >= state->def.time;
+}
+
+/* By the default settings, of its origin and of what its bounds reach. */
+static void sleep_judge_rigid(pli_rigid* rigid, float dt) {
+    const pli_sleep_def def = pli_sleep_def_default();
+    const float reach = def.speed * def.time;
+    const pli_transform *pose = &rigid->state.pose, *rest = &rigid->rest_pose;
+    const pli_bounds bounds = rigid->step_bounds;
+    const float radius = 0.5f * pli_vec3_length(pli_vec3_sub(bounds.max, bounds.min));
+    bool rests = sleep_is_near(pose->origin, rest->origin, reach);
+    for (int i = 0; i < 3; ++i) {
+        rests = rests && sleep_is_near(pli_vec3_scale(pose->rotation.rows[i], radius),
+                                       pli_vec3_scale(rest->rotation.rows[i], radius), reach);
+    }
+    if (!rests) {
+        rigid->rest_pose = *pose;
+        rigid->rest_time = 0.0f;
+    } else if (rigid->rest_time < def.time) {
+        rigid->rest_time += dt;
+    }
+}
+
+static bool sleep_rigid_rests(const pli_rigid* rigid) {
+    return rigid->rest_time >= pli_sleep_def_default().time;
+}
+
+// --------------------------------------------------------------------------------------------------- who holds whom
+
+typedef struct sleep_search {
+    const pli_body* body;
+    const pli_rigid* rigid;
+    bool is_found;
+} sleep_search;
+
+static void sleep_note_joined(pli_body* body, pli_rigid* rigid, void* user) {
+    sleep_search* search = user;
+    search->is_found =
+        search->is_found || (body != NULL && body == search->body) || (rigid != NULL && rigid == search->rigid);
+}
+
+/* By a joint or an anchor. */
+static bool sleep_holds(const pli_body* body, const pli_body* other, const pli_rigid* rigid) {
+    sleep_search search = {.body = other, .rigid = rigid};
+    for (int k = 0; k < body->pipeline.feature_count; ++k) {
+        const plii_feature* feature = &body->pipeline.features[k];
+        if (feature->klass->visit_joined != NULL) {
+            feature->klass->visit_joined(feature->state, sleep_note_joined, &search);
+        }
+        if (rigid == NULL || feature->klass->held_rigid == NULL) { continue; }
+        const pli_rigid* held = NULL;
+        for (int n = 0; (held = feature->klass->held_rigid(feature->state, n)) != NULL; ++n) {
+            sleep_note_joined(NULL, (pli_rigid*)(uintptr_t)held, &search);
+        }
+    }
+    return search.is_found;
+}
+
+static bool sleep_touches_rigid(const pli_body* body, const pli_rigid* rigid, pli_bounds bounds) {
+    if (rigid->is_absent || rigid->is_sensor) { return false; }
+    const bool overlaps = plii_bounds_overlap(body->bounds, bounds) && !plii_body_ignores_rigid(body, rigid);
+    return overlaps || sleep_holds(body, NULL, rigid);
+}
+
+static bool sleep_touches_body(const pli_body* body, const pli_body* other) {
+    const bool overlaps =
+        body->collides_with_bodies && other->collides_with_bodies && plii_bounds_overlap(body->bounds, other->bounds);
+    return overlaps || sleep_holds(body, other, NULL) || sleep_holds(other, body, NULL);
+}
+
+// ------------------------------------------------------------------------------------------------------------ waking
+
+/* All that fell asleep with it; `run`, if there is one, is called for each body. */
+static void sleep_wake_group(pli_world* world, uint32_t group, void (*run)(pli_body* body)) {
+    for (int i = 0; i < world->rigid_count; ++i) {
+        pli_rigid* rigid = world->rigids[i];
+        if (rigid->sleep_group != group) { continue; }
+        rigid->sleep_group = 0;
+        rigid->is_asleep = false;
+        rigid->rest_time = 0.0f;
+    }
+    for (int i = world->body_count - 1; i >= 0; --i) {
+        pli_body* body = world->bodies[i];
+        if (body->sleep_group != group) { continue; }
+        body->sleep_group = 0;
+        body->is_asleep = body->is_woken = body->is_resting = false;
+        sleep_state* state = plii_feature_state(body, &plii_sleep_class);
+        if (state != NULL) { sleep_take_places(body, state); }
+        if (run != NULL && !body->is_frozen) { run(body); }
+    }
+}
+
+static void sleep_tell(pli_world* world) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (body->is_asleep == body->was_asleep) { continue; }
+        body->was_asleep = body->is_asleep;
+        const pli_event_kind kind = body->is_asleep ? PLI_EVENT_BODY_ASLEEP : PLI_EVENT_BODY_AWAKE;
+        plii_world_add_event(world, (pli_event){.kind = kind, .body = body, .node = PLI_NULL_INDEX});
+    }
+}
+
+static bool sleep_is_any_asleep(const pli_world* world) {
+    for (int i = 0; i < world->body_count; ++i) {
+        if (world->bodies[i]->is_asleep) { return true; }
+    }
+    return false;
+}
+
+static bool sleep_rigid_moves(const pli_rigid* rigid) {
+    const pli_rigid_state* state = &rigid->state;
+    return rigid->kind != PLI_RIGID_STATIC && !rigid->is_asleep &&
+           !(plii_vec3_is_zero(state->linear_velocity) && plii_vec3_is_zero(state->angular_velocity));
+}
+
+/* A host that puts to sleep looks at rigid bodies itself, but for those that the core knows as anchors. */
+static void sleep_wake_by_rigid(pli_world* world, pli_rigid* rigid, float dt) {
+    const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
+    rigid->has_changed = false;
+    rigid->seen_version = rigid->pose_version;
+    const bool is_by_host = world->def.host_puts_to_sleep;
+    if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
+    const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (!body->is_asleep) { continue; }
+        const bool is_woken = is_by_host ? sleep_holds(body, NULL, rigid)
+                                         : (has_changed && plii_bounds_overlap(body->bounds, rigid->step_bounds)) ||
+                                               sleep_touches_rigid(body, rigid, rigid->step_bounds) ||
+                                               sleep_touches_rigid(body, rigid, bounds);
+        if (is_woken) { sleep_wake_group(world, body->sleep_group, NULL); }
+    }
+}
+
+static void sleep_begin_step(pli_world* world, float dt) {
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        if (body->is_asleep && body->is_woken) { sleep_wake_group(world, body->sleep_group, NULL); }
+    }
+    for (int i = 0; i < world->rigid_count; ++i) {
+        const pli_rigid* rigid = world->rigids[i];
+        if (rigid->sleep_group != 0 && !rigid->is_asleep) { sleep_wake_group(world, rigid->sleep_group, NULL); }
+    }
+    const bool is_any_asleep = sleep_is_any_asleep(world);
+    for (int i = 0; i < world->rigid_count && is_any_asleep; ++i) {
+        sleep_wake_by_rigid(world, world->rigids[i], dt);
+    }
+    sleep_tell(world);
+}
+
+/* What wakes is predicted, and may wake more. */
+static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
+    if (!sleep_is_any_asleep(world)) { return; }
+    for (bool has_woken = true; has_woken;) {
+        has_woken = false;
+        for (int i = 0; i < world->body_count; ++i) {
+            const pli_body* body = world->bodies[i];
+            for (int k = 0; k < world->body_count && body->is_asleep; ++k) {
+                const pli_body* other = world->bodies[k];
+                if (plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
+                sleep_wake_group(world, body->sleep_group, predict);
+                has_woken = true;
+            }
+        }
+        for (int r = 0; r < world->rigid_count; ++r) {
+            const pli_rigid* rigid = world->rigids[r];
+            for (int k = 0; k < world->body_count && rigid->is_asleep; ++k) {
+                const pli_body* other = world->bodies[k];
+                if (plii_body_is_idle(other) || !sleep_touches_rigid(other, rigid, rigid->step_bounds)) { continue; }
+                sleep_wake_group(world, rigid->sleep_group, predict);
+                has_woken = true;
+            }
+        }
+    }
+    sleep_tell(world);
+}
+
+// ---------------------------------------------------------------------------------------------------- falling asleep
+
+static uint32_t sleep_next_group(pli_world* world) {
+    world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
+    return world->sleep_group;
+}
+
+/* Sets of bodies that touch, by those that rest: whoever does not rest keeps them awake. */
+static void sleep_join(pli_world* world, pli_body* body, int* parents) {
+    for (int r = 0; r < world->rigid_count; ++r) {
+        pli_rigid* rigid = world->rigids[r];
+        if (rigid->kind != PLI_RIGID_DYNAMIC || !sleep_touches_rigid(body, rigid, rigid->step_bounds)) { continue; }
+        if (rigid->first_body == PLI_NULL_INDEX) { rigid->first_body = body->world_index; }
+        plii_union_join(parents, rigid->first_body, body->world_index);
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* other = world->bodies[i];
+        if (other == body || plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
+        plii_union_join(parents, body->world_index, i);
+    }
+}
+
+/* A dynamic one that bodies touch which do not rest is no matter: they touch what rests too, or the rigid body is in
+   motion itself. */
+static void sleep_judge_groups(pli_world* world, int* parents) {
+    for (int i = 0; i < world->body_count; ++i) {
+        world->bodies[i]->is_group_resting = true;
+    }
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        const bool rests = body->is_asleep || (body->is_resting && body->can_sleep && !body->is_frozen);
+        if (!rests) { world->bodies[plii_union_root(parents, i)]->is_group_resting = false; }
+    }
+    for (int r = 0; r < world->rigid_count; ++r) {
+        const pli_rigid* rigid = world->rigids[r];
+        if (rigid->first_body == PLI_NULL_INDEX || sleep_rigid_rests(rigid)) { continue; }
+        world->bodies[plii_union_root(parents, rigid->first_body)]->is_group_resting = false;
+    }
+}
+
+static void sleep_put_to_sleep(pli_world* world, int* parents) {
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body *body = world->bodies[i], *root = world->bodies[plii_union_root(parents, i)];
+        if (plii_body_is_idle(body) || !root->is_group_resting) { continue; }
+        plii_body_fall_asleep(body, root == body ? sleep_next_group(world) : root->sleep_group);
+    }
+    for (int r = 0; r < world->rigid_count; ++r) {
+        pli_rigid* rigid = world->rigids[r];
+        rigid->seen_version = rigid->pose_version;
+        rigid->has_changed = false;
+        if (rigid->first_body == PLI_NULL_INDEX) { continue; }
+        const pli_body* root = world->bodies[plii_union_root(parents, rigid->first_body)];
+        if (!root->is_group_resting) { continue; }
+        rigid->is_asleep = true;
+        rigid->sleep_group = root->sleep_group;
+        plii_rigid_set_velocity(rigid, plii_twist_zero());
+        rigid->given_linear_velocity = rigid->given_angular_velocity = rigid->pull = pli_vec3_make(0, 0, 0);
+        rigid->path.has_begun = rigid->was_touched = false;
+    }
+}
+
+static void sleep_end_step(pli_world* world, float dt) {
+    if (world->def.host_puts_to_sleep) { return; }
+    bool is_any_resting = false;
+    for (int i = 0; i < world->body_count; ++i) {
+        const pli_body* body = world->bodies[i];
+        is_any_resting = is_any_resting || (body->is_resting && body->can_sleep && !plii_body_is_idle(body));
+    }
+    for (int r = 0; r < world->rigid_count; ++r) {
+        pli_rigid* rigid = world->rigids[r];
+        if (rigid->kind != PLI_RIGID_DYNAMIC && !is_any_resting) { continue; }
+        rigid->step_bounds = plii_rigid_bounds(rigid);
+        rigid->first_body = PLI_NULL_INDEX;
+        if (rigid->kind == PLI_RIGID_DYNAMIC && !rigid->is_asleep) { sleep_judge_rigid(rigid, dt); }
+    }
+    if (!is_any_resting) { return; }
+    int* parents = world->islands; /* of the step, which are done with */
+    plii_union_start(world->body_count, parents);
+    for (int i = 0; i < world->body_count; ++i) {
+        pli_body* body = world->bodies[i];
+        if (!plii_body_is_idle(body) && body->is_resting) { sleep_join(world, body, parents); }
+    }
+    sleep_judge_groups(world, parents);
+    sleep_put_to_sleep(world, parents);
+    sleep_tell(world);
+}
+
+static const plii_world_sleep sleep_calls = {sleep_begin_step, sleep_wake_met, sleep_end_step};
+
+// ------------------------------------------------------------------------------------------------------------- class
+
+static void sleep_build(pli_body* body, void* data) {
+    sleep_take_places(body, data);
+}
+
+static void sleep_disable(pli_body* body, void* data) {
+    (void)data;
+    body->can_sleep = false;
+}
+
+static void sleep_on_rigid_removed(pli_body* body, void* data, const pli_rigid* rigid) {
+    (void)data;
+    const bool is_under = plii_bounds_overlap(body->bounds, plii_rigid_bounds(rigid));
+    if (is_under || (rigid->sleep_group != 0 && rigid->sleep_group == body->sleep_group)) { body->is_woken = true; }
+}
+
+static void sleep_on_body_removed(pli_body* body, void* data, const pli_body* other) {
+    (void)data;
+    if (other->sleep_group != 0 && other->sleep_group == body->sleep_group) { body->is_woken = true; }
+}
+
+static void sleep_topology_commit(pli_body* body, void* data, const plii_topology_change* change, void** old_arrays) {
+    (void)body, (void)data, (void)change, (void)old_arrays; /* `build` takes the places anew */
+}
+
+static const plii_feature_array sleep_arrays[] = {
+    {PLII_MEMBER(sleep_state, places), .length = PLII_PER_NODE, .snapshot = PLII_SAVED}, {0}};
+static const plii_state_part sleep_parts[] = {
+    PLII_STATE(sleep_state, def, PLII_SAVED), PLII_STATE(sleep_state, time, PLII_SAVED), {0}};
+
+const plii_feature_class plii_sleep_class = {
+    .name = "sleep",
+    .state_size = sizeof(sleep_state),
+    .arrays = sleep_arrays,
+    .stages = {[PLII_STAGE_REFRESH] = {sleep_refresh, PLII_SLEEP_ORDER}},
+    .build = sleep_build,
+    .disable = sleep_disable,
+    .on_rigid_removed = sleep_on_rigid_removed,
+    .on_body[PLII_BODY_REMOVED] = sleep_on_body_removed,
+    .state_parts = sleep_parts,
+    .topology_commit = sleep_topology_commit,
+};
+
+static const plii_field sleep_fields[] = {
+    PLII_FIELD(pli_sleep_def, speed, 0, PLI_MAX_SPEED),
+    PLII_FIELD(pli_sleep_def, time, PLII_ABOVE_0, PLI_MAX_COEFFICIENT),
+};
+
+pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
+    PLII_TRY(plii_check_body_idle(body, __func__));
+    const pli_sleep_def used = def != NULL ? *def : pli_sleep_def_default();
+    PLII_TRY_DEF(body->context, pli_sleep_def, &used, sleep_fields, __func__);
+    void* data = NULL;
+    PLII_TRY(plii_feature_enable(body, &plii_sleep_class, &data));
+    sleep_state* state = data;
+    state->def = used;
+    state->time = 0.0f;
+    body->can_sleep = true;
+    body->world->sleep = &sleep_calls;
+    return PLI_OK;
+}
+
+pli_status pli_body_disable_sleep(pli_body* body) {
+    return plii_feature_disable_if(plii_check_body_idle(body, __func__), body, &plii_sleep_class);
+}

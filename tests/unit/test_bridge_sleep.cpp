@@ -1,0 +1,181 @@
+// Sleep in a Bullet world: soft bodies and rigid bodies fall asleep together and wake together.
+
+#include "check.h"
+#include "test_bridge_world.h"
+
+#include <cmath>
+
+namespace {
+
+using bridge_test::StockWorld;
+
+struct Pile {
+    static constexpr int softs = 10;
+
+    StockWorld stock;
+    pliant::Bridge bridge{*stock.world};
+    std::vector<pli_body*> sheets;
+    std::vector<btRigidBody*> boxes;
+
+    /// Five stacks, each a sheet on a box, and a box and a sheet on that.
+    Pile() {
+        stock.add_box(btVector3(20, 1, 20), 0, btVector3(0, -1, 0));
+        for (int i = 0; i < softs / 2; ++i) {
+            const auto x = static_cast<float>(3 * i);
+            for (int layer = 0; layer < 2; ++layer) {
+                const float y = 0.3f + 0.8f * static_cast<float>(layer);
+                boxes.push_back(&stock.add_box(btVector3(0.5, 0.25, 0.5), 2, btVector3(x, y, 0)));
+                pli_body* sheet = bridge_test::add_sheet(bridge, 1.2f, y + 0.4f, 7, 0, x, 0, 0.03f);
+                assert_non_null(sheet);
+                pli_solver_settings settings = pli_body_get_solver_settings(sheet);
+                settings.velocity_damping = 0.03f;
+                assert_int_equal(pli_body_set_solver_settings(sheet, &settings), PLI_OK);
+                assert_int_equal(pli_body_enable_colored_links(sheet), PLI_OK);
+                assert_int_equal(pli_body_enable_sleep(sheet, nullptr), PLI_OK);
+                sheets.push_back(sheet);
+            }
+        }
+    }
+
+    int asleep() const {
+        int count = 0;
+        for (const pli_body* sheet : sheets) {
+            count += pli_body_is_asleep(sheet);
+        }
+        for (const btRigidBody* box : boxes) {
+            count += !box->isActive();
+        }
+        return count;
+    }
+    int all() const { return static_cast<int>(sheets.size() + boxes.size()); }
+    double fastest() const {
+        double most = 0;
+        for (const pli_body* sheet : sheets) {
+            const pli_body_view view = pli_body_get_view(sheet);
+            for (int i = 0; i < view.node_count; ++i) {
+                const pli_vec4 v = view.velocities[i];
+                most = std::fmax(most, std::sqrt(double(v.x * v.x + v.y * v.y + v.z * v.z)));
+            }
+        }
+        return most;
+    }
+    /// Frames until all sleep.
+    int fall_asleep() {
+        int frame = 0;
+        while (asleep() < all() && frame < 600) {
+            stock.step(1);
+            ++frame;
+        }
+        assert_int_equal(asleep(), all());
+        return frame;
+    }
+};
+
+void test_a_pile_falls_asleep(void**) {
+    Pile pile;
+    int at_rest = 0, frame = 0;
+    for (; pile.asleep() < pile.all() && frame < 600; ++frame) {
+        pile.stock.step(1);
+        if (pile.fastest() > 0.1) { at_rest = frame; }
+    }
+    print_message("slow from frame %d on, all %d asleep in frame %d\n", at_rest, pile.all(), frame);
+    assert_int_equal(pile.asleep(), pile.all());
+    check_at_most(frame - at_rest, 180); // three seconds
+    std::vector<std::uint64_t> hashes;
+    for (const pli_body* sheet : pile.sheets) {
+        hashes.push_back(pli_body_state_hash(sheet));
+    }
+    const btTransform pose = pile.boxes[1]->getWorldTransform();
+    pile.stock.step(120);
+    for (std::size_t i = 0; i < hashes.size(); ++i) {
+        assert_true(pli_body_state_hash(pile.sheets[i]) == hashes[i]);
+    }
+    assert_true(pile.boxes[1]->getWorldTransform() == pose);
+    assert_int_equal(pile.bridge.status(), PLI_OK);
+}
+
+void test_a_ball_wakes_what_it_hits_and_what_leans_on_it(void**) {
+    Pile pile;
+    pile.fall_asleep();
+    btRigidBody& ball = pile.stock.add_body(new btSphereShape(0.2f), 1, btVector3(0, 3, 0));
+    ball.setLinearVelocity(btVector3(0, -8, 0));
+    const std::uint64_t before = pli_body_state_hash(pile.sheets[1]);
+    int woken = 0;
+    float gap = 0;
+    for (int frame = 1; frame <= 60 && woken == 0; ++frame) {
+        gap = float(ball.getWorldTransform().getOrigin().y()) - 0.2f - bridge_test::highest(pile.sheets[1]);
+        pile.stock.step(1);
+        if (pli_body_state_hash(pile.sheets[1]) != before) { woken = frame; }
+    }
+    print_message("moves in frame %d, the ball was %.3f m above it\n", woken, double(gap));
+    assert_true(woken > 0);
+    assert_true(gap > 0); // it wakes before the ball is in it
+    pile.stock.step(2);
+    assert_false(pli_body_is_asleep(pile.sheets[0]) || pli_body_is_asleep(pile.sheets[1]));
+    assert_true(pile.boxes[0]->isActive() && pile.boxes[1]->isActive());
+    for (std::size_t i = 2; i < pile.sheets.size(); ++i) {
+        assert_true(pli_body_is_asleep(pile.sheets[i])); // the other stacks
+    }
+    pile.stock.step(30);
+    assert_true(ball.getWorldTransform().getOrigin().y() > btScalar(1.2));
+    pile.fall_asleep();
+}
+
+void test_calls_wake_and_so_does_the_game(void**) {
+    Pile pile;
+    pile.fall_asleep();
+    assert_int_equal(pli_body_add_velocity(pile.sheets[0], pli_vec3_make(0, 1, 0)), PLI_OK);
+    pile.stock.step(2);
+    assert_false(pli_body_is_asleep(pile.sheets[0]) || pli_body_is_asleep(pile.sheets[1]));
+    assert_true(pile.boxes[0]->isActive() && pile.boxes[1]->isActive());
+    assert_true(pli_body_is_asleep(pile.sheets[2]));
+
+    pile.boxes[2]->activate();
+    pile.boxes[2]->applyCentralImpulse(btVector3(4, 0, 0));
+    pile.stock.step(2);
+    assert_false(pli_body_is_asleep(pile.sheets[2]));
+
+    btRigidBody& lift = pile.stock.add_box(btVector3(0.3f, 0.3f, 0.3f), 0, btVector3(8, 0.5f, 0));
+    lift.setCollisionFlags(lift.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    lift.setActivationState(DISABLE_DEACTIVATION);
+    assert_true(pli_body_is_asleep(pile.sheets[7]));
+    for (int i = 0; i < 40; ++i) {
+        btTransform pose = lift.getWorldTransform();
+        pose.getOrigin().setX(pose.getOrigin().x() + btScalar(0.02));
+        lift.getMotionState()->setWorldTransform(pose);
+        pile.stock.step(1);
+    }
+    assert_false(pli_body_is_asleep(pile.sheets[7]));
+    assert_int_equal(pile.bridge.status(), PLI_OK);
+}
+
+// Without sleep enabled Bullet's bodies stay awake under a soft body, and a soft body that the game deactivates
+// freezes.
+void test_nothing_sleeps_that_was_not_asked_to(void**) {
+    StockWorld stock;
+    pliant::Bridge bridge(*stock.world);
+    stock.add_box(btVector3(20, 1, 20), 0, btVector3(0, -1, 0));
+    const btRigidBody& box = stock.add_box(btVector3(0.5, 0.25, 0.5), 2, btVector3(0, 0.3f, 0));
+    pli_body* sheet = bridge_test::add_sheet(bridge, 1.2f, 0.7f, 7, 0, 0, 0, 0.03f);
+    stock.step(300);
+    assert_false(pli_body_is_asleep(sheet));
+    assert_true(box.isActive());
+    bridge.object(sheet)->forceActivationState(DISABLE_SIMULATION);
+    stock.step(1);
+    assert_true(pli_body_is_frozen(sheet));
+    bridge.object(sheet)->forceActivationState(ACTIVE_TAG);
+    stock.step(1);
+    assert_false(pli_body_is_frozen(sheet));
+}
+
+} // namespace
+
+int main() {
+    const CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_pile_falls_asleep),
+        cmocka_unit_test(test_a_ball_wakes_what_it_hits_and_what_leans_on_it),
+        cmocka_unit_test(test_calls_wake_and_so_does_the_game),
+        cmocka_unit_test(test_nothing_sleeps_that_was_not_asked_to),
+    };
+    return cmocka_run_group_tests(tests, nullptr, nullptr);
+}
