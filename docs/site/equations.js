@@ -1,0 +1,7 @@
+renderMathInElement(document.body, {
+    delimiters: [
+        { left: "\\(", right: "\\)", display: false },
+        { left: "\\[", right: "\\]", display: true },
+    ],
+    throwOnError: false,
+});
