@@ -6,6 +6,7 @@ is asked for outside of the folder, and no page is wider than a desk's or a phon
 import functools
 import http.server
 import json
+import re
 import sys
 import threading
 import time
@@ -59,14 +60,19 @@ def search(driver, base, query, wanted):
     time.sleep(0.5)
     field.click()
     field.send_keys(query)
-    wait = WebDriverWait(driver, 30)
-    links = wait.until(lambda d: d.find_elements(By.CSS_SELECTOR, "a.md-search-result__link"))
-    addresses = [link.get_attribute("href") for link in links]
-    if not any(wanted in address for address in addresses[:5]):
+    addresses = []
+    for _ in range(100):  # results come while the query is typed
+        links = driver.execute_script(
+            "return [...document.querySelectorAll('a.md-search-result__link')].map(a => a.href)")
+        addresses = [re.sub(r"\?[^#]*", "", link) for link in links]
+        if any(wanted in address for address in addresses[:5]):
+            break
+        time.sleep(0.1)
+    else:
         sys.exit(f"{query} leads to {addresses[:5]}")
     driver.get(next(address for address in addresses if wanted in address))
-    name = wanted.split("#")[1]
-    if driver.execute_script("return document.getElementById(arguments[0])", name) is None:
+    name = wanted.partition("#")[2]
+    if name and driver.execute_script("return document.getElementById(arguments[0])", name) is None:
         sys.exit(f"{wanted} is not there")
 
 
@@ -104,7 +110,7 @@ def main():
     try:
         for base in (serve(site), site.as_uri() + "/"):
             search(driver, base, "pli_body_enable_tethers", "reference/tether.html#pli_body_enable_tethers")
-            search(driver, base, "tethers", "reference/tether.html#")
+            search(driver, base, "tethers", "reference/tether.html")
             check_requests(driver, base)
             if base.startswith("http"):
                 print(f"{check_pages(driver, base, site, shots)} pages looked at")
