@@ -245,7 +245,10 @@ class Reference:
                     rows.append(f"| `{field}` | `{spelled}{arguments}` | {about} |")
                 elif member.get("kind") == "function" and has_comment(member):
                     own = f"{name}::{plain(member.find('name'))}"
-                    functions.append(f"### {own} {{#{own}}}\n\n```cpp\n{self.signature(member)}\n```\n\n" +
+                    heading = f"### {own} {{#{own}}}\n\n"
+                    if any(function.startswith(heading) for function in functions):
+                        heading = ""  # overloads share one
+                    functions.append(f"{heading}```cpp\n{self.signature(member)}\n```\n\n" +
                                      self.description(member, page, own))
             if rows:
                 out.append("| field | type | |\n|---|---|---|\n" + "\n".join(rows))

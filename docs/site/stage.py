@@ -174,7 +174,7 @@ class Stage:
         for name in ("katex.min.css", "katex.min.js", "contrib/auto-render.js"):
             shutil.copy(katex / name, extra)
         shutil.copytree((katex / "fonts").resolve(), extra / "fonts", ignore=lambda _, names: [n for n in names if not n.endswith(".woff2")])
-        for name in ("manual.css", "equations.js", "file_search.js"):
+        for name in ("manual.css", "page.js", "file_search.js"):
             shutil.copy(docs / "site" / name, self.pages)
         theme = self.work / "theme"
         shutil.rmtree(theme, ignore_errors=True)
