@@ -289,7 +289,7 @@ class Reference:
             rows.append(f"\n## {title}\n\n| header | about |\n|---|---|")
             for page in pages:
                 about = self.description(page.element, page, page.header, True)
-                first = re.split(r"(?<=[.:])\s", about)[0].rstrip(":")
+                first = re.split(r"(?<=\.)\s", about)[0]
                 rows.append(f"| [`{page.header}`]({page.path.removeprefix('reference/')}) | {first} |")
         count = sum(1 for _, _, kind, _ in self.found if kind == "function")
         (target / "reference/index.md").write_text(

@@ -165,7 +165,7 @@ class Stage:
                 if path.suffix == ".md":
                     self.write(f"files/{relative}", self.convert(path.read_text(), path))
                 else:
-                    self.write(f"files/{relative}.md", f"---\nsearch:\n  exclude: true\n---\n# {relative}\n\n{self.listing(path)}")
+                    self.write(f"files/{relative}.md", f"# {relative}\n\n{self.listing(path)}")
                 done.add(relative)
         shutil.copytree(docs / "pictures", self.pages / "pictures")
         extra = self.pages / "katex"
