@@ -1,5 +1,5 @@
-"""What the site has to be: every link and picture leads somewhere, nothing is loaded from elsewhere, and the search
-knows every function and leads to it."""
+"""What the site has to be: every link and picture leads somewhere, nothing is loaded from elsewhere, all Markdown is
+rendered, and the search knows every function and leads to it."""
 
 import json
 import os
@@ -8,12 +8,24 @@ from html.parser import HTMLParser
 from urllib.parse import unquote
 
 
+CODE = ("code", "script", "style")
+
+
 class Links(HTMLParser):
     def __init__(self):
         super().__init__()
-        self.anchors, self.links, self.loads = set(), [], []
+        self.anchors, self.links, self.loads, self.raw = set(), [], [], []
+        self.code = 0
+
+    def handle_data(self, data):
+        if not self.code:
+            self.raw += re.findall(r"^- .*|.*\|---.*|.*\]\(.*", data, flags=re.M)
+
+    def handle_endtag(self, tag):
+        self.code -= tag in CODE
 
     def handle_starttag(self, tag, attributes):
+        self.code += tag in CODE
         values = dict(attributes)
         for key in ("id", "name"):
             if values.get(key):
@@ -36,6 +48,7 @@ def check_site(site):
     count = 0
     for path, page in pages.items():
         where = path.relative_to(site)
+        problems += [f"{where}: Markdown that is not rendered: {line[:60]}" for line in page.raw]
         for link in page.links + page.loads:
             count += 1
             if re.match(r"(https?:)?//", link):

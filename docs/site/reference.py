@@ -91,8 +91,10 @@ class Reference:
             if kind in ("file", "namespace"):
                 for member in compound.iter("memberdef"):
                     page = self.page_of(member)
-                    if page is None or (kind == "file" and member.get("kind") == "function" and page.prefix != "pliant"):
+                    if page is None:
                         continue
+                    if kind == "file" and member.get("kind") == "function" and page.prefix != "pliant":
+                        continue  # of a namespace
                     name = plain(member.find("name"))
                     if member.get("kind") == "define" and not has_comment(member):
                         continue  # helpers of the headers themselves
@@ -214,7 +216,8 @@ class Reference:
             value = plain(member.find("initializer"))
             return f"#define {name}{'(' + ', '.join(parameters) + ')' if parameters else ''} {value}".strip()
         if kind == "variable":
-            return f"{result} {name}{plain(member.find('argsstring'))} {plain(member.find('initializer'))}".strip() + ";"
+            declared = f"{result} {name}{plain(member.find('argsstring'))} {plain(member.find('initializer'))}"
+            return declared.strip() + ";"
         arguments = []
         for param in member.findall("param"):
             spelled = plain(param.find("type")).replace(" *", "*").replace(" &", "&")
@@ -223,7 +226,7 @@ class Reference:
             arguments.append(argument + (f" = {default}" if default else ""))
         head = f"{result} {name}(".strip()
         tail = ")" + (" const" if member.get("const") == "yes" else "") + ";"
-        line = head + ", ".join(arguments or ["void"] if member.get("inline") == "x" else arguments) + tail
+        line = head + ", ".join(arguments) + tail
         if len(line) > 78 and len(arguments) > 1:
             line = head + "\n    " + ",\n    ".join(arguments) + tail
         return line
@@ -282,20 +285,20 @@ class Reference:
                 seen.add(anchor)
                 entries.append(text)
             about = self.description(page.element, page, page.header)
-            text = f"# {page.header}\n\n{about}\n\n```c\n#include <{page.prefix}/{page.header}>\n```\n\n" + "\n\n".join(entries)
-            (target / page.path).write_text(text + "\n")
+            include = f"```c\n#include <{page.prefix}/{page.header}>\n```"
+            (target / page.path).write_text("\n\n".join([f"# {page.header}", about, include, *entries]) + "\n")
         rows = []
         for title, pages in self.groups:
             rows.append(f"\n## {title}\n\n| header | about |\n|---|---|")
             for page in pages:
-                about = self.description(page.element, page, page.header, True)
-                first = re.split(r"(?<=\.)\s", about)[0]
+                about = self.description(page.element, page, page.header).split("\n\n")[0]
+                first = re.split(r"(?<=\.)\s", about)[0].rstrip(":")
                 rows.append(f"| [`{page.header}`]({page.path.removeprefix('reference/')}) | {first} |")
         count = sum(1 for _, _, kind, _ in self.found if kind == "function")
         (target / "reference/index.md").write_text(
-            "# Reference\n\nEvery type and function, by header, made from the comments of the headers. What holds for all "
-            "calls (errors, definitions, handles, callbacks) stands in [`base.h`](base.md); `pliant/pliant.h` includes all "
-            f"headers of the core.\n" + "\n".join(rows) + f"\n\n{count} functions.\n")
+            "# Reference\n\nEvery type and function, by header, made from the comments of the headers. What holds for "
+            "all calls (errors, definitions, handles, callbacks) stands in [`base.h`](base.md); `pliant/pliant.h` "
+            "includes all headers of the core.\n" + "\n".join(rows) + f"\n\n{count} functions.\n")
 
 
 def has_comment(element):

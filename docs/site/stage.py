@@ -69,7 +69,8 @@ class Stage:
     def name_link(self, code, source):
         """`code` with a link to its place in the reference, where it has one."""
         names = self.reference.names
-        match = re.match(r"(?:pliant::)?((?:PLI_|pli_)\w+|[A-Z]\w+::\w+|\w+(?:/\w+)?\.h|Bridge(?:Def|Snapshot)?\b|import_soft_body)", code)
+        match = re.match(r"(?:pliant::)?((?:PLI_|pli_)\w+|[A-Z]\w+::\w+|\w+(?:/\w+)?\.h|"
+                         r"Bridge(?:Def|Snapshot)?\b|import_soft_body)", code)
         if not match or match.group(1) not in names:
             return f"`{code}`"
         if match.group(1).endswith(".h") and match.group(1) != code:
@@ -91,6 +92,7 @@ class Stage:
         out, buffer = [], []
         is_code = False
         marker = 0  # width of the list marker above, 0 outside of lists
+        is_loose = False  # the item above has more than one paragraph
 
         def flush():
             out.append(self.prose("\n".join(buffer), source))
@@ -111,11 +113,15 @@ class Stage:
                 is_table = line.lstrip().startswith("|")
                 is_wrapped = bool(last.strip()) and not re.match(r" *([-*]|\d+\.) |#", last)
                 if item and indent == 0:
-                    if is_wrapped and marker == 0:
+                    if last.strip() and (is_loose or (is_wrapped and marker == 0)):
                         buffer.append("")
                     marker = len(item.group(2)) + 1
+                    is_loose = False
                 elif line.strip() and indent == 0:
                     marker = 0
+                    is_loose = False
+                elif not line.strip() and marker:
+                    is_loose = True
                 if is_table and last.strip() and not last.lstrip().startswith("|"):
                     buffer.append("")
                 if marker and indent >= marker:
@@ -173,7 +179,9 @@ class Stage:
         katex = Path("/usr/share/javascript/katex")
         for name in ("katex.min.css", "katex.min.js", "contrib/auto-render.js"):
             shutil.copy(katex / name, extra)
-        shutil.copytree((katex / "fonts").resolve(), extra / "fonts", ignore=lambda _, names: [n for n in names if not n.endswith(".woff2")])
+        (extra / "fonts").mkdir()
+        for font in (katex / "fonts").glob("*.woff2"):
+            shutil.copy(font, extra / "fonts")
         for name in ("manual.css", "page.js", "file_search.js"):
             shutil.copy(docs / "site" / name, self.pages)
         theme = self.work / "theme"
