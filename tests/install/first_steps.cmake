@@ -1,5 +1,5 @@
-# cmake -D SOURCE= -D WORK= -P first_steps.cmake: the first steps of docs/building.md, as they stand there, on a machine
-# that has the packages named there.
+# cmake -D SOURCE= -D WORK= -P first_steps.cmake: the first steps of docs/building.md and docs/manual/start_c.md, as they
+# stand there, on a machine that has the packages named there.
 file(REMOVE_RECURSE ${WORK})
 find_program(PKG_CONFIG pkg-config REQUIRED)
 foreach(module ccd bullet)
@@ -10,9 +10,9 @@ endforeach()
 set(ENV{PKG_CONFIG_LIBDIR} ${WORK}/pkgconfig)
 set(ENV{PKG_CONFIG_PATH})
 
-# The first block of the page in a language.
-function(read_block language result)
-    file(READ ${SOURCE}/docs/building.md page)
+# The first block of a page in a language.
+function(read_block document language result)
+    file(READ ${SOURCE}/docs/${document} page)
     string(FIND "${page}" "```${language}\n" begin)
     string(SUBSTRING "${page}" ${begin} -1 page)
     string(FIND "${page}" "\n" begin)
@@ -30,9 +30,9 @@ function(count_lines text result)
     set(${result} ${count} PARENT_SCOPE)
 endfunction()
 
-read_block(sh commands)
-read_block(cmake lists)
-read_block(cpp program)
+read_block(building.md sh commands)
+read_block(building.md cmake lists)
+read_block(building.md cpp program)
 count_lines("${commands}" command_count)
 count_lines("${program}" line_count)
 if(command_count GREATER 10 OR line_count GREATER 40)
@@ -47,4 +47,13 @@ execute_process(COMMAND sh -e -c "${commands}" WORKING_DIRECTORY ${WORK} OUTPUT_
     RESULT_VARIABLE status)
 if(NOT status EQUAL 0 OR NOT out MATCHES "top of the cloth: 0\\.[56][0-9] m\n$")
     message(FATAL_ERROR "status ${status}\n${out}")
+endif()
+
+# The same folders, so that nothing is built twice.
+read_block(manual/start_c.md sh commands)
+string(REGEX REPLACE "^apt-get[^\n]*\n" "" commands "${commands}")
+execute_process(COMMAND sh -e -c "${commands}" WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE out ERROR_VARIABLE out
+    RESULT_VARIABLE status)
+if(NOT status EQUAL 0 OR NOT out MATCHES "corner after 1\\.5 s: y = -0\\.5[0-9] m\n$")
+    message(FATAL_ERROR "docs/manual/start_c.md: status ${status}\n${out}")
 endif()

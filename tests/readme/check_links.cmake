@@ -1,7 +1,7 @@
 # cmake -D ROOT=<source directory> -D SCRATCH=<directory to write to> -P check_links.cmake
 #
-# Links and pictures in README.md, CHANGELOG.md and docs/*.md: files exist, anchors are headings of the document that
-# they lead to. Addresses with a scheme (https:) are left alone.
+# Links and pictures in README.md, CHANGELOG.md, docs/*.md and docs/manual/*.md: files exist, anchors are headings of the
+# document that they lead to. Addresses with a scheme (https:) are left alone.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -94,7 +94,7 @@ if(NOT problem_count EQUAL 3 OR NOT count EQUAL 6)
     message(FATAL_ERROR "of 6 planted links, 3 bad, the check sees ${count}, ${problem_count} bad: ${problems}")
 endif()
 
-file(GLOB documents ${ROOT}/README.md ${ROOT}/CHANGELOG.md ${ROOT}/docs/*.md)
+file(GLOB documents ${ROOT}/README.md ${ROOT}/CHANGELOG.md ${ROOT}/docs/*.md ${ROOT}/docs/manual/*.md)
 set(all 0)
 foreach(document IN LISTS documents)
     check_document(${document} problems count)

@@ -1,7 +1,7 @@
 # cmake -D ROOT=<source directory> -D BULLET=<folder with btSoftBody.h> -P check_migration.cmake
 #
-# docs/bullet_migration.md names every public member of btSoftBody, btSoftBody::Config and btSoftBodyHelpers, and every
-# pli_ name in it is one of a public header.
+# docs/bullet_migration.md names every public member of btSoftBody, its structs and btSoftBodyHelpers, and every pli_ name
+# in it is one of a public header; so is every `pli_type.field`.
 
 cmake_minimum_required(VERSION 3.25)
 
@@ -16,6 +16,7 @@ endfunction()
 
 # Names that are declared on lines that begin with `indent`.
 function(list_declared text indent output)
+    string(REGEX REPLACE "//[^\n]*" "" text "${text}")
     string(REGEX MATCHALL "\n${indent}[A-Za-z][^\n]*" lines "${text}")
     set(names "")
     foreach(line IN LISTS lines)
@@ -52,9 +53,22 @@ string(FIND "${class}" "struct SolverState\n" end)
 math(EXPR length "${end} - ${begin}")
 string(SUBSTRING "${class}" ${begin} ${length} config)
 list_declared("${config}" "\t\t" fields)
+set(parts "")
+foreach(struct Element Material Feature Node Link Face Tetra TetraScratch RContact SContact Anchor Note Pose Cluster
+        Impulse Body Joint LJoint AJoint CJoint SolverState sRayCast ImplicitFn sCti sMedium)
+    string(REGEX MATCH "\n\t(struct )?${struct}( : [A-Za-z]+)?\n\t{.*" rest "${class}")
+    if(rest STREQUAL "")
+        message(FATAL_ERROR "btSoftBody.h has no ${struct}")
+    endif()
+    string(FIND "${rest}" "\n\t}" end)
+    string(SUBSTRING "${rest}" 0 ${end} rest)
+    list_declared("${rest}" "\t\t" declared)
+    list(APPEND parts ${struct} ${declared})
+endforeach()
+list(REMOVE_DUPLICATES parts)
 read_plain(${BULLET}/btSoftBodyHelpers.h header)
 list_declared("${header}" "\tstatic " helpers)
-foreach(list members fields helpers)
+foreach(list members fields parts helpers)
     list(LENGTH ${list} count)
     message(STATUS "${count} ${list}")
     if(count LESS 20)
@@ -62,7 +76,7 @@ foreach(list members fields helpers)
     endif()
 endforeach()
 
-list_missing("${page}" "${members};${fields};${helpers}" missing)
+list_missing("${page}" "${members};${fields};${parts};${helpers}" missing)
 list_missing("${page}" "planted_member" planted)
 if(NOT planted STREQUAL "planted_member")
     message(FATAL_ERROR "a name that the page lacks was not noticed")
@@ -83,3 +97,23 @@ list_missing("${headers}" "${names}" missing)
 foreach(name IN LISTS missing)
     message(SEND_ERROR "docs/bullet_migration.md names ${name}, which no public header has")
 endforeach()
+
+# `pli_type.field`
+string(REGEX MATCHALL "`pli_[a-z0-9_]+\\.[a-z0-9_]+`" fields "${page}")
+foreach(pair IN LISTS fields)
+    string(REGEX MATCH "(pli_[a-z0-9_]+)\\.([a-z0-9_]+)" pair "${pair}")
+    set(type ${CMAKE_MATCH_1})
+    set(field ${CMAKE_MATCH_2})
+    string(REGEX MATCH "typedef struct ${type} {.*" rest "${headers}")
+    string(FIND "${rest}" "} ${type}@" end)
+    if(rest STREQUAL "" OR end EQUAL -1)
+        message(SEND_ERROR "docs/bullet_migration.md: no struct ${type}")
+        continue()
+    endif()
+    string(SUBSTRING "${rest}" 0 ${end} rest)
+    if(NOT rest MATCHES "[ *(]${field}[@,){]")
+        message(SEND_ERROR "docs/bullet_migration.md: ${type} has no ${field}")
+    endif()
+endforeach()
+list(LENGTH fields count)
+message(STATUS "${count} fields of Pliant's structs")
