@@ -224,7 +224,7 @@ PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 //   a change of gravity; pli_body_set_asleep.
 //
 // PLI_EVENT_BODY_ASLEEP and PLI_EVENT_BODY_AWAKE tell of it (world.h). In a Bullet world Bullet's islands decide
-// (docs/bridge.md).
+// (docs/state.md).
 
 /// When a body rests: no node has gone further than speed * time from where it was, for that time. So nodes may
 /// tremble, but not travel.

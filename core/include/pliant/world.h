@@ -130,7 +130,7 @@ typedef enum pli_event_kind {
     /// touched the rigid body.
     PLI_EVENT_RIGID_RESTORED = 3,
     PLI_EVENT_BODY_ASLEEP = 4, ///< see pli_body_enable_sleep
-    PLI_EVENT_BODY_AWAKE = 5
+    PLI_EVENT_BODY_AWAKE = 5   ///< likewise
 } pli_event_kind;
 
 /// Something that has gone another way than asked.

@@ -1,5 +1,5 @@
-// 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro.
-// `bytes_per_node` is of the snapshot.
+// 100 sheets of 32 x 32 nodes that lie on the ground: a save and a restore, beside copies of as many bytes to and fro;
+// `bytes_per_node` is of the snapshot. Steps of the same sheets awake and asleep.
 
 #include "pliant/pliant.h"
 
@@ -101,6 +101,19 @@ void copy_to_and_fro(benchmark::State& state, Dress dress) {
     count_bytes(state, buffer.size());
 }
 
+void step(benchmark::State& state, bool is_asleep) {
+    const Sheets sheets(Dress::nodes);
+    for (int i = 0; i < pli_world_body_count(sheets.world) && is_asleep; ++i) {
+        check(pli_body_enable_sleep(pli_world_get_body(sheets.world, i), nullptr));
+        check(pli_body_set_asleep(pli_world_get_body(sheets.world, i), true));
+    }
+    for (auto _ : state) {
+        check(pli_world_step(sheets.world, 1.0f / 60.0f));
+    }
+}
+
+BENCHMARK_CAPTURE(step, awake, false);
+BENCHMARK_CAPTURE(step, asleep, true);
 BENCHMARK_CAPTURE(save_and_restore, contacts_of_nodes, Dress::nodes);
 BENCHMARK_CAPTURE(copy_to_and_fro, contacts_of_nodes, Dress::nodes);
 BENCHMARK_CAPTURE(save_and_restore, contacts_of_faces_soft_contacts_air, Dress::faces_and_air);
