@@ -64,6 +64,26 @@ static void draw(calls* c, calls_body* chosen) {
     }
 }
 
+/* Freezes, sleeps or goes on. */
+static void stop_body(calls* c, const calls_body* chosen) {
+    pli_body* body = chosen->body;
+    const int kind = bytes_below(&c->bytes, 9);
+    if (kind < 4) {
+        CALL(c, chosen->world->home, pli_body_set_frozen(body, kind == 0));
+    } else if (kind < 6) {
+        pli_sleep_def def = pli_sleep_def_default();
+        def.speed = bytes_float(&c->bytes, 0.05f, 50.0f);
+        def.time = bytes_float(&c->bytes, 0.001f, 0.1f);
+        BODY_CALL(c, chosen, pli_body_enable_sleep(body, &def));
+    } else if (kind < 8) {
+        BODY_CALL(c, chosen, pli_body_set_asleep(body, kind == 6));
+        (void)pli_body_is_asleep(body);
+        (void)pli_body_is_resting(body);
+    } else {
+        BODY_CALL(c, chosen, pli_body_disable_sleep(body));
+    }
+}
+
 void calls_set_up_body(calls* c) {
     calls_body* chosen = calls_any_body(c);
     if (chosen == NULL) { return; }
@@ -111,7 +131,7 @@ void calls_set_up_body(calls* c) {
         }
         break;
     case 9:
-        CALL(c, chosen->world->home, pli_body_set_frozen(body, bytes_below(&c->bytes, 4) == 0));
+        stop_body(c, chosen);
         break;
     default:
         if (rigid->rigid == NULL) { return; }

@@ -2,6 +2,7 @@
    "Meshless deformations based on shape matching", 2005). Bullet: initializeClusters, updateClusters, applyClusters,
    dampClusters, in their order of operations. */
 
+#include "body/pipeline.h"
 #include "math/simd_float4.h"
 
 #include "base/scratch.h"
@@ -364,6 +365,7 @@ void plii_clusters_release(pli_body* body, plii_clusters* clusters) {
 
 static void clusters_disable(pli_body* body, void* state) {
     (void)state;
+    plii_features_notify(body, PLII_CLUSTERS_REMOVED); /* also when their last user was another feature */
     body->joint_iterations = 0;
 }
 
