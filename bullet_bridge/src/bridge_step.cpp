@@ -216,6 +216,7 @@ void Bridge::Impl::finish_step() {
 void Bridge::Impl::follow_activation(SoftObject& object) {
     pli_body* body = object.body();
     const bool should_rest = !object.isActive() || object.getWorldArrayIndex() < 0;
+    if (!should_rest && !object.is_asleep && !object.is_frozen_by_bridge) { return; }
     const bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
     if (should_rest && may_sleep && !object.is_frozen_by_bridge) {
         if (object.is_asleep ? pli_body_is_asleep(body) : pli_body_is_resting(body)) {

@@ -280,8 +280,9 @@ void RigidProxy::write_back(bool always_activates) {
     }
     // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
     // with it; what it only holds by an anchor from afar is not.
-    const bool is_slow = body->getLinearVelocity().length2() < btPow(body->getLinearSleepingThreshold(), 2) &&
-                         body->getAngularVelocity().length2() < btPow(body->getAngularSleepingThreshold(), 2);
+    const btScalar speed = body->getLinearSleepingThreshold(), spin = body->getAngularSleepingThreshold();
+    const bool is_slow =
+        body->getLinearVelocity().length2() < speed * speed && body->getAngularVelocity().length2() < spin * spin;
     if (always_activates || !is_slow || (pair_count == 0 && !body->isActive())) { body->activate(); }
 }
 

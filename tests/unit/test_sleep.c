@@ -229,6 +229,36 @@ static void test_what_wakes_a_body(void** unused) {
     }
 }
 
+/* What a game sets in every frame wakes when it becomes another. */
+static void test_the_same_wind_and_targets_wake_nobody(void** unused) {
+    (void)unused;
+    (void)make_ground();
+    pli_body* sheet = make_sleeper(0.05f, COLORS);
+    const pli_aero_def aero = pli_aero_def_default();
+    CHECK_OK(pli_body_enable_aero(sheet, &aero));
+    const pli_target corner = {.node = 0, .max_distance = 0.1f};
+    pli_vec3 place = pli_vec3_make(-1, sheet_margin, -1);
+    pli_targets_def targets = pli_targets_def_default();
+    targets.targets = &corner;
+    targets.positions = &place;
+    targets.count = 1;
+    CHECK_OK(pli_body_enable_targets(sheet, &targets));
+    for (int i = 0; i < 240; ++i) {
+        CHECK_OK(pli_body_set_wind(sheet, pli_vec3_make(0, 0, 0)));
+        CHECK_OK(pli_body_move_targets(sheet, &place, NULL, 1));
+        step(1);
+    }
+    assert_true(pli_body_is_asleep(sheet));
+    place.x -= 0.2f;
+    CHECK_OK(pli_body_move_targets(sheet, &place, NULL, 1));
+    step(1);
+    assert_false(pli_body_is_asleep(sheet));
+    (void)step_until_asleep(sheet, 300);
+    CHECK_OK(pli_body_set_wind(sheet, pli_vec3_make(0, 1, 0)));
+    step(1);
+    assert_false(pli_body_is_asleep(sheet));
+}
+
 static void test_a_ball_far_away_wakes_nothing(void** unused) {
     (void)unused;
     const resting_pair pair = make_resting_pair();
@@ -357,6 +387,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_what_moves_stays_awake, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_box_sleeps_on_a_sheet_and_wakes_with_it, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_without_sleep_keeps_others_awake, setup_world, teardown_world),

@@ -221,7 +221,7 @@ PLI_API pli_status pli_body_set_frozen(pli_body* body, bool frozen);
 //   shapes under it;
 // - another soft body that moves into its bounds, or has a joint to it;
 // - each call that changes it (forces, velocities, nodes, materials, features, wind, cuts), also one that is refused;
-//   a change of gravity; pli_body_set_asleep.
+//   a change of gravity; pli_body_set_asleep. Wind and targets that are set to what they are wake nobody.
 //
 // PLI_EVENT_BODY_ASLEEP and PLI_EVENT_BODY_AWAKE tell of it (world.h). In a Bullet world Bullet's islands decide
 // (docs/state.md).

@@ -180,10 +180,13 @@ static inline pli_status plii_check_body(const pli_body* body, const char* funct
     return plii_check_handle(body, PLII_HANDLE_BODY, NULL, NULL, function);
 }
 /* The same for a call that changes something, which must not come from a callback ... */
-static inline pli_status plii_check_body_change(pli_body* body, const char* function) {
+static inline pli_status plii_check_body_may_change(const pli_body* body, const char* function) {
     PLII_TRY(plii_check_body(body, function));
     PLII_TRY(plii_check_change(body->context, function));
-    PLII_TRY(plii_check_body_free(body, function));
+    return plii_check_body_free(body, function);
+}
+static inline pli_status plii_check_body_change(pli_body* body, const char* function) {
+    PLII_TRY(plii_check_body_may_change(body, function));
     plii_body_note_change(body);
     return PLI_OK;
 }

@@ -60,6 +60,8 @@ struct pli_rigid {
     pli_vec3 linear_factor, angular_factor;
     bool is_absent; /* pli_rigid_set_present */
     bool is_sensor; /* pli_rigid_set_sensor */
+    bool is_asleep;
+    bool has_changed; /* its shapes, or whether it is there: what sleeps on it wakes */
     bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
@@ -68,16 +70,14 @@ struct pli_rigid {
     int first_body;         /* of those that meet it in this step (world/groups.h) */
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
+    int shape_count, shape_capacity, shape_pose_capacity;
+    pli_shape** shapes;
+    pli_transform* shape_poses;
     /* Of the feature that lets soft bodies sleep. */
-    bool is_asleep;
-    bool has_changed;        /* its shapes, or whether it is there: wakes what lies on it */
     uint32_t sleep_group;    /* as of a body */
     unsigned seen_version;   /* of the pose, when it last was looked whether it wakes something */
     pli_transform rest_pose; /* and for how long it was near it; s */
     float rest_time;
-    int shape_count, shape_capacity, shape_pose_capacity;
-    pli_shape** shapes;
-    pli_transform* shape_poses;
 };
 
 /* PLI_OK, or the error of a null or wrong handle. */

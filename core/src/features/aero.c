@@ -314,11 +314,12 @@ pli_status pli_body_enable_aero(pli_body* body, const pli_aero_def* def) {
 }
 
 pli_status pli_body_set_wind(pli_body* body, pli_vec3 wind) {
-    PLII_TRY(plii_check_body_change(body, __func__));
+    PLII_TRY(plii_check_body_may_change(body, __func__));
     PLII_TRY(plii_check_vec3_within(body->context, wind, PLI_MAX_SPEED, "wind", __func__));
     aero_state* aero = plii_feature_state(body, &aero_vertex_class);
     if (aero == NULL) { aero = plii_feature_state(body, &aero_face_class); }
     if (aero == NULL) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "aerodynamics are not enabled"); }
+    if (memcmp(&aero->wind, &wind, sizeof wind) != 0) { plii_body_note_change(body); }
     aero->wind = wind;
     return PLI_OK;
 }

@@ -9,6 +9,8 @@
 
 #include <stdio.h>
 
+#include <string.h>
+
 /* Where a target is. */
 typedef struct target_pose {
     pli_vec3 position, normal; /* the normal is unit where there is a backstop */
@@ -211,19 +213,24 @@ static void target_find_limits(target_state* state) {
 }
 
 /* Arrays of the given ones, NULL: they stay. What cuts have added goes between its parents, which come before it. */
-static void target_set_poses(target_state* state, const pli_vec3* positions, const pli_vec3* normals) {
+static void target_set_poses(pli_body* body, target_state* state, const pli_vec3* positions, const pli_vec3* normals) {
+    bool has_moved = false;
     for (int i = 0; i < state->count; ++i) {
         target_item* item = &state->items[i];
+        const target_pose before = item->to;
         if (i >= state->given) {
             item->to =
                 target_between(&state->items[item->parents[0]].to, &state->items[item->parents[1]].to, item->share);
             continue;
         }
         if (positions != NULL) { item->to.position = positions[i]; }
-        if (normals == NULL) { continue; }
-        const float length = pli_vec3_length(normals[i]);
-        item->to.normal = pli_vec3_scale(normals[i], length > 0.0f ? 1.0f / length : 0.0f);
+        if (normals != NULL) {
+            const float length = pli_vec3_length(normals[i]);
+            item->to.normal = pli_vec3_scale(normals[i], length > 0.0f ? 1.0f / length : 0.0f);
+        }
+        has_moved = has_moved || memcmp(&before, &item->to, sizeof before) != 0;
     }
+    if (has_moved) { plii_body_note_change(body); }
 }
 
 // --------------------------------------------------------------------------------------------------- changes by cuts
@@ -387,7 +394,7 @@ static pli_status target_check_def(pli_body* body, const pli_targets_def* def, c
 /* Those of a call that moves them. */
 static pli_status target_check_poses(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count,
                                      const char* function, target_state** found) {
-    PLII_TRY(plii_check_body_idle(body, function));
+    PLII_TRY(plii_check_body_between_steps(body, function));
     target_state* state = *found = plii_feature_state(body, &target_class);
     const int given = state != NULL ? state->given : 0;
     if (count != given || given == 0) {
@@ -426,7 +433,7 @@ pli_status pli_body_enable_targets(pli_body* body, const pli_targets_def* def) {
         state->places[item->limits.node] = i + 1;
         target_hold(body, item);
     }
-    target_set_poses(state, def->positions, def->normals);
+    target_set_poses(body, state, def->positions, def->normals);
     target_find_limits(state);
     target_place_nodes(body, state);
     return PLI_OK;
@@ -444,14 +451,14 @@ pli_status pli_body_disable_targets(pli_body* body) {
 pli_status pli_body_move_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     target_state* state = NULL;
     PLII_TRY(target_check_poses(body, positions, normals, count, __func__, &state));
-    target_set_poses(state, positions, normals);
+    target_set_poses(body, state, positions, normals);
     return PLI_OK;
 }
 
 pli_status pli_body_teleport_targets(pli_body* body, const pli_vec3* positions, const pli_vec3* normals, int count) {
     target_state* state = NULL;
     PLII_TRY(target_check_poses(body, positions, normals, count, __func__, &state));
-    target_set_poses(state, positions, normals);
+    target_set_poses(body, state, positions, normals);
     target_place_nodes(body, state);
     return PLI_OK;
 }
