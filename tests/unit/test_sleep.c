@@ -259,6 +259,22 @@ static void test_the_same_wind_and_targets_wake_nobody(void** unused) {
     assert_false(pli_body_is_asleep(sheet));
 }
 
+/* At once, beside things that were there before. */
+static void test_a_body_is_put_to_sleep_by_hand(void** unused) {
+    (void)unused;
+    (void)make_ground();
+    pli_body* sheet = make_sleeper(0.3f, POSITION);
+    step(5);
+    const float height = pli_body_get_view(sheet).positions[0].y;
+    CHECK_OK(pli_body_set_asleep(sheet, true));
+    step(10);
+    assert_true(pli_body_is_asleep(sheet));
+    assert_true(pli_body_get_view(sheet).positions[0].y == height); /* in the air, as it was told */
+    CHECK_OK(pli_body_set_asleep(sheet, false));
+    step(1);
+    assert_true(pli_body_get_view(sheet).positions[0].y < height);
+}
+
 static void test_a_ball_far_away_wakes_nothing(void** unused) {
     (void)unused;
     const resting_pair pair = make_resting_pair();
@@ -388,6 +404,7 @@ int main(void) {
         cmocka_unit_test_setup_teardown(test_a_box_sleeps_on_a_sheet_and_wakes_with_it, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_what_wakes_a_body, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_the_same_wind_and_targets_wake_nobody, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_a_body_is_put_to_sleep_by_hand, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_ball_far_away_wakes_nothing, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_falling_body_wakes_what_it_meets, setup_world, teardown_world),
         cmocka_unit_test_setup_teardown(test_a_body_without_sleep_keeps_others_awake, setup_world, teardown_world),

@@ -159,11 +159,14 @@ static bool sleep_rigid_moves(const pli_rigid* rigid) {
            !(plii_vec3_is_zero(state->linear_velocity) && plii_vec3_is_zero(state->angular_velocity));
 }
 
-/* A host that puts to sleep looks at rigid bodies itself, but for those that the core knows as anchors. */
-static void sleep_wake_by_rigid(pli_world* world, pli_rigid* rigid, float dt) {
-    const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
+static void sleep_note_seen(pli_rigid* rigid) {
     rigid->has_changed = false;
     rigid->seen_version = rigid->pose_version;
+}
+
+/* A host that puts to sleep looks at rigid bodies itself, but for those that the core knows as anchors. */
+static void sleep_wake_by_rigid(pli_world* world, const pli_rigid* rigid, float dt) {
+    const bool has_changed = rigid->has_changed, has_moved = rigid->seen_version != rigid->pose_version;
     const bool is_by_host = world->def.host_puts_to_sleep;
     if (rigid->is_asleep || !(has_changed || has_moved || (!is_by_host && sleep_rigid_moves(rigid)))) { return; }
     const pli_bounds bounds = plii_rigid_swept_bounds(rigid, dt);
@@ -188,8 +191,9 @@ static void sleep_begin_step(pli_world* world, float dt) {
         if (rigid->sleep_group != 0 && !rigid->is_asleep) { sleep_wake_group(world, rigid->sleep_group, NULL); }
     }
     const bool is_any_asleep = sleep_is_any_asleep(world);
-    for (int i = 0; i < world->rigid_count && is_any_asleep; ++i) {
-        sleep_wake_by_rigid(world, world->rigids[i], dt);
+    for (int i = 0; i < world->rigid_count; ++i) {
+        if (is_any_asleep) { sleep_wake_by_rigid(world, world->rigids[i], dt); }
+        sleep_note_seen(world->rigids[i]);
     }
     sleep_tell(world);
 }
@@ -269,8 +273,7 @@ static void sleep_put_to_sleep(pli_world* world, int* parents) {
     }
     for (int r = 0; r < world->rigid_count; ++r) {
         pli_rigid* rigid = world->rigids[r];
-        rigid->seen_version = rigid->pose_version;
-        rigid->has_changed = false;
+        sleep_note_seen(rigid);
         if (rigid->first_body == PLI_NULL_INDEX) { continue; }
         const pli_body* root = world->bodies[plii_union_root(parents, rigid->first_body)];
         if (!root->is_group_resting) { continue; }
@@ -369,7 +372,11 @@ pli_status pli_body_enable_sleep(pli_body* body, const pli_sleep_def* def) {
     state->def = used;
     state->time = 0.0f;
     body->can_sleep = true;
-    body->world->sleep = &sleep_calls;
+    pli_world* world = body->world;
+    for (int i = 0; i < world->rigid_count && world->sleep == NULL; ++i) {
+        sleep_note_seen(world->rigids[i]);
+    }
+    world->sleep = &sleep_calls;
     return PLI_OK;
 }
 
