@@ -34,6 +34,6 @@ for second, plot in enumerate(axes, start=1):
     plot.plot_trisurf(x, z, y, triangles=flag.faces, color="tab:red", edgecolor="none", alpha=0.95)
     plot.set(title=f"{second} s", xlim=(0, 1.5), ylim=(-0.75, 0.75), zlim=(-0.3, 1.2), xlabel="x in m", ylabel="z in m",
              zlabel="y in m")
-figure.tight_layout()
+figure.subplots_adjust(left=0.02, right=0.95, bottom=0.08, top=0.95, wspace=0.18)
 figure.savefig(sys.argv[1], dpi=100)
 print(f"fastest node: {abs(flag.velocities).max():.2f} m/s, picture: {sys.argv[1]}")
