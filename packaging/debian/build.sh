@@ -1,0 +1,56 @@
+#!/bin/sh
+# Builds the Debian packages libpliant0, libpliant-dev and pliant-tools into build/debian, and prints their names.
+#
+#   usage: sh packaging/debian/build.sh [--test]
+#
+# --test: lintian has no errors; the libraries show names of Pliant alone; the packages are installed on this machine,
+# the two first programs are built against them with CMake and with pkg-config, and run.
+set -eu
+cd "$(dirname "$0")/../.."
+. cmake/bootstrap.sh
+packages="$packages
+dpkg-dev        command dpkg-gensymbols
+file            command file"
+[ "${1:-}" != --test ] || packages="$packages
+lintian         command lintian"
+install_missing
+
+say "building the packages"
+out=build/debian
+multiarch=$(dpkg-architecture -qDEB_HOST_MULTIARCH)
+rm -f $out/*.deb
+cmake -S . -B $out -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=ON -DCMAKE_INSTALL_PREFIX=/usr \
+    -DCMAKE_INSTALL_LIBDIR="lib/$multiarch" -DCMAKE_SKIP_INSTALL_RPATH=ON -DPLIANT_BUILD_BRIDGE=ON -DPLIANT_BUILD_DEMOS=ON \
+    -DPLIANT_BUILD_TESTS=OFF -DPLIANT_BUILD_PYTHON=OFF -DPLIANT_DEBIAN_PACKAGES=ON >$out.log
+ninja -C $out >>$out.log
+
+# The version of the library since which a program that was linked with a name can run; the bridge, in C++, as a whole.
+version=$(sed -n 's/^set(CPACK_PACKAGE_VERSION "\(.*\)")/\1/p' $out/CPackConfig.cmake)
+core=$(ls $out/core/libpliant.so.*.*.*)
+bridge=$(ls $out/bullet_bridge/libpliant_bullet.so.*.*.*)
+mkdir -p $out/debian
+printf 'Source: pliant\n\nPackage: libpliant0\nArchitecture: any\n' >$out/debian/control
+(cd $out && dpkg-gensymbols -plibpliant0 -v"$version" -e"../../$core" -Osymbols -q >/dev/null)
+soname() { objdump -p "$1" | sed -n 's/^ *SONAME *\(.*\)\.so\.\(.*\)/\1 \2/p'; }
+for library in "$core" "$bridge"; do
+    printf '%s libpliant0 (>= %s)\n' "$(soname "$library")" "$version"
+done >$out/shlibs
+echo 'activate-noawait ldconfig' >$out/triggers
+(cd $out && cpack >>../debian.log)
+ls $out/*.deb
+[ "${1:-}" = --test ] || exit 0
+
+say "testing the packages"
+lintian --fail-on error --suppress-tags bogus-mail-host,initial-upload-closes-no-bugs $out/*.deb
+foreign=$(nm -D --defined-only "$core" | awk '{print $3}' | grep -v '^pli_' || true)
+[ -z "$foreign" ] || { echo "$core shows $foreign" >&2; exit 1; }
+apt-get install -y -qq --allow-downgrades ./$out/libpliant0_*.deb ./$out/libpliant-dev_*.deb ./$out/pliant-tools_*.deb >/dev/null
+trap 'apt-get remove -y -qq libpliant0 libpliant-dev pliant-tools >/dev/null' EXIT
+pliant --version
+man -w pliant >/dev/null 2>&1 || zcat /usr/share/man/man1/pliant.1.gz >/dev/null
+for how in find_package pkg_config; do
+    rm -rf $out/consumer_$how
+    cmake -S tests/install/consumer -B $out/consumer_$how -G Ninja -DHOW=$how -DWITH_BULLET=ON >/dev/null
+    ninja -C $out/consumer_$how >/dev/null
+    ctest --test-dir $out/consumer_$how --no-tests=error --output-on-failure
+done
