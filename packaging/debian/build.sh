@@ -17,6 +17,7 @@ install_missing
 
 say "building the packages"
 out=build/debian
+mkdir -p $out
 multiarch=$(dpkg-architecture -qDEB_HOST_MULTIARCH)
 rm -f $out/*.deb
 cmake -S . -B $out -G Ninja -DCMAKE_BUILD_TYPE=Release -DBUILD_SHARED_LIBS=ON -DCMAKE_INSTALL_PREFIX=/usr \
