@@ -267,7 +267,6 @@ void Bridge::Impl::wake_met(btScalar dt) {
 void Bridge::Impl::offer_sleep() {
     for (const auto& object : objects_) {
         if (object->getWorldArrayIndex() < 0 || object->is_asleep) { continue; }
-        // A body that has met this one in the prediction has woken what slept with it.
         const bool is_resting = pli_body_is_resting(object->body());
         if (is_resting != object->wants_sleep) {
             object->setActivationState(is_resting ? WANTS_DEACTIVATION : ACTIVE_TAG);

@@ -186,9 +186,9 @@ class Body(_Member):
 
     @property
     def normals(self):
-        """[nodes, 3] of unit length; empty when no feature needs them"""
+        """[nodes, 3] of unit length, a copy, since features free them; empty when none needs them"""
         view = lib.pli_body_get_view(self.pointer)
-        return self._array(view.normals, view.node_count, 3)
+        return self._array(view.normals, view.node_count, 3).copy()
 
     @property
     def links(self):
@@ -326,7 +326,6 @@ def _method(name, owner):
     declared = _signature(name)
     takes_owner = bool(declared) and owner in declared[0].split("*")[0].split() and "**" not in declared[0]
     changes_arrays = owner == "pli_body" and any(word in name for word in ("_cut", "refine"))
-
     is_list = len(declared) == 3 and declared[1] == "int capacity"
 
     def method(self, *arguments, **fields):

@@ -52,8 +52,7 @@ def test_cloth_lies_on_a_ball(context):
     assert cloth.positions[60, 1] > 0.5
     assert not ball.is_asleep()
     assert len(cloth.get_rigid_contacts()) > 10
-    assert any(feature["name"] == "contacts with rigid bodies" or "rigid" in feature["name"]
-               for feature in cloth.get_features())
+    assert any("rigid" in feature["name"] for feature in cloth.get_features())
 
 
 def test_arrays_show_memory(context):
@@ -113,7 +112,7 @@ def test_errors_have_the_message_of_the_library(context):
         world.step(-1.0)
     with pytest.raises(TypeError, match="no field 'colour'"):
         pliant.World(context, colour="red")
-    with pytest.raises(TypeError, match="pli_body_set_node_mass|wants"):
+    with pytest.raises(TypeError, match="wants"):
         cloth.set_node_mass(5)
     with pytest.raises(ValueError):
         cloth.set_state(np.zeros((3, 3)))
@@ -133,7 +132,7 @@ def test_solvers(context, solver):
         world.step(1 / 60)
     lengths = np.linalg.norm(np.diff(cloth.positions[cloth.links], axis=1)[:, 0], axis=1)
     assert np.isfinite(cloth.positions).all()
-    assert 0.15 < lengths.max() < 0.6
+    assert lengths.max() == pytest.approx(0.2 * 2**0.5, rel=0.05)  # of a diagonal
     assert cloth.positions[60, 1] < 0.99
 
 

@@ -42,18 +42,18 @@ file(WRITE ${WORK}/game/CMakeLists.txt "${lists}")
 file(WRITE ${WORK}/game/main.cpp "${program}")
 file(CREATE_LINK ${SOURCE} ${WORK}/pliant SYMBOLIC)
 
-string(REGEX REPLACE "^apt-get[^\n]*\n" "" commands "${commands}")
-execute_process(COMMAND sh -e -c "${commands}" WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE out ERROR_VARIABLE out
-    RESULT_VARIABLE status)
-if(NOT status EQUAL 0 OR NOT out MATCHES "top of the cloth: 0\\.[56][0-9] m\n$")
-    message(FATAL_ERROR "status ${status}\n${out}")
-endif()
+# Runs what a page says and compares the end of what is printed.
+function(run_commands page commands expected)
+    string(REGEX REPLACE "^apt-get[^\n]*\n" "" commands "${commands}")
+    execute_process(COMMAND sh -e -c "${commands}" WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE out ERROR_VARIABLE out
+        RESULT_VARIABLE status)
+    if(NOT status EQUAL 0 OR NOT out MATCHES "${expected}\n$")
+        message(FATAL_ERROR "docs/${page}: status ${status}\n${out}")
+    endif()
+endfunction()
+
+run_commands(building.md "${commands}" "top of the cloth: 0\\.[56][0-9] m")
 
 # The same folders, so that nothing is built twice.
 read_block(manual/start_c.md sh commands)
-string(REGEX REPLACE "^apt-get[^\n]*\n" "" commands "${commands}")
-execute_process(COMMAND sh -e -c "${commands}" WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE out ERROR_VARIABLE out
-    RESULT_VARIABLE status)
-if(NOT status EQUAL 0 OR NOT out MATCHES "corner after 1\\.5 s: y = -0\\.5[0-9] m\n$")
-    message(FATAL_ERROR "docs/manual/start_c.md: status ${status}\n${out}")
-endif()
+run_commands(manual/start_c.md "${commands}" "corner after 1\\.5 s: y = -0\\.5[0-9] m")

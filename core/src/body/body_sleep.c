@@ -5,6 +5,11 @@
 
 #include <string.h>
 
+uint32_t plii_world_next_sleep_group(pli_world* world) {
+    world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
+    return world->sleep_group;
+}
+
 void plii_body_fall_asleep(pli_body* body, uint32_t group) {
     body->is_asleep = true;
     body->is_woken = false;
@@ -26,11 +31,7 @@ pli_status pli_body_set_asleep(pli_body* body, bool asleep) {
     PLII_TRY(plii_check_body_between_steps(body, __func__));
     if (!body->can_sleep) { return PLII_FAIL(body->context, PLI_ERROR_WRONG_STATE, "the body has no sleep enabled"); }
     body->is_woken = !asleep;
-    if (asleep && !body->is_asleep) {
-        pli_world* world = body->world;
-        world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
-        plii_body_fall_asleep(body, world->sleep_group);
-    }
+    if (asleep && !body->is_asleep) { plii_body_fall_asleep(body, plii_world_next_sleep_group(body->world)); }
     return PLI_OK;
 }
 

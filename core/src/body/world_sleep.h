@@ -14,5 +14,7 @@ typedef struct plii_world_sleep {
 extern const plii_feature_class plii_sleep_class;
 enum { PLII_SLEEP_ORDER = 60 }; /* last of what is made anew */
 
-/* With the others of the group, above 0. */
+/* A number of a group that falls asleep now; never 0. */
+uint32_t plii_world_next_sleep_group(pli_world* world);
+/* With the others of the group. */
 void plii_body_fall_asleep(pli_body* body, uint32_t group);

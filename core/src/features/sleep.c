@@ -1,12 +1,11 @@
 /* Sleep: which bodies rest, what falls asleep together, and what wakes it. */
 
+#include "base/union_find.h"
 #include "body/pipeline.h"
 #include "body/world_sleep.h"
 #include "body/world_state.h"
 #include "math/bounds.h"
 #include "math/definition.h"
-
-#include "base/union_find.h"
 
 typedef struct sleep_state {
     pli_sleep_def def;
@@ -227,19 +226,18 @@ static void sleep_wake_met(pli_world* world, void (*predict)(pli_body* body)) {
 
 // ---------------------------------------------------------------------------------------------------- falling asleep
 
-static uint32_t sleep_next_group(pli_world* world) {
-    world->sleep_group += world->sleep_group == UINT32_MAX ? 2 : 1;
-    return world->sleep_group;
-}
-
-/* Sets of bodies that touch, by those that rest: whoever does not rest keeps them awake. */
-static void sleep_join(pli_world* world, pli_body* body, int* parents) {
+/* Bodies that touch the same dynamic rigid body make a set. */
+static void sleep_join_by_rigids(pli_world* world, const pli_body* body, int* parents) {
     for (int r = 0; r < world->rigid_count; ++r) {
         pli_rigid* rigid = world->rigids[r];
         if (rigid->kind != PLI_RIGID_DYNAMIC || !sleep_touches_rigid(body, rigid, rigid->step_bounds)) { continue; }
         if (rigid->first_body == PLI_NULL_INDEX) { rigid->first_body = body->world_index; }
         plii_union_join(parents, rigid->first_body, body->world_index);
     }
+}
+
+/* And bodies that touch each other. */
+static void sleep_join_bodies(const pli_world* world, const pli_body* body, int* parents) {
     for (int i = 0; i < world->body_count; ++i) {
         const pli_body* other = world->bodies[i];
         if (other == body || plii_body_is_idle(other) || !sleep_touches_body(body, other)) { continue; }
@@ -247,8 +245,7 @@ static void sleep_join(pli_world* world, pli_body* body, int* parents) {
     }
 }
 
-/* A dynamic one that bodies touch which do not rest is no matter: they touch what rests too, or the rigid body is in
-   motion itself. */
+/* Whoever does not rest keeps its set awake. */
 static void sleep_judge_groups(pli_world* world, int* parents) {
     for (int i = 0; i < world->body_count; ++i) {
         world->bodies[i]->is_group_resting = true;
@@ -269,7 +266,7 @@ static void sleep_put_to_sleep(pli_world* world, int* parents) {
     for (int i = 0; i < world->body_count; ++i) {
         pli_body *body = world->bodies[i], *root = world->bodies[plii_union_root(parents, i)];
         if (plii_body_is_idle(body) || !root->is_group_resting) { continue; }
-        plii_body_fall_asleep(body, root == body ? sleep_next_group(world) : root->sleep_group);
+        plii_body_fall_asleep(body, root == body ? plii_world_next_sleep_group(world) : root->sleep_group);
     }
     for (int r = 0; r < world->rigid_count; ++r) {
         pli_rigid* rigid = world->rigids[r];
@@ -303,8 +300,10 @@ static void sleep_end_step(pli_world* world, float dt) {
     int* parents = world->islands; /* of the step, which are done with */
     plii_union_start(world->body_count, parents);
     for (int i = 0; i < world->body_count; ++i) {
-        pli_body* body = world->bodies[i];
-        if (!plii_body_is_idle(body) && body->is_resting) { sleep_join(world, body, parents); }
+        const pli_body* body = world->bodies[i];
+        if (plii_body_is_idle(body)) { continue; }
+        sleep_join_by_rigids(world, body, parents);
+        if (body->is_resting) { sleep_join_bodies(world, body, parents); }
     }
     sleep_judge_groups(world, parents);
     sleep_put_to_sleep(world, parents);
