@@ -40,10 +40,10 @@ def start_browser(width=1280, height=800):
     return webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
 
 
-def set_width(driver, width, height):
-    """Of the page itself, also below the least width of windows."""
+def set_width(driver, width, height, scale=1):
+    """Of the page itself, also below the least width of windows; `scale`: pixels of the screen for one of the page."""
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride",
-                           {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600})
+                           {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": width < 600})
 
 
 def wait_for_page(driver, seconds=30):
