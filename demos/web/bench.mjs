@@ -1,5 +1,5 @@
 // Runs scenes in the page's module without a browser. usage: node bench.mjs FOLDER SCENES FRAMES
-// SCENES: JSON, [[scene, settings of the page]]. Prints one JSON list: the time of all steps of each, ms.
+// SCENES: JSON, [[scene, settings of the page]]. Prints JSON: of each the time of every step, ms.
 
 import { readFile } from 'node:fs/promises';
 import { pathToFileURL } from 'node:url';
@@ -8,13 +8,11 @@ const [folder, scenes, frames] = process.argv.slice(2);
 globalThis.fetch = async (path) => new Response(await readFile(`${folder}/${path}`));
 const { loadEngine } = await import(pathToFileURL(`${folder}/engine.js`));
 const engine = await loadEngine();
-const sums = JSON.parse(scenes).map(([scene, settings]) => {
+const steps = JSON.parse(scenes).map(([scene, settings]) => {
   engine.open(scene, settings, 1.6);
-  let sum = 0;
-  for (let i = 0; i < Number(frames); ++i) {
+  return Array.from({ length: Number(frames) }, () => {
     engine.step();
-    sum += engine.figures().stepMs;
-  }
-  return sum;
+    return engine.figures().stepMs;
+  });
 });
-console.log(JSON.stringify(sums));
+console.log(JSON.stringify(steps));
