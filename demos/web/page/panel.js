@@ -42,7 +42,7 @@ export class Panel {
       });
     }
     find('copy').addEventListener('click', () => this.copyLink());
-    for (const [key, [label]] of Object.entries(labels)) {
+    for (const [key, [label]] of [['engine', ['Engine']], ...Object.entries(labels)]) {
       const term = document.createElement('dt'), value = document.createElement('dd');
       term.textContent = label;
       value.id = `figure-${key}`;
@@ -74,12 +74,13 @@ export class Panel {
     this.showControls(facts.controls);
   }
 
-  // Names of the engines over their pictures, when there are two.
+  // Names of the engines, when there are two also over their pictures.
   showTitles(engines, views, canvas) {
     if (find('titles').childElementCount !== engines.length) {
       find('titles').replaceChildren(...engines.map(() => document.createElement('span')));
     }
     find('titles').hidden = engines.length < 2;
+    find('figure-engine').textContent = engines.join(' · ');
     [...find('titles').children].forEach((title, i) => {
       title.textContent = engines[i];
       title.style.left = `${100 * (views[i].left + views[i].width / 2) / canvas.width}%`;
