@@ -16,29 +16,29 @@ from browser import serve, set_width, start_browser, wait_for_page
 from compare_pictures import similarity, take_picture
 
 frames = 300
+# Beside each scene with its own solver.
+other_solvers = [(scene, solver) for solver in ("implicit", "xpbd") for scene in ("Cloth", "Bunny", "Ropes")]
 least_similarity = 0.9
 folder, program, float_math, out, *wanted = sys.argv[1:]
 
 
-def run_native(name):
-    """Hash and picture of the program."""
-    path = f"{out}/{name}-program.png"
-    output = subprocess.run([program, "run", name, "--frames", str(frames), "--json", "--png", path], check=True,
-                            text=True, capture_output=True, env={**os.environ, "LD_PRELOAD": float_math}).stdout
-    return json.loads(output)["state_hash"], Image.open(path).convert("RGB")
+def native_hash(name, *options):
+    output = subprocess.run([program, "run", name, "--frames", str(frames), "--json", *options], check=True, text=True,
+                            capture_output=True, env={**os.environ, "LD_PRELOAD": float_math}).stdout
+    return json.loads(output)["state_hash"]
 
 
 def errors_of(driver):
     return [entry["message"] for entry in driver.get_log("browser") if entry["level"] == "SEVERE"]
 
 
-def run_scene(driver, name):
+def run_scene(driver, name, solver=""):
     """The hash after all frames, and the words of an alert."""
     return driver.execute_script("""
         page.scene = page.scenes.find((each) => each.name === arguments[0]);
-        page.open({ scene: arguments[0] });
-        const hash = page.runFrames(arguments[1]), message = document.getElementById('message');
-        return [hash, message.hidden ? '' : message.textContent];""", name, frames)
+        page.open({ scene: arguments[0], solver: arguments[1] });
+        const hash = page.runFrames(arguments[2]), message = document.getElementById('message');
+        return [hash, message.hidden ? '' : message.textContent];""", name, solver, frames)
 
 
 # Places of nodes in the picture, in pixels from its middle, those near the middle first.
@@ -144,17 +144,22 @@ def main():
             errors += [f"{name}: {problem}" for problem in problems]
             picture = take_picture(driver)
             picture.save(f"{out}/{name}-page.png")
-            native_hash, native_picture = run_native(name)
-            is_equal = found == native_hash
+            path = f"{out}/{name}-program.png"
+            is_equal = found == native_hash(name, "--png", path)
             equal += is_equal
             if not is_equal: errors.append(f"{name}: another hash than the program")
-            likeness = similarity(picture, native_picture)
+            likeness = similarity(picture, Image.open(path).convert("RGB"))
             alike += likeness >= least_similarity
             if likeness < least_similarity: errors.append(f"{name}: its picture is another one")
             is_dragged = drag_moves(driver)
             dragged += is_dragged
             if not is_dragged: errors.append(f"{name}: dragging does not move it")
             print(name, found, "equal" if is_equal else "differs", f"likeness {likeness:.3f}", flush=True)
+        for name, solver in other_solvers:
+            found, message = run_scene(driver, name, solver)
+            is_equal = not message and found == native_hash(name, "--solver", solver)
+            if not is_equal: errors.append(f"{name}, {solver}: another hash than the program {message}")
+            print(name, solver, found, "equal" if is_equal else "differs", flush=True)
         errors += driver.execute_script(try_settings) + errors_of(driver)
         for width, height in [(1280, 800), (390, 844)]:
             set_width(driver, width, height)
