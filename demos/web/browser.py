@@ -52,8 +52,8 @@ def set_width(driver, width, height, scale=1):
                            {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": width < 600})
 
 
-def wait_for_page(driver, seconds=30):
-    driver.set_script_timeout(120)
+def wait_for_page(driver, seconds=120):
+    driver.set_script_timeout(1200) # a busy machine is no error
     done = driver.execute_async_script(
         "const done = arguments[1], end = performance.now() + 1000 * arguments[0];"
         "const look = () => window.page ? done(true) : performance.now() > end ? done(false) : setTimeout(look, 20);"
