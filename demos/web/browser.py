@@ -39,6 +39,10 @@ def start_browser(width=1280, height=800):
     options.add_argument("--headless=new")
     options.add_argument("--enable-unsafe-swiftshader")
     options.add_argument("--hide-scrollbars")
+    # No requests of its own.
+    for feature in ("background-networking", "component-update", "sync", "quic"):
+        options.add_argument(f"--disable-{feature}")
+    options.add_argument("--no-first-run")
     options.add_argument(f"--window-size={width},{height}")
     if os.geteuid() == 0:
         options.add_argument("--no-sandbox")
