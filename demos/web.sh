@@ -5,8 +5,8 @@
 #
 #   usage: sh demos/web.sh [--test [SCENE...] | --bench]
 #
-# With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program, dragging. With
-# --bench the speed of a step is compared with the program's.
+# With --test headless Chromium then runs every scene, or those named: errors, hashes and pictures against the program,
+# dragging. With --bench the speed of a step is compared with the program's, and sizes of modules of the core are shown.
 set -eu
 cd "$(dirname "$0")/.."
 . cmake/bootstrap.sh
@@ -106,7 +106,8 @@ elif [ "${1-}" = --test ]; then
     cc -O2 -fno-builtin -ffp-contract=off -shared -fPIC demos/web/float_math.c -o build/web-float-math.so -lm
     say "running scenes in the browser"
     shift
-    /usr/bin/python3 demos/web/test_page.py build/web build/release/demos/app/pliant "$PWD/build/web-float-math.so" build/web-test "$@"
+    /usr/bin/python3 demos/web/test_page.py build/web build/release/demos/app/pliant \
+        "$PWD/build/web-float-math.so" build/web-test "$@"
 else
     echo "$PWD/build/web/index.html"
 fi
