@@ -136,7 +136,10 @@ def main():
         site = serve(folder)
         driver.get(site + "#scene=Cloth&paused=1")
         wait_for_page(driver)
-        names = wanted or driver.execute_script("return page.scenes.map((scene) => scene.name)")
+        names = driver.execute_script("return page.scenes.map((scene) => scene.name)")
+        unknown = set(wanted) - set(names)
+        if unknown: sys.exit(f"no scenes of the page: {', '.join(sorted(unknown))}")
+        names = wanted or names
         for name in names:
             found, message = run_scene(driver, name)
             problems = errors_of(driver) + ([message] if message else [])
