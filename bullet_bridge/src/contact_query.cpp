@@ -27,7 +27,7 @@ class Query {
 public:
     Query(const SoftObject& soft, bool soft_is_first, btManifoldResult& result)
         : margin_(btScalar(pli_body_get_collision_margin(soft.body()))), view_(pli_body_get_view(soft.body())),
-          soft_is_first_(soft_is_first), result_(result),
+          pose_(soft.getWorldTransform()), soft_is_first_(soft_is_first), result_(result),
           reach_(result.getPersistentManifold()->getContactBreakingThreshold() +
                  result.m_closestPointDistanceThreshold) {}
 
@@ -61,7 +61,7 @@ private:
 
     btVector3 node(int index) const {
         const pli_vec4& p = view_.positions[index];
-        return to_bullet(pli_vec3_make(p.x, p.y, p.z));
+        return pose_ * to_bullet(pli_vec3_make(p.x, p.y, p.z));
     }
 
     /// Faces, and without faces links as triangles without width, whose bounds come within reach of a box.
@@ -164,6 +164,7 @@ private:
 
     btScalar margin_;
     pli_body_view view_;
+    btTransform pose_; ///< by which the game has moved the body since the last step
     bool soft_is_first_;
     btManifoldResult& result_;
     btScalar reach_; ///< of points that are told, beyond the margins

@@ -6,6 +6,7 @@
 #include <LinearMath/btIDebugDraw.h>
 
 #include <cmath>
+#include <limits>
 
 using namespace bridge_test;
 
@@ -224,6 +225,48 @@ static void test_contact_tests_find_a_sheet(void**) {
     check_near(far.deepest, 0.03, 1e-3);
 }
 
+// A game that knows no other way to move an object.
+static void test_the_transform_of_a_soft_object_moves_the_body(void**) {
+    StockWorld stock(btVector3(0, 0, 0));
+    pliant::Bridge bridge(*stock.world);
+    pli_body* sheet = add_sheet(bridge, 2, 0, 5, 0, 0, 0, 0.05f);
+    btCollisionObject& object = *bridge.object(sheet);
+    btRigidBody& ball = stock.add_body(new btSphereShape(btScalar(0.25)), 0, btVector3(3, btScalar(1.23), 0));
+    stock.step(2);
+    assert_int_equal(pli_body_add_velocity(sheet, pli_vec3_make(1, 0, 0)), PLI_OK);
+    const btTransform moved(btQuaternion(btVector3(0, 1, 0), SIMD_HALF_PI), btVector3(3, 1, 0));
+    object.setWorldTransform(moved);
+    stock.world->updateSingleAabb(&object); // as for any object that is moved between steps
+    const auto height_under = [&](double x) {
+        const btVector3 from(btScalar(x), 4, btScalar(0.1)), to(btScalar(x), -4, btScalar(0.1));
+        btCollisionWorld::ClosestRayResultCallback hit(from, to);
+        stock.world->rayTest(from, to, hit);
+        const bool is_hit = hit.hasHit() && bridge.body(hit.m_collisionObject) == sheet;
+        return is_hit ? 4 - 8 * double(hit.m_closestHitFraction) : -9;
+    };
+    const PairContacts contacts(stock, object, ball);
+    check_near(contacts.of_pair.deepest, 0.23 - 0.25 - 0.05, 1e-3);
+    stock.world->removeRigidBody(&ball);
+    for (int i = 0; i < 3; ++i) {
+        check_near(height_under(2.2), 1, 1e-5);
+        check_near(height_under(0), -9, 0);
+        stock.step(1);
+        assert_true(object.getWorldTransform() == btTransform::getIdentity());
+        assert_int_equal(bridge.step_status(), PLI_OK);
+    }
+    check_near(center(sheet).x, 3, 1e-5);
+    check_near(center(sheet).z, -3.0 / 60, 1e-5); // velocities turn with it
+    check_near(pli_body_momentum(sheet).z, -1, 1e-4);
+
+    // What cannot be is put back.
+    const btScalar nowhere = std::numeric_limits<btScalar>::quiet_NaN();
+    object.setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(nowhere, 0, 0)));
+    stock.step(1);
+    assert_int_equal(bridge.step_status(), PLI_ERROR_NOT_FINITE);
+    assert_true(object.getWorldTransform() == btTransform::getIdentity());
+    check_near(height_under(2.2), 1, 1e-5);
+}
+
 // ------------------------------------------------------------------------------------------------- resting contacts
 
 namespace {
@@ -385,6 +428,7 @@ int main() {
         cmocka_unit_test(test_rays_hit_a_rope),
         cmocka_unit_test(test_sweeps_stop_at_a_rope),
         cmocka_unit_test(test_contact_tests_find_a_sheet),
+        cmocka_unit_test(test_the_transform_of_a_soft_object_moves_the_body),
         cmocka_unit_test(test_contact_tests_tell_resting_contacts_in_every_step),
         cmocka_unit_test(test_contact_tests_find_soft_bodies_on_each_other),
         cmocka_unit_test(test_debug_drawing_shows_faces_and_ropes),
