@@ -6,7 +6,7 @@
 
 #include "bridge_impl.h"
 #include "rigid_proxy.h"
-#include "triangle_slabs.h"
+#include "shapes/triangle_slabs.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 

@@ -20,10 +20,10 @@ std::string count_of(size_t count, const char* singular, const char* plural) {
     return std::to_string(count) + " " + (count == 1 ? singular : plural);
 }
 
-std::string joined(const std::vector<std::string>& words) {
+std::string joined(const std::vector<std::string>& words, const char* last = " and ") {
     std::string text;
     for (size_t i = 0; i < words.size(); ++i) {
-        text += (i == 0 ? "" : i + 1 == words.size() ? " and " : ", ") + words[i];
+        text += (i == 0 ? "" : i + 1 == words.size() ? last : ", ") + words[i];
     }
     return text;
 }
@@ -172,13 +172,19 @@ void add_precision(const json& precision, ConclusionGroup& group) {
                 ratios[1].at("solver").get<std::string>() + ", " + times(ratios[1].at("median")) + ".");
         }
     }
-    const auto best = std::max_element(best_of.begin(), best_of.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (best == best_of.end()) { return; }
-    group.sentences.insert(group.sentences.begin(), "For accuracy in little time take " + best->first +
-                                                        ": it is the fastest at equal error in " +
-                                                        std::to_string(best->second) + " of " +
-                                                        std::to_string(measures) + " measures.");
+    if (best_of.empty()) { return; }
+    int most = 0;
+    for (const auto& [solver, count] : best_of) {
+        most = std::max(most, count);
+    }
+    std::vector<std::string> best;
+    for (const auto& [solver, count] : best_of) {
+        if (count == most) { best.push_back(solver); }
+    }
+    group.sentences.insert(group.sentences.begin(), "For accuracy in little time take " + joined(best, " or ") +
+                                                        ": the fastest at equal error in " + std::to_string(most) +
+                                                        " of " + std::to_string(measures) + " measures" +
+                                                        (best.size() > 1 ? " each." : "."));
 }
 
 void add_stability(const json& stability, ConclusionGroup& group) {

@@ -3,7 +3,7 @@
 
 // What the measurements of a report say, in sentences made from their figures.
 
-#include "report_page.h"
+#include "report_content.h"
 
 #include <string>
 #include <vector>

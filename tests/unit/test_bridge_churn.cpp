@@ -16,6 +16,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 #include <random>
 #include <vector>
@@ -49,6 +50,8 @@ struct Soft {
     pli_body* body;
     std::vector<Tie> ties;
     int anchor_count; ///< at the start of the step
+    /// Something happened while its bridge was in no step, so that its event may be cleared by the step to come.
+    bool is_uncertain;
 };
 
 class Churn {
@@ -66,7 +69,11 @@ public:
                                                                &configuration_);
         }
         world_->setWorldUserInfo(this);
-        world_->setInternalTickCallback([](btDynamicsWorld* w, btScalar) { of(w).act(before_step); }, this, true);
+        const auto before = [](btDynamicsWorld* w, btScalar) {
+            of(w).act(before_step);
+            of(w).note_anchors(); // what was lost until now is told now, and the step clears it
+        };
+        world_->setInternalTickCallback(before, this, true);
         world_->setInternalTickCallback([](btDynamicsWorld* w, btScalar) { of(w).act(after_step); }, this, false);
         world_->addAction(&action_);
         for (Mesh& mesh : meshes_) {
@@ -199,8 +206,15 @@ private:
     // ---- what happens
 
     void act(Moment moment) {
+        const bool may_be_early = pending_[moment] > 0 && (moment == in_action || moment == in_hook);
         for (; pending_[moment] > 0; --pending_[moment]) {
             operate(moment);
+        }
+        for (BridgeOf& of : bridges_) {
+            if (!may_be_early || !of.bridge || pli_world_is_stepping(of.bridge->world())) { continue; }
+            for (Soft& soft : of.softs) {
+                soft.is_uncertain = true;
+            }
         }
     }
 
@@ -314,7 +328,7 @@ private:
         }
         const pli_implicit_def implicit = pli_implicit_def_default();
         if (pick(4) == 0) { assert_int_equal(pli_body_enable_implicit(body, &implicit), PLI_OK); }
-        of.softs.push_back({body, {}, 0});
+        of.softs.push_back({body, {}, 0, false});
     }
 
     void anchor(BridgeOf& of, Place& place, bool is_refused) {
@@ -327,7 +341,10 @@ private:
         }
         begin_anew(place);
         def.rigid = of.bridge->rigid(*place.object);
-        assert_non_null(def.rigid);
+        if (def.rigid == nullptr) { // what anchors have thrown beyond the limits
+            assert_true(std::strstr(pli_last_error(of.bridge->context()), "pli_rigid_create") != nullptr);
+            return;
+        }
         assert_int_equal(pli_body_add_anchor(soft.body, &def, nullptr), PLI_OK);
         soft.ties.push_back({place.serial, place.is_in_world(), false, -1});
         ++soft.anchor_count;
@@ -442,12 +459,16 @@ private:
         }
     }
 
-    void step() {
+    void note_anchors() {
         for (BridgeOf& of : bridges_) {
             for (Soft& soft : of.softs) {
                 soft.anchor_count = pli_body_anchor_count(soft.body);
+                soft.is_uncertain = false;
             }
         }
+    }
+
+    void step() {
         ++steps;
         world_->stepSimulation(btScalar(1) / 60, 0);
         for (Place& place : places_) {
@@ -481,7 +502,7 @@ private:
         for (int i = 0; i < event_count; ++i) {
             told += events[i].kind == PLI_EVENT_ANCHORS_LOST && events[i].body == soft.body ? 1 : 0;
         }
-        assert_int_equal(told, count < soft.anchor_count ? 1 : 0);
+        if (!soft.is_uncertain) { assert_int_equal(told, count < soft.anchor_count ? 1 : 0); }
         losses += soft.anchor_count - count;
     }
 
