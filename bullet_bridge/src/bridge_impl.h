@@ -109,6 +109,7 @@ private:
     void wake_met(btScalar dt);
     void offer_sleep();
     void follow_gravity();
+    void follow_transforms();
     void sort_pairs();
     void collide_pairs();
     void collide_pairs_as_reference();

@@ -68,9 +68,20 @@ void Bridge::Impl::follow_gravity() {
     if (result == PLI_OK) { followed_gravity_ = present; }
 }
 
+// What a game does to a soft object's transform moves the body.
+void Bridge::Impl::follow_transforms() {
+    for (const auto& object : objects_) {
+        const btTransform moved = object->getWorldTransform();
+        if (moved == btTransform::getIdentity()) { continue; }
+        object->setWorldTransform(btTransform::getIdentity());
+        note(pli_body_transform(object->body(), to_pli(moved)));
+    }
+}
+
 void Bridge::Impl::begin_step(btScalar dt) {
     step_status = PLI_OK;
     follow_gravity();
+    follow_transforms();
     look_for_pinned();
     follow_world();
     for (const auto& object : objects_) {

@@ -27,11 +27,12 @@ static double bytes_per_node(const BenchResult& result, const EngineCost& cost) 
 
 // Geometric mean of the ratios of those results that have one; 0 without any.
 static double mean_ratio(const std::vector<BenchResult>& results, double (BenchResult::*ratio)() const,
-                         EngineCost BenchResult::*engine) {
+                         EngineCost BenchResult::*engine, bool of_touching = false) {
     double sum = 0;
     int count = 0;
     for (const BenchResult& result : results) {
         if (!result.bullet.is_measured || !(result.*engine).is_measured) { continue; }
+        if (of_touching && result.touching_frames == 0) { continue; }
         sum += std::log((result.*ratio)());
         ++count;
     }
@@ -46,21 +47,23 @@ static nlohmann::ordered_json number_or_null(double value) {
 
 static nlohmann::ordered_json to_json(const BenchResult& result, const EngineCost& cost) {
     if (!cost.is_measured) { return nullptr; }
-    nlohmann::ordered_json json = {{"median_ms", cost.median},
-                                   {"minimum_ms", cost.minimum},
-                                   {"mean_ms", cost.mean},
-                                   {"predict_ms", cost.parts[0]},
-                                   {"collide_ms", cost.parts[1]},
-                                   {"solve_ms", cost.parts[2]},
-                                   {"world_step_ms", cost.whole_step},
-                                   {"setup_ms", cost.setup},
-                                   {"rms_stretch", cost.rms_stretch},
-                                   {"rms_speed", cost.rms_speed},
-                                   {"max_stretch", cost.max_stretch},
-                                   {"finite", cost.finite},
-                                   {"bytes_per_node", bytes_per_node(result, cost)},
-                                   {"allocations_per_step", cost.allocations_per_step},
-                                   {"last_allocating_frame", cost.last_allocating_frame}};
+    nlohmann::ordered_json json = {
+        {"median_ms", cost.median},
+        {"touching_median_ms", number_or_null(result.touching_frames > 0 ? cost.touching_median : -1.0)},
+        {"minimum_ms", cost.minimum},
+        {"mean_ms", cost.mean},
+        {"predict_ms", cost.parts[0]},
+        {"collide_ms", cost.parts[1]},
+        {"solve_ms", cost.parts[2]},
+        {"world_step_ms", cost.whole_step},
+        {"setup_ms", cost.setup},
+        {"rms_stretch", cost.rms_stretch},
+        {"rms_speed", cost.rms_speed},
+        {"max_stretch", cost.max_stretch},
+        {"finite", cost.finite},
+        {"bytes_per_node", bytes_per_node(result, cost)},
+        {"allocations_per_step", cost.allocations_per_step},
+        {"last_allocating_frame", cost.last_allocating_frame}};
     if (cost.one_thread_median > 0.0) {
         json["one_thread_median_ms"] = cost.one_thread_median;
         json["work_over_span"] = cost.work_over_span;
@@ -77,21 +80,25 @@ static nlohmann::ordered_json to_json(const BenchResult& result) {
                                                             : nlohmann::ordered_json(stage.feature)},
                           {"microseconds", stage.microseconds}});
     }
-    return {{"scene", result.scene},
-            {"nodes", result.nodes},
-            {"links", result.links},
-            {"clusters", result.clusters},
-            {"bodies", result.bodies},
-            {"ratio", number_or_null(has_ratio ? result.ratio() : -1.0)},
-            {"reference_ratio", number_or_null(has_reference ? result.reference_ratio() : -1.0)},
-            {"world_step_ratio", number_or_null(has_ratio ? result.whole_ratio() : -1.0)},
-            {"pliant", to_json(result, result.pliant)},
-            {"reference", to_json(result, result.reference)},
-            {"bullet", to_json(result, result.bullet)},
-            {"ns_per_link", number_or_null(result.ns_per_link)},
-            {"ns_per_contact", number_or_null(result.ns_per_contact)},
-            {"ns_per_cluster", number_or_null(result.ns_per_cluster)},
-            {"stages", stages}};
+    return {
+        {"scene", result.scene},
+        {"nodes", result.nodes},
+        {"links", result.links},
+        {"clusters", result.clusters},
+        {"bodies", result.bodies},
+        {"frames", result.frames},
+        {"touching_frames", result.touching_frames},
+        {"touching_ratio", number_or_null(has_ratio && result.touching_frames > 0 ? result.touching_ratio() : -1.0)},
+        {"ratio", number_or_null(has_ratio ? result.ratio() : -1.0)},
+        {"reference_ratio", number_or_null(has_reference ? result.reference_ratio() : -1.0)},
+        {"world_step_ratio", number_or_null(has_ratio ? result.whole_ratio() : -1.0)},
+        {"pliant", to_json(result, result.pliant)},
+        {"reference", to_json(result, result.reference)},
+        {"bullet", to_json(result, result.bullet)},
+        {"ns_per_link", number_or_null(result.ns_per_link)},
+        {"ns_per_contact", number_or_null(result.ns_per_contact)},
+        {"ns_per_cluster", number_or_null(result.ns_per_cluster)},
+        {"stages", stages}};
 }
 
 // ---------------------------------------------------------------------------------------------------------- CSV
@@ -257,8 +264,11 @@ int run_bench(const BenchOptions& options) {
     }
     const double mean = mean_ratio(results, &BenchResult::ratio, &BenchResult::pliant);
     const double reference_mean = mean_ratio(results, &BenchResult::reference_ratio, &BenchResult::reference);
+    const double touching_mean = mean_ratio(results, &BenchResult::touching_ratio, &BenchResult::pliant, true);
     std::cout << nlohmann::ordered_json{{"scenes", rows},
                                         {"geometric_mean", number_or_null(mean > 0.0 ? mean : -1.0)},
+                                        {"touching_geometric_mean",
+                                         number_or_null(touching_mean > 0.0 ? touching_mean : -1.0)},
                                         {"reference_geometric_mean",
                                          number_or_null(reference_mean > 0.0 ? reference_mean : -1.0)}}
                      .dump(2)

@@ -31,6 +31,7 @@ public:
         cost_.is_measured = true;
         const auto count = static_cast<size_t>(options.frames);
         sums_.resize(count);
+        touches_.resize(count);
         wholes_.resize(count);
         for (std::vector<double>& times : parts_) {
             times.resize(count);
@@ -50,6 +51,7 @@ public:
             const uint64_t before = engine_->soft_allocations();
             engine_->step();
             const uint64_t made = engine_->soft_allocations() - before;
+            if (round_ == 0) { touches_[static_cast<size_t>(frame)] = is_touching(); }
             if (round_ == 0 && made > 0) { cost_.last_allocating_frame = frame + 1; }
             if (round_ == 0 && is_steady(*description_, frame)) {
                 steady_allocations_ += made;
@@ -74,8 +76,15 @@ public:
         return measures;
     }
 
-    void sum_up() {
+    const std::vector<bool>& touches() const { return touches_; }
+
+    void sum_up(const std::vector<bool>& touches) {
         cost_.median = median(sums_);
+        std::vector<double> touching;
+        for (size_t frame = 0; frame < sums_.size(); ++frame) {
+            if (touches[frame]) { touching.push_back(sums_[frame]); }
+        }
+        if (!touching.empty()) { cost_.touching_median = median(touching); }
         cost_.minimum = *std::min_element(sums_.begin(), sums_.end());
         for (const double time : sums_) {
             cost_.mean += time / static_cast<double>(sums_.size());
@@ -111,6 +120,13 @@ private:
         cost_.rms_speed = std::sqrt(speed);
     }
 
+    bool is_touching() const {
+        for (int i = 0; i < engine_->soft_count(); ++i) {
+            if (!engine_->contacts(i).empty()) { return true; }
+        }
+        return false;
+    }
+
     // The runs of a scene are equal from round to round, so a longer time is a disturbance.
     void keep(std::vector<double>& times, int frame, double time) const {
         double& kept = times[static_cast<size_t>(frame)];
@@ -126,6 +142,7 @@ private:
     int round_ = 0;
     uint64_t steady_allocations_ = 0, steady_steps_ = 0;
     std::vector<double> sums_, wholes_;
+    std::vector<bool> touches_; // by frame
     std::array<std::vector<double>, soft_part_count> parts_;
 };
 
@@ -284,8 +301,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
             result.clusters = measures.clusters;
         }
     }
+    const std::vector<bool> touches = runners.front().touches();
+    result.frames = options.frames;
+    result.touching_frames = static_cast<int>(std::count(touches.begin(), touches.end(), true));
     for (Runner& runner : runners) {
-        runner.sum_up();
+        runner.sum_up(touches);
     }
     const auto rest = [&](int frame, int) { progress(options.rounds * options.frames + frame, steps); };
     profile_stages(description, options, rest, result);

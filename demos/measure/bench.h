@@ -24,6 +24,7 @@ struct EngineCost {
     bool is_measured = false;
     double median = 0, minimum = 0, mean = 0;
     double parts[soft_part_count] = {}; // medians of predict, collide, solve
+    double touching_median = 0;         // over the frames in which Pliant's bodies touch something; 0: there are none
     double whole_step = 0;              // median, rigid bodies included
     double setup = 0;                   // making the engine
     // Of the links, over the last second of a run on to `settled_frames`; and how fast the nodes still are then, m/s.
@@ -46,6 +47,7 @@ struct StageCost {
 struct BenchResult {
     std::string scene;
     int nodes = 0, links = 0, clusters = 0, bodies = 0;
+    int frames = 0, touching_frames = 0; // the latter after whose step a soft body of Pliant has contacts
     EngineCost pliant, reference, bullet;
     std::vector<StageCost> stages; // of Pliant, dearest first
     // Of Pliant; < 0: the scene has none.
@@ -54,6 +56,7 @@ struct BenchResult {
     double ns_per_cluster = -1;
 
     double ratio() const { return bullet.median / pliant.median; }
+    double touching_ratio() const { return bullet.touching_median / pliant.touching_median; }
     double reference_ratio() const { return bullet.median / reference.median; }
     double whole_ratio() const { return bullet.whole_step / pliant.whole_step; }
 };

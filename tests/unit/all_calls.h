@@ -293,6 +293,9 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_mesh_create_from_triangles, CONTEXT, CHANGES,                                                                \
       CALL_STATUS(                                                                                                     \
           pli_mesh_create_from_triangles(h->context, 4, call_points, 4, call_indices, true, (pli_mesh*[]){NULL})))     \
+    X(pli_mesh_create_from_vertices, CONTEXT, CHANGES,                                                                 \
+      CALL_STATUS(pli_mesh_create_from_vertices(h->context, 4, call_points, 4, call_indices, (int[4]){0},              \
+                                                (pli_mesh*[]){NULL})))                                                 \
     X(pli_mesh_create_from_tetras, CONTEXT, CHANGES,                                                                   \
       CALL_STATUS(pli_mesh_create_from_tetras(h->context, 4, call_points, 1, call_indices, (pli_mesh*[]){NULL})))      \
     X(pli_body_enable_implicit, BODY, CHANGES_IDLE,                                                                    \
