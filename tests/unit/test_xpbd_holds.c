@@ -3,6 +3,8 @@
 
 #include "heavy_bodies.h"
 
+#include <math.h>
+
 static const float dt = 1.0f / 60.0f;
 
 /* Unoptimised programs run the shorter cases only. */
@@ -103,11 +105,42 @@ static void test_ball_rests_on_faces(void** unused) {
     assert_true(pli_body_get_rigid_face_contacts(sheet, 0, NULL) > 10);
 }
 
+/* Without any damping: what is anchored above its centre rocks on as it began. */
+static void test_weight_on_an_arm_rocks_no_wilder(void** unused) {
+    (void)unused;
+    pli_mesh* mesh = NULL;
+    CHECK_OK(
+        pli_mesh_create_rope(context, pli_vec3_make(0, 1, 0), pli_vec3_make(0, 0, 0), 0, PLI_ROPE_PIN_FIRST, &mesh));
+    pli_body_def def = pli_body_def_default();
+    pli_body* rope = NULL;
+    CHECK_OK(pli_body_create(world, mesh, &def, &rope));
+    pli_mesh_destroy(mesh);
+    CHECK_OK(pli_body_enable_xpbd(rope, NULL));
+    CHECK_OK(pli_body_enable_xpbd_links(rope, NULL));
+    pli_rigid* weight = make_ball(-ball_radius, 10);
+    pli_anchor_def anchor = pli_anchor_def_default();
+    anchor.node = 1;
+    anchor.rigid = weight;
+    CHECK_OK(pli_body_add_anchor(rope, &anchor, NULL));
+    pli_rigid_state state = pli_rigid_get_state(weight);
+    state.angular_velocity.z = 0.2f;
+    CHECK_OK(pli_rigid_set_state(weight, &state));
+    float most = 0;
+    for (int i = 0; i < 900; ++i) {
+        (void)step_ball(weight, 0);
+        const float spin = pli_vec3_length(pli_rigid_get_state(weight).angular_velocity);
+        if (i >= 840) { most = fmaxf(most, spin); }
+    }
+    check_at_most(most, 0.22);
+    assert_true(most > 0.02f);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_trampolines_throw_nothing_higher_than_it_fell, setup_world,
                                         teardown_world),
         cmocka_unit_test_setup_teardown(test_ball_rests_on_faces, setup_world, teardown_world),
+        cmocka_unit_test_setup_teardown(test_weight_on_an_arm_rocks_no_wilder, setup_world, teardown_world),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
