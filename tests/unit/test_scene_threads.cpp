@@ -50,14 +50,12 @@ void expect_equal_bits(const demos::Description& description, EngineOptions opti
     }
 }
 
-const scene& series_scene(const std::string& series, const std::string& name) {
-    for (const demos::BenchSeries& one : demos::bench_series()) {
-        for (const scene& size : one.sizes) {
-            if (one.name == series && size.name == name) { return size; }
-        }
+std::unique_ptr<demos::Description> describe_size(const demos::BenchSeries& series, const std::string& name) {
+    for (const demos::BenchSize& size : series.sizes) {
+        if (size.which.name == name) { return demos::Description::build(size.which, size.scene_options); }
     }
-    fail_msg("no scene %s in series %s", name.c_str(), series.c_str());
-    abort();
+    fail_msg("no scene %s in series %s", name.c_str(), series.name.c_str());
+    return nullptr;
 }
 
 } // namespace
@@ -81,9 +79,9 @@ static void solvers_have_equal_bits(void**) {
 
 // Large enough that threads get parts.
 static void large_bodies_have_equal_bits(void**) {
-    const auto sheet = demos::Description::build(series_scene("sheet", "sheet 128"), {});
-    const auto large_sheet = demos::Description::build(series_scene("sheet", "sheet 256"), {});
-    const auto ball = demos::Description::build(series_scene("sphere", "sphere 20000"), {});
+    const auto sheet = describe_size(demos::find_bench_series("sheet"), "sheet 128");
+    const auto large_sheet = describe_size(demos::find_bench_series("sheet"), "sheet 256");
+    const auto ball = describe_size(demos::find_bench_series("sphere"), "sphere 20000");
     expect_equal_bits(*sheet, {}, 3);
     expect_equal_bits(*large_sheet, {}, 2);
     expect_equal_bits(*ball, {}, 2);
