@@ -224,7 +224,7 @@ static bool self_faces_find_pairs(self_faces_search* search, int count) {
     pli_context* context = search->body->context;
     const plii_blocks blocks = plii_blocks_of(count, plii_grain(SELF_FACES_ITEM_NS), PLII_MOST_BLOCKS);
     bool has_memory = true;
-    if (context->parallel_for == NULL) {
+    if (!plii_has_threads(context)) {
         for (int b = 0; b < blocks.count; ++b) {
             const int begin = b * blocks.size, left = count - begin;
             self_faces_search_items(search, begin, begin + (left < blocks.size ? left : blocks.size), &state->hits[0]);
