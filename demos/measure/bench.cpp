@@ -236,8 +236,8 @@ void measure_span(const Description& description, const BenchOptions& options, E
         PliantEngine engine(description, engine_options);
         for (size_t frame = 0; frame < frames; ++frame) {
             engine.step();
-            const double work = engine.step_times().sum();
             const SpanClock::Savings saved = clock.take();
+            const double work = engine.step_times().sum() - saved.own;
             const auto keep = [&](double& kept, double time) { kept = round == 0 ? time : std::min(kept, time); };
             keep(works[frame], work);
             keep(spans[frame], work - saved.of_all);

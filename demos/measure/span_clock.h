@@ -16,10 +16,11 @@ namespace demos {
 // take as long as its longest part; with fewer, each thread takes the next part when it has done one.
 class SpanClock {
 public:
-    // ms since the last call that so many threads would save, and threads without number.
+    // ms since the last call that so many threads would save, and threads without number, of the time without the
+    // clock's own.
     struct Savings {
         std::array<double, predicted_threads.size()> of_threads{};
-        double of_all = 0;
+        double of_all = 0, own = 0;
     };
 
     // A pli_parallel_for_fn, `user` is the clock.
@@ -27,17 +28,19 @@ public:
         SpanClock& clock = *static_cast<SpanClock*>(user);
         const int size = std::max(grain, 1);
         double all = 0, longest = 0;
+        const Stopwatch whole;
         std::array<std::array<double, predicted_threads.back()>, predicted_threads.size()> loads{};
         for (int begin = 0; begin < count; begin += std::min(size, count - begin)) {
             const Stopwatch watch;
             range(begin, begin + std::min(size, count - begin), task);
-            const double time = watch.milliseconds();
+            const double time = std::max(watch.milliseconds() - clock.empty_, 0.0);
             all += time;
             longest = std::max(longest, time);
             for (size_t i = 0; i < loads.size(); ++i) {
                 *std::min_element(loads[i].begin(), loads[i].begin() + predicted_threads[i]) += time;
             }
         }
+        clock.savings_.own += whole.milliseconds() - all;
         clock.savings_.of_all += all - longest;
         for (size_t i = 0; i < loads.size(); ++i) {
             clock.savings_.of_threads[i] += all - *std::max_element(loads[i].begin(), loads[i].end());
@@ -51,6 +54,15 @@ public:
     }
 
 private:
+    static double measure_empty() {
+        double least = Stopwatch().milliseconds();
+        for (int i = 0; i < 1000; ++i) {
+            least = std::min(least, Stopwatch().milliseconds());
+        }
+        return least;
+    }
+
+    const double empty_ = measure_empty();
     Savings savings_;
 };
 

@@ -73,15 +73,19 @@ typedef struct self_nodes_finder {
     bool is_truncated; /* some are missing */
 } self_nodes_finder;
 
+/* A mark that no node has. */
+static void self_nodes_renew_mark(const pli_body* body, plii_self_search* search) {
+    if (++search->mark != 0) { return; }
+    memset(search->linked, 0, (size_t)body->node_count * sizeof *search->linked);
+    search->mark = 1;
+}
+
 /* Links that only resist bending do not keep a distance. */
 static void self_nodes_mark_linked(const self_nodes_finder* finder, int node) {
     const pli_body* body = finder->body;
     const plii_link_graph* graph = finder->graph;
     plii_self_search* search = finder->search;
-    if (++search->mark == 0) {
-        memset(search->linked, 0, (size_t)body->node_count * sizeof *search->linked);
-        search->mark = 1;
-    }
+    self_nodes_renew_mark(body, search);
     for (int k = graph->begin[node]; k < graph->begin[node + 1]; ++k) {
         const plii_half_link half = graph->halves[k];
         const bool is_bending = body->link_tags != NULL && (body->link_tags[half.link] & PLII_LINK_TAG_BENDING) != 0;
@@ -264,7 +268,7 @@ static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs*
     return true;
 }
 
-enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500, SELF_NODES_PATH_NS = 5 }; /* per node */
+enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
 
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
 static void self_nodes_find(self_nodes_search_task* task, int count) {
@@ -302,29 +306,64 @@ static int self_nodes_max_apart(int node_count) {
     return most < 4096 ? most : 4096;
 }
 
-enum { SELF_NODES_BINS = 64 };
+enum { SELF_NODES_BINS = 64, SELF_NODES_PATH_NS = 5 /* per node */ };
 
-/* Of the reaches, the smallest bound that leaves few nodes beyond it; `longest` of all. */
-static float self_nodes_common_reach(const plii_self_node_pairs* state, int node_count, float* longest) {
+typedef struct self_nodes_reaches {
+    const plii_self_node_pairs* state;
+    float low, size; /* of the bins */
+    float lows[PLII_SELF_SEARCH_PARTS], highs[PLII_SELF_SEARCH_PARTS];
+    int bins[PLII_SELF_SEARCH_PARTS][SELF_NODES_BINS];
+} self_nodes_reaches;
+
+static void self_nodes_extremes_block(int begin, int end, int block, void* data) {
+    self_nodes_reaches* all = data;
     float low = FLT_MAX, high = 0.0f;
-    for (int i = 0; i < node_count; ++i) {
-        const float reach = self_nodes_reach(state, i);
+    for (int i = begin; i < end; ++i) {
+        const float reach = self_nodes_reach(all->state, i);
         low = reach < low ? reach : low;
         high = reach > high ? reach : high;
     }
-    *longest = high;
-    if (!(high > 1.01f * low) || !(high < FLT_MAX)) { return high; }
-    int bins[SELF_NODES_BINS] = {0};
-    const float size = (high - low) / SELF_NODES_BINS;
-    for (int i = 0; i < node_count; ++i) {
-        const float at = (self_nodes_reach(state, i) - low) / size; /* may be NaN */
+    all->lows[block] = low;
+    all->highs[block] = high;
+}
+
+static void self_nodes_bins_block(int begin, int end, int block, void* data) {
+    self_nodes_reaches* all = data;
+    int* bins = all->bins[block];
+    memset(bins, 0, sizeof all->bins[block]);
+    for (int i = begin; i < end; ++i) {
+        const float at = (self_nodes_reach(all->state, i) - all->low) / all->size; /* may be NaN */
         ++bins[at < (float)SELF_NODES_BINS ? (int)at : SELF_NODES_BINS - 1];
     }
-    int beyond = 0, bin = SELF_NODES_BINS - 1;
-    while (bin > 0 && beyond + bins[bin] <= self_nodes_max_apart(node_count) / 2) {
-        beyond += bins[bin--];
+}
+
+/* Of the reaches, the smallest bound that leaves few nodes beyond it; `longest` of all. */
+static float self_nodes_common_reach(const pli_body* body, const plii_self_node_pairs* state, float* longest) {
+    const int node_count = body->node_count;
+    const plii_blocks blocks = plii_blocks_of(node_count, plii_grain(SELF_NODES_PATH_NS), PLII_SELF_SEARCH_PARTS);
+    self_nodes_reaches all;
+    all.state = state;
+    plii_run_blocks(body->context, blocks, node_count, self_nodes_extremes_block, &all);
+    float low = FLT_MAX, high = 0.0f;
+    for (int b = 0; b < blocks.count; ++b) {
+        low = all.lows[b] < low ? all.lows[b] : low;
+        high = all.highs[b] > high ? all.highs[b] : high;
     }
-    return low + size * (float)(bin + 1);
+    *longest = high;
+    if (!(high > 1.01f * low) || !(high < FLT_MAX)) { return high; }
+    all.low = low;
+    all.size = (high - low) / SELF_NODES_BINS;
+    plii_run_blocks(body->context, blocks, node_count, self_nodes_bins_block, &all);
+    int beyond = 0, bin = SELF_NODES_BINS - 1;
+    for (; bin > 0; --bin) {
+        int count = 0;
+        for (int b = 0; b < blocks.count; ++b) {
+            count += all.bins[b][bin];
+        }
+        if (beyond + count > self_nodes_max_apart(node_count) / 2) { break; }
+        beyond += count;
+    }
+    return low + all.size * (float)(bin + 1);
 }
 
 static void self_nodes_scale_travel(plii_self_node_pairs* state, int node_count, float scale) {
@@ -336,16 +375,17 @@ static void self_nodes_scale_travel(plii_self_node_pairs* state, int node_count,
 }
 
 /* How long the search is good for, who is apart. */
-static void self_nodes_choose_reach(plii_self_node_pairs* state, int node_count) {
+static void self_nodes_choose_reach(const pli_body* body, plii_self_node_pairs* state) {
+    const int node_count = body->node_count;
     const float most = SELF_NODES_MAX_REACH * state->thickness,
                 most_apart = SELF_NODES_MAX_REACH_APART * state->thickness;
     float longest = 0.0f;
     state->drift = self_nodes_mean_travel(state, node_count);
-    state->reach = self_nodes_common_reach(state, node_count, &longest);
+    state->reach = self_nodes_common_reach(body, state, &longest);
     const float scale = plii_min(1.0f, plii_min(most / state->reach, most_apart / longest));
     if (scale < 1.0f) {
         self_nodes_scale_travel(state, node_count, scale);
-        state->reach = self_nodes_common_reach(state, node_count, &longest);
+        state->reach = self_nodes_common_reach(body, state, &longest);
     }
     const int max_apart = self_nodes_max_apart(node_count);
     state->apart_count = 0;
@@ -377,7 +417,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     const int node_count = body->node_count;
     pli_context* context = body->context;
     plii_node_pairs* near = &state->search.near;
-    self_nodes_choose_reach(state, node_count);
+    self_nodes_choose_reach(body, state);
     plii_parallel_for(context, self_nodes_start_range, state, node_count, plii_grain(SELF_NODES_PATH_NS));
     state->found.count = 0;
     state->searches += 1;
@@ -479,24 +519,51 @@ void plii_self_node_pairs_search_step(const pli_body* body, const plii_link_grap
 
 // ------------------------------------------------------------------------------------------------------ later
 
+/* Those of pairs with nodes that have no mark. */
+static void self_nodes_drop_block(int begin, int end, int block, void* data) {
+    self_nodes_counts* all = data;
+    const plii_self_search* search = &all->state->search;
+    plii_self_pair* pairs = all->state->found.items;
+    int count = begin;
+    for (int k = begin; k < end; ++k) {
+        const plii_self_pair pair = pairs[k];
+        pairs[count] = pair;
+        count += (search->linked[pair.a] != search->mark) & (search->linked[pair.b] != search->mark);
+    }
+    all->counts[block] = count - begin;
+}
+
+enum { SELF_NODES_DROP_NS = 2 }; /* per pair */
+
+static void self_nodes_drop_marked(const pli_body* body, plii_self_node_pairs* state) {
+    plii_self_pair_list* found = &state->found;
+    const plii_blocks blocks = plii_blocks_of(found->count, plii_grain(SELF_NODES_DROP_NS), PLII_MOST_BLOCKS);
+    self_nodes_counts all = {.body = body, .state = state};
+    plii_run_blocks(body->context, blocks, found->count, self_nodes_drop_block, &all);
+    found->count = 0;
+    for (int b = 0; b < blocks.count; ++b) {
+        memmove(&found->items[found->count], &found->items[b * blocks.size],
+                (size_t)all.counts[b] * sizeof *found->items);
+        found->count += all.counts[b];
+    }
+}
+
 /* From the list of nodes apart; it then ends with those that strayed. Returns the index of the first of them. */
 static int self_nodes_part_strayed(const pli_body* body, plii_self_node_pairs* state, float share) {
+    plii_self_search* search = &state->search;
     int kept = 0;
     for (int k = 0; k < state->apart_count; ++k) {
         const int node = state->apart[k];
         if (!self_nodes_has_strayed(state, node, share)) { state->apart[kept++] = node; }
     }
     state->apart_count = kept;
+    self_nodes_renew_mark(body, search);
     for (int i = 0; i < body->node_count; ++i) {
-        if (self_nodes_has_strayed(state, i, share)) { state->apart[state->apart_count++] = i; }
+        if (!self_nodes_has_strayed(state, i, share)) { continue; }
+        state->apart[state->apart_count++] = i;
+        search->linked[i] = search->mark;
     }
-    int pairs = 0;
-    for (int k = 0; k < state->found.count; ++k) {
-        const plii_self_pair pair = state->found.items[k];
-        if (self_nodes_has_strayed(state, pair.a, share) || self_nodes_has_strayed(state, pair.b, share)) { continue; }
-        state->found.items[pairs++] = pair;
-    }
-    state->found.count = pairs;
+    self_nodes_drop_marked(body, state);
     return kept;
 }
 

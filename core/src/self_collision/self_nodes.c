@@ -114,13 +114,35 @@ static float self_nodes_limit_scale(const self_nodes_state* state, const plii_se
     return state->def.speed_limit_ratio * state->def.thickness / pli_vec3_length(plii_self_motion(nodes, node));
 }
 
-static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
-    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
-    for (int i = 0; i < body->node_count; ++i) {
+typedef struct self_nodes_limits {
+    const self_nodes_state* state;
+    const plii_self_nodes* nodes;
+    int counts[PLII_MOST_BLOCKS];
+} self_nodes_limits;
+
+static void self_nodes_limit_block(int begin, int end, int block, void* data) {
+    self_nodes_limits* limits = data;
+    const self_nodes_state* state = limits->state;
+    const plii_self_nodes* nodes = limits->nodes;
+    int count = 0;
+    for (int i = begin; i < end; ++i) {
         if (!self_nodes_is_too_fast(state, nodes, i) || !(nodes->offsets[i].w > 0.0f)) { continue; }
         const pli_vec3 motion = pli_vec3_scale(plii_self_motion(nodes, i), self_nodes_limit_scale(state, nodes, i));
         plii_set_xyz(&nodes->offsets[i], pli_vec3_add(plii_xyz(nodes->starts[i]), motion));
-        state->report.limited_nodes += 1;
+        count += 1;
+    }
+    limits->counts[block] = count;
+}
+
+enum { SELF_NODES_LIMIT_NS = 2 }; /* per node */
+
+static void self_nodes_limit(const pli_body* body, self_nodes_state* state, const plii_self_nodes* nodes) {
+    if (!(state->def.speed_limit_ratio > 0.0f)) { return; }
+    const plii_blocks blocks = plii_blocks_of(body->node_count, plii_grain(SELF_NODES_LIMIT_NS), PLII_MOST_BLOCKS);
+    self_nodes_limits limits = {.state = state, .nodes = nodes};
+    plii_run_blocks(body->context, blocks, body->node_count, self_nodes_limit_block, &limits);
+    for (int b = 0; b < blocks.count; ++b) {
+        state->report.limited_nodes += limits.counts[b];
     }
 }
 
