@@ -75,7 +75,7 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
 // ------------------------------------------------------------------------------------------------------- series
 
 struct BenchSize {
-    scene which;
+    scene which{};
     SceneOptions scene_options{};
     int frames = 0; // 0: as series_options has it
 };

@@ -24,14 +24,14 @@ void add_ground(scene_builder* builder) {
     scene_add_rigid(builder, &def);
 }
 
-// Structural and shear links, 5 cm apart.
-void add_sheet(scene_builder* builder, int columns, int pins, const scene_soft_def& def) {
+// Structural and shear links, 5 cm apart. Two opposite corners are higher than the others by `twist` m.
+void add_sheet(scene_builder* builder, int columns, int pins, float twist, const scene_soft_def& def) {
     const float half = 0.025f * static_cast<float>(columns - 1);
     pli_patch_def patch = pli_patch_def_default();
-    patch.corner_00 = pli_vec3_make(-half, 0, -half);
+    patch.corner_00 = pli_vec3_make(-half, twist, -half);
     patch.corner_10 = pli_vec3_make(half, 0, -half);
     patch.corner_01 = pli_vec3_make(-half, 0, half);
-    patch.corner_11 = pli_vec3_make(half, 0, half);
+    patch.corner_11 = pli_vec3_make(half, twist, half);
     patch.columns = patch.rows = columns;
     patch.pins = pins;
     patch.diagonals = true;
@@ -44,21 +44,21 @@ void add_sheet(scene_builder* builder, int columns, int pins, const scene_soft_d
 template <int columns> void build_sheet(scene_builder* builder) {
     scene_soft_def def = series_def();
     def.name = "sheet";
-    add_sheet(builder, columns, PLI_PATCH_PIN_CORNERS, def);
+    add_sheet(builder, columns, PLI_PATCH_PIN_CORNERS, 0, def);
 }
 
-// Just above a ball of a quarter of its width.
+// Bent, around a ball of a quarter of its width.
 template <int columns> void build_drape(scene_builder* builder) {
     const float radius = 0.0125f * static_cast<float>(columns);
     scene_rigid_def ball = scene_rigid_def_default();
     ball.name = "ball";
     ball.shape = scene_sphere(radius);
-    ball.pose.origin = pli_vec3_make(0, -radius - 0.03f, 0);
+    ball.pose.origin = pli_vec3_make(0, 0, 0);
     scene_add_rigid(builder, &ball);
     scene_soft_def def = series_def();
     def.name = "sheet";
     def.collision_margin = 0.025f;
-    add_sheet(builder, columns, 0, def);
+    add_sheet(builder, columns, 0, 2 * radius, def);
 }
 
 // Flags of 30 by 20 nodes beside each other, held along one edge.
