@@ -61,8 +61,8 @@ std::unique_ptr<demos::Description> describe_size(const demos::BenchSeries& seri
 } // namespace
 
 static void scenes_have_equal_bits(void**) {
-    for (const char* name : {"Cloth", "Pressure", "Volume", "Collide2", "Aero2", "TorusMatch", "Cutting1",
-                             "ClusterStackMixed", "TetraBunny", "Friction"}) {
+    for (const char* name : {"Cloth", "Pressure", "Volume", "Collide2", "Aero", "Aero2", "Sticks", "TorusMatch",
+                             "Cutting1", "ClusterStackSoft", "ClusterStackMixed", "TetraBunny", "Friction"}) {
         expect_equal_bits(*describe(name), {}, 30);
     }
 }
@@ -89,6 +89,27 @@ static void large_bodies_have_equal_bits(void**) {
     xpbd.solver.kind = SolverKind::xpbd;
     xpbd.solver.substeps = 3;
     expect_equal_bits(*sheet, xpbd, 2);
+}
+
+// What docs/benchmarks.md has figures of.
+static void series_have_equal_bits(void**) {
+    const std::pair<const char*, int> series[] = {{"crowd", 2},  {"crowd-xpbd", 1}, {"flags", 3},     {"tori", 6},
+                                                  {"jacobi", 3}, {"gradients", 2},  {"drape", 2}, {"fold", 2}};
+    for (const auto& [name, frames] : series) {
+        const demos::BenchSeries& all = demos::find_bench_series(name);
+        for (const demos::BenchSize& size : all.sizes) {
+            const auto description = demos::Description::build(size.which, size.scene_options);
+            EngineOptions options;
+            options.solver = all.solver;
+            const uint64_t expected = hash_after(*description, options, frames);
+            for (const int threads : {2, 3, 8}) {
+                options.threads = threads;
+                if (hash_after(*description, options, frames) != expected) {
+                    fail_msg("%s: other bits with %d threads", size.which.name, threads);
+                }
+            }
+        }
+    }
 }
 
 // -------------------------------------------------------------------------------------------------------- the pool
@@ -161,6 +182,7 @@ int main(void) {
         cmocka_unit_test(scenes_have_equal_bits),
         cmocka_unit_test(solvers_have_equal_bits),
         cmocka_unit_test(large_bodies_have_equal_bits),
+        cmocka_unit_test(series_have_equal_bits),
         cmocka_unit_test(a_pool_does_each_index_once),
         cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
     };
