@@ -104,8 +104,8 @@ template <int count> void build_tori(scene_builder* builder) {
         scene_check(builder, pli_mesh_append_bending_links(mesh, 2, 0, nullptr));
         scene_check(builder, pli_mesh_shuffle_links(mesh));
         const int heap = i / 4;
-        const pli_vec3 at = pli_vec3_make(4 * static_cast<float>(heap % 4), 0.6f + 0.9f * static_cast<float>(i % 4),
-                                          4 * static_cast<float>(heap / 4));
+        const pli_vec3 at = pli_vec3_make(6 * static_cast<float>(heap % 4), 0.6f + 1.15f * static_cast<float>(i % 4),
+                                          6 * static_cast<float>(heap / 4));
         scene_check(builder, pli_mesh_transform(mesh, {pli_mat3_identity(), at}));
         scene_check(builder, pli_mesh_set_total_mass_from_faces(mesh, 10));
         scene_add_soft(builder, mesh, &def);
