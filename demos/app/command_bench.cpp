@@ -152,10 +152,10 @@ static std::string predictions_text(const EngineCost& cost) {
 }
 
 static std::string summary_text(const std::vector<BenchResult>& results) {
-    report::Table table({"scene",       "nodes",     "links",    "Pliant ms",    "one thread", "work/span", "4/8/16 threads",
-                         "predict",     "collide",   "solve",    "reference ms", "Bullet ms",  "ratio",     "ref. ratio",
-                         "world ratio", "ns/link",   "stretch",  "Bullet's",     "B/node",     "Bullet's",  "alloc/step",
-                         "Bullet's"});
+    report::Table table({"scene",          "nodes",      "links",       "Pliant ms", "one thread",   "work/span",
+                         "4/8/16 threads", "predict",    "collide",     "solve",     "reference ms", "Bullet ms",
+                         "ratio",          "ref. ratio", "world ratio", "ns/link",   "stretch",      "Bullet's",
+                         "B/node",         "Bullet's",   "alloc/step",  "Bullet's"});
     for (const BenchResult& result : results) {
         const bool has_bullet = result.bullet.is_measured, has_reference = result.reference.is_measured;
         const bool has_threads = result.pliant.one_thread_median > 0.0;

@@ -176,9 +176,10 @@ static void add_bench(CLI::App& program, BenchOptions& options, std::function<in
     CLI::App* command = program.add_subcommand("bench", "Measure what soft bodies cost, in Pliant and in btSoftBody");
     command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")->type_name("SCENE");
     command
-        ->add_option("--series", options.series,
-                     "Scenes of growing size instead: sheet, sphere or bodies; or those for threads: crowd, crowd-xpbd, "
-                     "flags, tori, fold, jacobi, gradients, drape")
+        ->add_option(
+            "--series", options.series,
+            "Scenes of growing size instead: sheet, sphere or bodies; or those for threads: crowd, crowd-xpbd, "
+            "flags, tori, fold, jacobi, gradients, drape")
         ->check(CLI::IsMember({"sheet", "sphere", "bodies", "crowd", "crowd-xpbd", "flags", "tori", "fold", "jacobi",
                                "gradients", "drape"})
                     .description(""))

@@ -5,6 +5,7 @@
 
 #include "compare.h"
 #include "engines/engine.h"
+#include "predicted_threads.h"
 
 #include <array>
 #include <string>
@@ -20,9 +21,6 @@ struct BenchOptions {
     int threads = 1;        // of Pliant
     SolverOptions solver{}; // likewise
 };
-
-// For how many threads a speed-up is predicted.
-constexpr std::array<int, 3> predicted_threads = {4, 8, 16};
 
 // Times are those of the soft bodies' part of a step, ms: the shortest of the rounds per frame, then over the frames.
 struct EngineCost {

@@ -175,9 +175,8 @@ const std::vector<BenchSeries>& bench_series() {
         const std::vector<BenchSize> sheets = {make_size("sheet 64", build_sheet<64>),
                                                make_size("sheet 128", build_sheet<128>)};
         constexpr int touching = 102, high = 1000, crowd_frames = 30;
-        const std::vector<BenchSize> crowds = {
-            make_size("falling 1000", build_bodies<1000, high>, crowd_frames),
-            make_size("resting 1000", build_bodies<1000, touching>, crowd_frames)};
+        const std::vector<BenchSize> crowds = {make_size("falling 1000", build_bodies<1000, high>, crowd_frames),
+                                               make_size("resting 1000", build_bodies<1000, touching>, crowd_frames)};
         return std::vector<BenchSeries>{
             {"sheet",
              {make_size("sheet 32", build_sheet<32>), make_size("sheet 64", build_sheet<64>),

@@ -3,8 +3,8 @@
 
 // What threads without number could save of a step.
 
-#include "bench.h"
 #include "engines/stopwatch.h"
+#include "predicted_threads.h"
 
 #include <pliant/base.h>
 

@@ -93,7 +93,7 @@ static void large_bodies_have_equal_bits(void**) {
 
 // What docs/benchmarks.md has figures of.
 static void series_have_equal_bits(void**) {
-    const std::pair<const char*, int> series[] = {{"crowd", 2},  {"crowd-xpbd", 1}, {"flags", 3},     {"tori", 6},
+    const std::pair<const char*, int> series[] = {{"crowd", 2},  {"crowd-xpbd", 1}, {"flags", 3}, {"tori", 6},
                                                   {"jacobi", 3}, {"gradients", 2},  {"drape", 2}, {"fold", 2}};
     for (const auto& [name, frames] : series) {
         const demos::BenchSeries& all = demos::find_bench_series(name);
@@ -179,12 +179,9 @@ static void a_pool_may_be_asked_from_within_a_range(void**) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(scenes_have_equal_bits),
-        cmocka_unit_test(solvers_have_equal_bits),
-        cmocka_unit_test(large_bodies_have_equal_bits),
-        cmocka_unit_test(series_have_equal_bits),
-        cmocka_unit_test(a_pool_does_each_index_once),
-        cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
+        cmocka_unit_test(scenes_have_equal_bits),       cmocka_unit_test(solvers_have_equal_bits),
+        cmocka_unit_test(large_bodies_have_equal_bits), cmocka_unit_test(series_have_equal_bits),
+        cmocka_unit_test(a_pool_does_each_index_once),  cmocka_unit_test(a_pool_may_be_asked_from_within_a_range),
     };
     return cmocka_run_group_tests(tests, nullptr, nullptr);
 }

@@ -5,7 +5,7 @@
 
 #include <pliant/pliant.h>
 
-enum { SIDE = 48, LAYER = 12, STEPS = 4 };
+enum { SIDE = 48, LAYER = 12, STEPS = 3 };
 static const float spacing = 0.02f;
 
 typedef enum sheet_kind {
@@ -126,8 +126,10 @@ static uint64_t run_on(int threads, sheet_kind kind, calls* made) {
         const uint64_t state = pli_body_state_hash(body);
         const pli_self_collision_report nodes = pli_body_get_self_collision_report(body);
         const pli_self_faces_report faces = pli_body_get_self_faces_report(body);
-        const int counts[] = {nodes.pairs,   nodes.contacts, nodes.searches,  nodes.limited_nodes,
-                              faces.pairs,   faces.contacts, faces.shortened, (int)nodes.is_truncated,
+        const int counts[] = {nodes.pairs,        nodes.contacts,
+                              nodes.searches,     nodes.limited_nodes,
+                              faces.pairs,        faces.contacts,
+                              faces.shortened,    (int)nodes.is_truncated,
                               faces.is_truncated, pli_body_get_implicit_report(body).iterations};
         hash = hash_mix(hash_mix(hash, &state, sizeof state), counts, sizeof counts);
         if (kind == SHEET_SELF_NODES || kind == SHEET_SELF_NODES_XPBD) { assert_true(nodes.contacts > 100); }

@@ -18,9 +18,6 @@
 #define SELF_NODES_MAX_REACH 0.75f
 #define SELF_NODES_MAX_REACH_APART 3.0f
 
-/* More than folded cloth has, so that there is room before it folds. */
-#define SELF_NODES_PAIRS_PER_NODE 6
-
 // ------------------------------------------------------------------------------------------------------ paths
 
 /* How far a node is off its path, squared; share: of the travel since the search. */
@@ -229,45 +226,6 @@ static void self_nodes_gather_block(int begin, int end, int block, void* data) {
     memcpy(&task->state->found.items[task->begin[block]], found->items, (size_t)found->count * sizeof *found->items);
 }
 
-void plii_self_node_pairs_release(pli_context* context, plii_self_node_pairs* state) {
-    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
-        plii_self_search_part* part = &state->parts[i];
-        PLII_RELEASE(context, part->search.near.pairs, part->search.near.capacity);
-        PLII_RELEASE(context, part->search.linked, state->part_node_count);
-        PLII_RELEASE(context, part->found.items, part->found.capacity);
-        *part = (plii_self_search_part){0};
-    }
-    state->part_node_count = 0;
-}
-
-size_t plii_self_node_pairs_bytes(const plii_self_node_pairs* state) {
-    size_t bytes = 0;
-    for (int i = 0; i < PLII_SELF_SEARCH_PARTS; ++i) {
-        const plii_self_search_part* part = &state->parts[i];
-        bytes += (size_t)part->search.near.capacity * sizeof *part->search.near.pairs +
-                 (part->search.linked != NULL ? (size_t)state->part_node_count * sizeof *part->search.linked : 0) +
-                 (size_t)part->found.capacity * sizeof *part->found.items;
-    }
-    return bytes;
-}
-
-static bool self_nodes_reserve_parts(const pli_body* body, plii_self_node_pairs* state, plii_blocks blocks) {
-    pli_context* context = body->context;
-    if (state->part_node_count != body->node_count) { plii_self_node_pairs_release(context, state); }
-    state->part_node_count = body->node_count;
-    for (int b = 0; b < blocks.count; ++b) {
-        plii_self_search_part* part = &state->parts[b];
-        const bool is_marked = part->search.linked != NULL;
-        if ((!is_marked && !PLII_ALLOCATE(context, &part->search.linked, body->node_count)) ||
-            !PLII_RESERVE(context, &part->search.near.pairs, &part->search.near.capacity, PLII_NODE_PAIRS_ROOM) ||
-            !PLII_RESERVE(context, &part->found.items, &part->found.capacity,
-                          SELF_NODES_PAIRS_PER_NODE * blocks.size)) {
-            return false;
-        }
-    }
-    return true;
-}
-
 enum { SELF_NODES_COMMON_NS = 300, SELF_NODES_APART_NS = 1500 }; /* per node */
 
 /* Adds the pairs of so many nodes, in their order, whatever the threads. */
@@ -276,7 +234,7 @@ static void self_nodes_find(self_nodes_search_task* task, int count) {
     plii_self_node_pairs* state = task->state;
     const int grain = plii_grain(task->is_apart ? SELF_NODES_APART_NS : SELF_NODES_COMMON_NS);
     const plii_blocks blocks = plii_blocks_of(count, grain, PLII_SELF_SEARCH_PARTS);
-    if (blocks.count <= 1 || !plii_has_threads(body->context) || !self_nodes_reserve_parts(body, state, blocks)) {
+    if (blocks.count <= 1 || !plii_has_threads(body->context) || !plii_self_node_pairs_reserve(body, state, blocks)) {
         self_nodes_finder finder = {body, task->graph, state, &state->search, &state->found, false};
         self_nodes_find_some(task, 0, count, &finder);
         state->is_truncated = state->is_truncated || finder.is_truncated;
@@ -422,7 +380,7 @@ static void self_nodes_search(const pli_body* body, const plii_link_graph* graph
     state->found.count = 0;
     state->searches += 1;
     state->is_known = false;
-    if (!self_nodes_reserve(context, &state->found, SELF_NODES_PAIRS_PER_NODE * node_count) ||
+    if (!self_nodes_reserve(context, &state->found, PLII_SELF_PAIRS_PER_NODE * node_count) ||
         !PLII_RESERVE(context, &near->pairs, &near->capacity, PLII_NODE_PAIRS_ROOM) ||
         !self_nodes_build_hash(body, state)) {
         state->is_truncated = true;

@@ -59,9 +59,9 @@ static void self_nodes_start_report(const pli_body* body, self_nodes_state* stat
 /* After searches: what they found. */
 static void self_nodes_report(pli_body* body, self_nodes_state* state) {
     const plii_self_node_pairs* pairs = &state->pairs;
-    const bool has_room = !body->solver_class->has_substeps ||
-                          PLII_RESERVE(body->context, &state->touching, &state->touching_capacity,
-                                       pairs->found.capacity);
+    const bool has_room =
+        !body->solver_class->has_substeps ||
+        PLII_RESERVE(body->context, &state->touching, &state->touching_capacity, pairs->found.capacity);
     state->report.pairs = pairs->found.count;
     state->report.searches = pairs->searches;
     state->report.is_truncated = state->report.is_truncated || pairs->is_truncated || !has_room;
@@ -356,8 +356,7 @@ static const plii_feature_array self_nodes_arrays[] = {
     {PLII_MEMBER(self_nodes_state, pairs.search.linked), PLII_PER_NODE, .snapshot = PLII_LEFT},
     PLII_SPATIAL_HASH_LISTS(self_nodes_state, pairs.hash, pairs.search.near),
     {PLII_LIST_OF(self_nodes_state, pairs.found.items, pairs.found.capacity),
-     PLII_COUNTED_BY(self_nodes_state, pairs.found.count),
-     .snapshot = PLII_SAVED},
+     PLII_COUNTED_BY(self_nodes_state, pairs.found.count), .snapshot = PLII_SAVED},
     {PLII_LIST_OF(self_nodes_state, touching, touching_capacity), PLII_COUNTED_BY(self_nodes_state, touching_count),
      .snapshot = PLII_LEFT},
     {0},

@@ -163,9 +163,7 @@ static pli_status world_check_body_pair(const pli_world* world, const pli_body_p
     PLII_TRY(plii_check_handle(a, PLII_HANDLE_BODY, world->context, "the first body", function));
     PLII_TRY(plii_check_handle(b, PLII_HANDLE_BODY, world->context, "the second body", function));
     PLII_TRY(plii_check_pair(world, a->world, b->world, function));
-    if (a == b) {
-        return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a body cannot meet itself");
-    }
+    if (a == b) { return plii_fail(world->context, PLI_ERROR_INVALID_VALUE, function, "a body cannot meet itself"); }
     return PLI_OK;
 }
 
@@ -182,9 +180,7 @@ pli_status pli_world_collide_bodies(pli_world* world, pli_body* body_a, pli_body
 pli_status pli_world_collide_body_pairs(pli_world* world, const pli_body_pair* pairs, int count) {
     PLII_TRY(plii_check_world_change(world, __func__));
     if (count < 0) { return PLII_FAIL(world->context, PLI_ERROR_INVALID_VALUE, "count = %d", count); }
-    if (pairs == NULL && count > 0) {
-        return PLII_FAIL(world->context, PLI_ERROR_NULL_ARGUMENT, "pairs is null");
-    }
+    if (pairs == NULL && count > 0) { return PLII_FAIL(world->context, PLI_ERROR_NULL_ARGUMENT, "pairs is null"); }
     for (int i = 0; i < count; ++i) {
         PLII_TRY(world_check_body_pair(world, &pairs[i], __func__));
     }

@@ -170,9 +170,9 @@ int plii_groups_grain(int count, int64_t nodes) {
 
 static int64_t groups_prediction(const pli_body* body) {
     if (plii_body_is_idle(body)) { return 0; }
-    const int times = body->solver_class->solves_constraints             ? GROUPS_IMPLICIT_TIMES
+    const int times = body->solver_class->solves_constraints          ? GROUPS_IMPLICIT_TIMES
                       : !plii_stage_is_empty(body, PLII_STAGE_FORCES) ? GROUPS_FORCES_TIMES
-                                                                         : 1;
+                                                                      : 1;
     return GROUPS_BODY_NODES + (int64_t)body->node_count * times;
 }
 
