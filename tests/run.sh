@@ -12,6 +12,7 @@ cd "$(dirname "$0")/.."
 packages="$packages
 xvfb            command Xvfb
 clang           command clang
+abigail-tools   command abidiff
 python3-cffi    file    /usr/lib/python3/dist-packages/cffi/__init__.py
 python3-numpy   file    /usr/lib/python3/dist-packages/numpy/__init__.py
 python3-pytest  file    /usr/lib/python3/dist-packages/pytest/__init__.py

@@ -115,8 +115,6 @@ pli_status Bridge::Impl::remove_body(pli_body* body) {
     return PLI_OK;
 }
 
-namespace {} // namespace
-
 float Bridge::Impl::interpolation() const {
     if (bullet_world_ == nullptr || bullet_world_state() != WorldState::alive) { return 1; }
     const btScalar step = Accumulator::step(*bullet_world_);
