@@ -5,7 +5,7 @@
 
 #include <pliant/pliant.h>
 
-enum { SIDE = 48, LAYER = 12, STEPS = 3 };
+enum { SIDE = 48, LAYER = 12, STEPS = 4 };
 static const float spacing = 0.02f;
 
 typedef enum sheet_kind {
