@@ -119,9 +119,13 @@ void Bridge::Impl::collide_pairs() {
         collide_pairs_as_reference();
     } else {
         collide_rigid_pairs();
+        body_pairs_.clear();
         for (const PairAlgorithm* pair : pairs_) {
             if (pair == nullptr || pair->other_soft == nullptr) { continue; }
-            note(pli_world_collide_bodies(world, pair->soft.body(), pair->other_soft->body()));
+            body_pairs_.push_back({pair->soft.body(), pair->other_soft->body()});
+        }
+        if (!body_pairs_.empty()) {
+            note(pli_world_collide_body_pairs(world, body_pairs_.data(), static_cast<int>(body_pairs_.size())));
         }
     }
     for (PairAlgorithm* pair : pairs_) {

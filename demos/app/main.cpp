@@ -182,8 +182,14 @@ static void add_compare(CLI::App& program, CompareOptions& options, std::functio
 static void add_bench(CLI::App& program, BenchOptions& options, std::function<int()>& chosen) {
     CLI::App* command = program.add_subcommand("bench", "Measure what soft bodies cost, in Pliant and in btSoftBody");
     command->add_option("scenes", options.scenes, "Names of scenes, or all of Bullet's demo")->type_name("SCENE");
-    command->add_option("--series", options.series, "Scenes of growing size instead: sheet, sphere or bodies")
-        ->check(CLI::IsMember({"sheet", "sphere", "bodies"}).description(""))
+    command
+        ->add_option(
+            "--series", options.series,
+            "Scenes of growing size instead: sheet, sphere or bodies; or those for threads: crowd, crowd-xpbd, "
+            "flags, tori, fold, jacobi, gradients, drape")
+        ->check(CLI::IsMember({"sheet", "sphere", "bodies", "crowd", "crowd-xpbd", "flags", "tori", "fold", "jacobi",
+                               "gradients", "drape"})
+                    .description(""))
         ->type_name("NAME");
     add_frames(command, options.frames, "Frames of 1/60 s (default: 300, or 60 with --quick)");
     command->add_flag("--quick", options.is_quick, "Fewer frames, and each only once");

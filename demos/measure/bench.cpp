@@ -151,6 +151,7 @@ private:
 EngineOptions pliant_options(const BenchOptions& options) {
     EngineOptions result;
     result.threads = options.threads;
+    result.solver = options.solver;
     return result;
 }
 
@@ -239,22 +240,33 @@ void profile_stages(const Description& description, const BenchOptions& options,
 void measure_span(const Description& description, const BenchOptions& options, EngineCost& cost) {
     constexpr int least_rounds = 3; // a disturbance within the longest part counts as a whole
     const int rounds = std::max(options.rounds, least_rounds);
-    std::vector<double> works(static_cast<size_t>(options.frames)), spans(works.size());
+    const auto frames = static_cast<size_t>(options.frames);
+    std::vector<double> works(frames), spans(frames);
+    std::array<std::vector<double>, predicted_threads.size()> shares; // with so many threads
+    shares.fill(std::vector<double>(frames));
+    const ProcessorTime processor_time; // all is done by one thread
     for (int round = 0; round < rounds; ++round) {
         SpanClock clock;
         EngineOptions engine_options = pliant_options(options);
         engine_options.parallel_for = SpanClock::parallel_for;
         engine_options.parallel_user = &clock;
         PliantEngine engine(description, engine_options);
-        for (int frame = 0; frame < options.frames; ++frame) {
+        for (size_t frame = 0; frame < frames; ++frame) {
             engine.step();
-            const double work = engine.step_times().sum(), span = work - clock.take();
-            double &kept_work = works[static_cast<size_t>(frame)], &kept_span = spans[static_cast<size_t>(frame)];
-            kept_work = round == 0 ? work : std::min(kept_work, work);
-            kept_span = round == 0 ? span : std::min(kept_span, span);
+            const SpanClock::Savings saved = clock.take();
+            const double work = engine.step_times().sum() - saved.own;
+            const auto keep = [&](double& kept, double time) { kept = round == 0 ? time : std::min(kept, time); };
+            keep(works[frame], work);
+            keep(spans[frame], work - saved.of_all);
+            for (size_t i = 0; i < shares.size(); ++i) {
+                keep(shares[i][frame], work - saved.of_threads[i]);
+            }
         }
     }
     cost.work_over_span = median(works) / median(spans);
+    for (size_t i = 0; i < shares.size(); ++i) {
+        cost.predicted_speedups[i] = median(works) / median(shares[i]);
+    }
 }
 
 } // namespace
@@ -279,7 +291,11 @@ BenchResult bench_scene(const Description& description, const BenchOptions& opti
     BenchOptions unsettled = options;
     unsettled.settled_frames = 0;
     EngineCost one_thread;
-    if (options.threads > 1) { runners.emplace_back(EngineKind::pliant, EngineOptions{}, one_thread, unsettled); }
+    if (options.threads > 1) {
+        EngineOptions alone = pliant_options(options);
+        alone.threads = 1;
+        runners.emplace_back(EngineKind::pliant, alone, one_thread, unsettled);
+    }
     if (options.with_bullet) { runners.emplace_back(EngineKind::bullet, EngineOptions{}, result.bullet, options); }
     const int steps = 2 * options.frames * options.rounds;
     for (int round = 0; round < options.rounds; ++round) {

@@ -444,6 +444,8 @@ static inline pli_status call_refine(const call_handles* h) {
     X(pli_world_collide_rigid, WORLD, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \
     X(pli_world_collide_rigid, BODY, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))       \
     X(pli_world_collide_rigid, RIGID, CHANGES, CALL_STATUS(pli_world_collide_rigid(h->world, h->body, h->rigid)))      \
+    X(pli_world_collide_body_pairs, WORLD, CHANGES,                                                                    \
+      CALL_STATUS(pli_world_collide_body_pairs(h->world, (const pli_body_pair[]){{h->body, h->other}}, 1)))            \
     X(pli_world_collide_bodies, WORLD, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))    \
     X(pli_world_collide_bodies, BODY, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))     \
     X(pli_world_collide_bodies, OTHER, CHANGES, CALL_STATUS(pli_world_collide_bodies(h->world, h->body, h->other)))    \

@@ -20,11 +20,13 @@ static bool islands_are_in_step(const pli_body* body, const pli_body* other) {
 
 void plii_world_join_bodies(pli_world* world, pli_body* body, pli_body* other) {
     if (!islands_are_in_step(body, other)) { return; }
+    const bool was_locked = plii_context_lock(world->context); /* pairs may meet on several threads */
     if (!world->has_islands) {
         plii_union_start(world->body_count, world->islands);
         world->has_islands = true;
     }
     plii_union_join(world->islands, body->world_index, other->world_index);
+    plii_context_unlock(world->context, was_locked);
 }
 
 /* From the last body, so that lists come in the order of bodies. The root is the first one. */
