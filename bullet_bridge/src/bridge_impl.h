@@ -104,7 +104,7 @@ private:
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
-    void follow_activation(SoftObject& object);
+    void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
     void wake_met(btScalar dt);
     void offer_sleep();

@@ -387,6 +387,7 @@ static void world_solve_joints(pli_world* world) {
 /* Soft contacts move the nodes of other bodies, so what follows from positions waits for all solves of the group. */
 static void world_refresh_bodies(pli_body* const* bodies, int count) {
     for (int i = 0; i < count; ++i) {
+        bodies[i]->is_solved = false;
         if (plii_body_is_idle(bodies[i])) { continue; }
         plii_world_begin_body(bodies[i]);
         plii_body_refresh(bodies[i]);
@@ -399,6 +400,12 @@ static void world_solve_group(pli_body* const* bodies, int count) {
 }
 
 static void world_solve_all(pli_world* world) {
+    if (!world->have_bodies_met && world->profile == NULL) { /* while a body is in the caches */
+        for (int i = 0; i < world->body_count; ++i) {
+            world_solve_group(&world->bodies[i], 1);
+        }
+        return;
+    }
     plii_world_profile(world, "solve", NULL, true);
     plii_islands_solve(world->bodies, world->body_count);
     plii_world_profile(world, "solve", NULL, false);
