@@ -113,6 +113,7 @@ private:
     void collide_pairs();
     void collide_pairs_as_reference();
     void collide_rigid_pairs();
+    void sort_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
     void look_for_new_pinned();
@@ -152,6 +153,7 @@ private:
     };
     std::vector<RigidPair> sorted_pairs_;     ///< scratch
     std::vector<pli_rigid_pair> rigid_pairs_; ///< scratch
+    std::vector<int> places_;                 ///< of their bodies in the Bullet world
     std::vector<RigidProxy*> touched_;        ///< proxies that take part in this step's solve
     std::mutex mutex_;                        ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };

@@ -141,11 +141,23 @@ void Bridge::Impl::collide_pairs_as_reference() {
     }
 }
 
+// By the places of their bodies in the Bullet world, and as they came.
+void Bridge::Impl::sort_rigid_pairs() {
+    sorted_pairs_.clear();
+    for (std::size_t i = 0; i < rigid_pairs_.size(); ++i) {
+        sorted_pairs_.push_back({places_[i], static_cast<int>(i), rigid_pairs_[i]});
+    }
+    std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
+        return a.place != b.place ? a.place < b.place : a.order < b.order;
+    });
+    std::transform(sorted_pairs_.begin(), sorted_pairs_.end(), rigid_pairs_.begin(),
+                   [](const RigidPair& pair) { return pair.pair; });
+}
+
 // Body by body, so that threads can share them; mostly Bullet comes to them like that.
 void Bridge::Impl::collide_rigid_pairs() {
-    sorted_pairs_.clear();
     rigid_pairs_.clear();
-    bool is_sorted = true;
+    places_.clear();
     for (const PairAlgorithm* pair : pairs_) {
         if (pair == nullptr || pair->other_soft != nullptr) { continue; }
         RigidProxy& proxy = *pair->proxy;
@@ -154,20 +166,11 @@ void Bridge::Impl::collide_rigid_pairs() {
         const pli_status given = proxy.give_captured_state();
         note(given);
         if (given != PLI_OK) { continue; }
-        const int place = pair->soft.getWorldArrayIndex(), order = static_cast<int>(sorted_pairs_.size());
-        is_sorted = is_sorted && (order == 0 || sorted_pairs_.back().place <= place);
-        const pli_rigid_pair rigid_pair{pair->soft.body(), proxy.rigid()};
-        sorted_pairs_.push_back({place, order, rigid_pair});
-        rigid_pairs_.push_back(rigid_pair);
+        rigid_pairs_.push_back({pair->soft.body(), proxy.rigid()});
+        places_.push_back(pair->soft.getWorldArrayIndex());
     }
     if (rigid_pairs_.empty()) { return; }
-    if (!is_sorted) {
-        std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
-            return a.place != b.place ? a.place < b.place : a.order < b.order;
-        });
-        std::transform(sorted_pairs_.begin(), sorted_pairs_.end(), rigid_pairs_.begin(),
-                       [](const RigidPair& pair) { return pair.pair; });
-    }
+    if (!std::is_sorted(places_.begin(), places_.end())) { sort_rigid_pairs(); }
     note(pli_world_collide_rigids(world, rigid_pairs_.data(), static_cast<int>(rigid_pairs_.size())));
 }
 
