@@ -104,7 +104,7 @@ private:
     std::unique_ptr<RigidProxy>& proxy_of(const btCollisionObject& object);
     void pin(RigidProxy& proxy);
     void begin_step(btScalar dt);
-    void follow_activation(SoftObject& object);
+    void follow_activation(SoftObject& object, bool should_rest);
     void wake(SoftObject& object);
     void wake_met(btScalar dt);
     void offer_sleep();
@@ -114,6 +114,7 @@ private:
     void collide_pairs();
     void collide_pairs_as_reference();
     void collide_rigid_pairs();
+    void sort_rigid_pairs();
     void take_part(RigidProxy& proxy);
     void finish_step();
     void look_for_new_pinned();
@@ -154,6 +155,7 @@ private:
     std::vector<RigidPair> sorted_pairs_;     ///< scratch
     std::vector<pli_rigid_pair> rigid_pairs_; ///< scratch
     std::vector<pli_body_pair> body_pairs_;   ///< scratch
+    std::vector<int> places_;                 ///< of their bodies in the Bullet world
     std::vector<RigidProxy*> touched_;        ///< proxies that take part in this step's solve
     std::mutex mutex_;                        ///< guards proxies_, replaced_ and pairs_ during Bullet's dispatch
 };

@@ -275,6 +275,7 @@ void Bridge::Impl::make_room() {
     pairs_.reserve(pairs);
     sorted_pairs_.reserve(pairs);
     rigid_pairs_.reserve(pairs);
+    places_.reserve(pairs);
     touched_.reserve(proxies_.size());
 }
 

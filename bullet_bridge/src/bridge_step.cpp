@@ -52,17 +52,19 @@ bool Bridge::Impl::is_inside_step() const {
 }
 
 void Bridge::Impl::predict_inside_step() {
-    if (is_inside_step() && !is_stepping()) { begin_step(bullet_world_->getDispatchInfo().m_timeStep); }
+    if (!collects_pairs_ && is_inside_step() && !is_stepping()) {
+        begin_step(bullet_world_->getDispatchInfo().m_timeStep);
+    }
 }
 
 void Bridge::Impl::follow_gravity() {
     if (!followed_gravity_) { return; }
+    const pli_vec3 present = to_pli(bullet_world_->getGravity());
+    if (is_equal(present, *followed_gravity_)) { return; }
     if (!is_equal(pli_world_get_gravity(world), *followed_gravity_)) {
         followed_gravity_.reset();
         return;
     }
-    const pli_vec3 present = to_pli(bullet_world_->getGravity());
-    if (is_equal(present, *followed_gravity_)) { return; }
     const pli_status result = pli_world_set_gravity(world, present);
     note(result);
     if (result == PLI_OK) { followed_gravity_ = present; }
@@ -84,10 +86,15 @@ void Bridge::Impl::begin_step(btScalar dt) {
     follow_transforms();
     look_for_pinned();
     follow_world();
+    bool is_any_asleep = false;
     for (const auto& object : objects_) {
-        follow_activation(*object);
+        const bool should_rest = !object->isActive() || object->getWorldArrayIndex() < 0;
+        if (should_rest || object->is_asleep || object->is_frozen_by_bridge) {
+            follow_activation(*object, should_rest);
+        }
+        is_any_asleep = is_any_asleep || object->is_asleep;
     }
-    wake_met(dt);
+    if (is_any_asleep) { wake_met(dt); }
     ++step_;
     note(pli_world_predict(world, to_float(dt)));
     collects_pairs_ = is_stepping();
@@ -149,9 +156,23 @@ void Bridge::Impl::collide_pairs_as_reference() {
     }
 }
 
-// Body by body, so that threads can share them.
-void Bridge::Impl::collide_rigid_pairs() {
+// By the places of their bodies in the Bullet world, and as they came.
+void Bridge::Impl::sort_rigid_pairs() {
     sorted_pairs_.clear();
+    for (std::size_t i = 0; i < rigid_pairs_.size(); ++i) {
+        sorted_pairs_.push_back({places_[i], static_cast<int>(i), rigid_pairs_[i]});
+    }
+    std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
+        return a.place != b.place ? a.place < b.place : a.order < b.order;
+    });
+    std::transform(sorted_pairs_.begin(), sorted_pairs_.end(), rigid_pairs_.begin(),
+                   [](const RigidPair& pair) { return pair.pair; });
+}
+
+// Body by body, so that threads can share them; mostly Bullet comes to them like that.
+void Bridge::Impl::collide_rigid_pairs() {
+    rigid_pairs_.clear();
+    places_.clear();
     for (const PairAlgorithm* pair : pairs_) {
         if (pair == nullptr || pair->other_soft != nullptr) { continue; }
         RigidProxy& proxy = *pair->proxy;
@@ -160,18 +181,11 @@ void Bridge::Impl::collide_rigid_pairs() {
         const pli_status given = proxy.give_captured_state();
         note(given);
         if (given != PLI_OK) { continue; }
-        sorted_pairs_.push_back({pair->soft.getWorldArrayIndex(),
-                                 static_cast<int>(sorted_pairs_.size()),
-                                 {pair->soft.body(), proxy.rigid()}});
+        rigid_pairs_.push_back({pair->soft.body(), proxy.rigid()});
+        places_.push_back(pair->soft.getWorldArrayIndex());
     }
-    if (sorted_pairs_.empty()) { return; }
-    std::sort(sorted_pairs_.begin(), sorted_pairs_.end(), [](const RigidPair& a, const RigidPair& b) {
-        return a.place != b.place ? a.place < b.place : a.order < b.order;
-    });
-    rigid_pairs_.clear();
-    for (const RigidPair& pair : sorted_pairs_) {
-        rigid_pairs_.push_back(pair.pair);
-    }
+    if (rigid_pairs_.empty()) { return; }
+    if (!std::is_sorted(places_.begin(), places_.end())) { sort_rigid_pairs(); }
     note(pli_world_collide_rigids(world, rigid_pairs_.data(), static_cast<int>(rigid_pairs_.size())));
 }
 
@@ -183,7 +197,6 @@ void Bridge::Impl::take_part(RigidProxy& proxy) {
     proxy.read_present_state(); // well before the core looks at it: what was just stored in parts is slow to read
     note(proxy.prepare({context, mode, surface_thickness, nullptr}, world));
     if (proxy.rigid() == nullptr) { return; }
-    (void)pli_rigid_set_sensor(proxy.rigid(), !proxy.object()->hasContactResponse());
     touched_.push_back(&proxy);
 }
 
@@ -228,10 +241,8 @@ void Bridge::Impl::finish_step() {
 // wakes does so in the core, and the other way round.
 
 // Before the prediction.
-void Bridge::Impl::follow_activation(SoftObject& object) {
+void Bridge::Impl::follow_activation(SoftObject& object, bool should_rest) {
     pli_body* body = object.body();
-    const bool should_rest = !object.isActive() || object.getWorldArrayIndex() < 0;
-    if (!should_rest && !object.is_asleep && !object.is_frozen_by_bridge) { return; }
     const bool may_sleep = object.wants_sleep && object.getWorldArrayIndex() >= 0;
     if (should_rest && may_sleep && !object.is_frozen_by_bridge) {
         if (object.is_asleep ? pli_body_is_asleep(body) : pli_body_is_resting(body)) {
@@ -257,11 +268,6 @@ void Bridge::Impl::wake(SoftObject& object) {
 
 // Islands wake what an awake body has met, a step later.
 void Bridge::Impl::wake_met(btScalar dt) {
-    bool is_any_asleep = false;
-    for (const auto& object : objects_) {
-        is_any_asleep = is_any_asleep || object->is_asleep;
-    }
-    if (!is_any_asleep) { return; }
     const btCollisionObjectArray& array = bullet_world_->getCollisionObjectArray();
     for (int i = 0; i < array.size(); ++i) {
         if (!is_moving(*array[i])) { continue; }

@@ -36,6 +36,21 @@ bool comes_to_child(const ShapePart& child, const btTransform& compound, const p
     return TestAabbAgainstAabb2(low, high, body_low, body_high);
 }
 
+// A body that does not turn keeps its rotation and inertia as they are.
+void move(btRigidBody& body, const btVector3& shift, const btVector3& rotation) {
+    btTransform& pose = body.getWorldTransform();
+    if (!rotation.isZero()) {
+        btTransform moved;
+        btTransformUtil::integrateTransform(pose, shift, rotation, 1, moved);
+        body.proceedToTransform(moved);
+        return;
+    }
+    pose.setOrigin(pose.getOrigin() + shift);
+    body.setInterpolationWorldTransform(pose);
+    body.setInterpolationLinearVelocity(body.getLinearVelocity());
+    body.setInterpolationAngularVelocity(body.getAngularVelocity());
+}
+
 } // namespace
 
 RigidProxy::RigidProxy(const btCollisionObject& object)
@@ -130,7 +145,7 @@ void RigidProxy::capture(unsigned step) {
 inline RigidProxy::Response RigidProxy::response() const {
     const btVector3 one(1, 1, 1);
     return {body_ != nullptr ? body_->getLinearFactor() : one, body_ != nullptr ? body_->getAngularFactor() : one,
-            object_->getFriction()};
+            object_->getFriction(), !object_->hasContactResponse()};
 }
 
 pli_status RigidProxy::create_rigid(pli_world* world) {
@@ -148,6 +163,7 @@ pli_status RigidProxy::create_rigid(pli_world* world) {
     response_ = present;
     has_response_ = true;
     set_present(is_present_);
+    (void)pli_rigid_set_sensor(rigid_, present.is_sensor);
     return PLI_OK;
 }
 
@@ -164,10 +180,11 @@ pli_status RigidProxy::update_rigid() {
     const Response present = response();
     const bool is_same = has_response_ && same_bits(present.linear_factor, response_.linear_factor) &&
                          same_bits(present.angular_factor, response_.angular_factor) &&
-                         same_bits(present.friction, response_.friction);
+                         same_bits(present.friction, response_.friction) && present.is_sensor == response_.is_sensor;
     if (is_same) { return PLI_OK; }
     pli_status status = pli_rigid_set_factors(rigid_, to_pli(present.linear_factor), to_pli(present.angular_factor));
     if (status == PLI_OK) { status = pli_rigid_set_friction(rigid_, to_float(present.friction)); }
+    if (status == PLI_OK) { status = pli_rigid_set_sensor(rigid_, present.is_sensor); }
     if (status == PLI_OK) {
         response_ = present;
         has_response_ = true;
@@ -273,11 +290,7 @@ void RigidProxy::write_back(bool always_activates) {
             with_change(body->getAngularVelocity(), present_.angular_velocity, after.angular_velocity));
     }
     pli_vec3 shift, rotation;
-    if (pli_rigid_get_shift(rigid_, &shift, &rotation)) {
-        btTransform moved;
-        btTransformUtil::integrateTransform(body->getWorldTransform(), to_bullet(shift), to_bullet(rotation), 1, moved);
-        body->proceedToTransform(moved);
-    }
+    if (pli_rigid_get_shift(rigid_, &shift, &rotation)) { move(*body, to_bullet(shift), to_bullet(rotation)); }
     // Bullet counts from here for how long a body has been slow. What a soft body touches is in its island, and wakes
     // with it; what it only holds by an anchor from afar is not.
     const btScalar speed = body->getLinearSleepingThreshold(), spin = body->getAngularSleepingThreshold();

@@ -46,7 +46,7 @@ public:
     void capture(unsigned step);
     bool is_captured(unsigned step) const { return captured_step_ == step; }
 
-    /// Makes the core's body, or brings its kind, factors, friction and shapes up to date.
+    /// Makes the core's body, or brings its kind, response and shapes up to date.
     pli_status prepare(const ShapeOptions& options, pli_world* world);
     /// The core's body gets the captured state, if it has another.
     pli_status give_captured_state();
@@ -95,6 +95,7 @@ private:
     struct Response {
         btVector3 linear_factor, angular_factor;
         btScalar friction;
+        bool is_sensor;
     };
     pli_rigid_kind kind() const;
     Response response() const;

@@ -154,28 +154,28 @@ template <typename T> void add_to_hash(std::uint64_t& hash, T value) {
     hash ^= hash >> 32; // products do not reach lower bits
 }
 
-// Two at a time where they are floats.
-void add_to_hash(std::uint64_t& hash, btScalar a, btScalar b) {
-    if constexpr (2 * sizeof(btScalar) <= sizeof hash) {
-        std::uint64_t word = 0;
+// Two of them, where they fit.
+template <class A, class B> std::uint64_t to_word(A a, B b) {
+    std::uint64_t word = 0;
+    if constexpr (sizeof a + sizeof b <= sizeof word) {
         std::memcpy(&word, &a, sizeof a);
         std::memcpy(reinterpret_cast<unsigned char*>(&word) + sizeof a, &b, sizeof b);
-        add_to_hash(hash, word);
     } else {
-        add_to_hash(hash, a);
-        add_to_hash(hash, b);
+        add_to_hash(word, a);
+        add_to_hash(word, b);
     }
+    return word;
 }
 
 void add_to_hash(std::uint64_t& hash, const btVector3& v) {
-    add_to_hash(hash, v.x(), v.y());
+    add_to_hash(hash, to_word(v.x(), v.y()));
     add_to_hash(hash, v.z());
 }
 
+// By products that do not wait for each other.
 void add_to_hash(std::uint64_t& hash, const btVector3& a, const btVector3& b) {
-    add_to_hash(hash, a.x(), a.y());
-    add_to_hash(hash, a.z(), b.x());
-    add_to_hash(hash, b.y(), b.z());
+    add_to_hash(hash, to_word(a.x(), a.y()) * 0x9e3779b97f4a7c15u + to_word(a.z(), b.x()) * 0xc2b2ae3d27d4eb4fu +
+                          to_word(b.y(), b.z()) * 0x165667b19e3779f9u);
 }
 
 // Shapes of which these numbers say all.
@@ -185,14 +185,13 @@ bool has_dimensions(int type) {
 
 void add_shape(std::uint64_t& hash, const btCollisionShape& shape) {
     add_to_hash(hash, &shape);
-    add_to_hash(hash, shape.getShapeType());
     if (has_dimensions(shape.getShapeType())) {
         const auto& convex = static_cast<const btConvexInternalShape&>(shape);
-        add_to_hash(hash, convex.getMarginNV());
+        add_to_hash(hash, to_word(shape.getShapeType(), convex.getMarginNV()));
         add_to_hash(hash, convex.getLocalScalingNV(), convex.getImplicitShapeDimensions());
         return;
     }
-    add_to_hash(hash, shape.getMargin());
+    add_to_hash(hash, to_word(shape.getShapeType(), shape.getMargin()));
     add_to_hash(hash, shape.getLocalScaling());
     if (shape.isConvex()) {
         btVector3 low, high;

@@ -49,6 +49,17 @@ static void feature_rebuild_substepped(plii_pipeline* pipeline) {
     }
 }
 
+/* In the order of enabling. */
+static void feature_rebuild_colliding(plii_pipeline* pipeline) {
+    plii_pipeline_entry* entries = &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT] + pipeline->substepped_count];
+    pipeline->colliding_count = 0;
+    for (int i = 0; i < pipeline->feature_count; ++i) {
+        const plii_feature* feature = &pipeline->features[i];
+        if (feature->klass->collide_rigid == NULL) { continue; }
+        entries[pipeline->colliding_count++] = (plii_pipeline_entry){NULL, feature->state, feature->klass};
+    }
+}
+
 /* Equal orders run in the order of enabling. Room was made before. */
 static void feature_rebuild_pipeline(pli_body* body) {
     plii_pipeline* pipeline = &body->pipeline;
@@ -74,6 +85,7 @@ static void feature_rebuild_pipeline(pli_body* body) {
     pipeline->begin[PLII_STAGE_COUNT] = count;
     pipeline->revision += 1;
     feature_rebuild_substepped(pipeline);
+    feature_rebuild_colliding(pipeline);
 }
 
 static void feature_release(pli_body* body, const plii_feature* feature) {
@@ -110,7 +122,8 @@ static int feature_count_stages(const plii_feature_class* klass) {
 static pli_status feature_add(pli_body* body, const plii_feature_class* klass) {
     plii_pipeline* pipeline = &body->pipeline;
     const int entry_count = pipeline->begin[PLII_STAGE_COUNT] + feature_count_stages(klass) +
-                            pipeline->substepped_count + (klass->substepped != NULL);
+                            pipeline->substepped_count + (klass->substepped != NULL) + pipeline->colliding_count +
+                            (klass->collide_rigid != NULL);
     if (!PLII_RESERVE(body->context, &pipeline->features, &pipeline->feature_capacity, pipeline->feature_count + 1) ||
         !PLII_RESERVE(body->context, &pipeline->entries, &pipeline->entry_capacity, entry_count)) {
         return PLI_ERROR_OUT_OF_MEMORY;
@@ -241,7 +254,7 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 
 // ------------------------------------------------------------------------------------------------------- run
 
-static void feature_run_profiled(pli_body* body, plii_stage stage) {
+void plii_run_stage_profiled(pli_body* body, plii_stage stage) {
     const plii_pipeline* pipeline = &body->pipeline;
     static const char* const names[PLII_STAGE_COUNT] = {
         [PLII_STAGE_FORCES] = "forces",
@@ -263,20 +276,5 @@ static void feature_run_profiled(pli_body* body, plii_stage stage) {
         plii_world_profile(body->world, names[stage], entry->klass->name, true);
         entry->run(body, entry->state);
         plii_world_profile(body->world, names[stage], entry->klass->name, false);
-    }
-}
-
-/* Bodies of a few nodes would notice more per entry. */
-void plii_run_entries(pli_body* body, plii_stage stage) {
-    if (body->world->profile != NULL) {
-        feature_run_profiled(body, stage);
-        return;
-    }
-    plii_pass* pass = &plii_thread.pass;
-    const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
-    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
-        pass->feature = entry->klass;
-        entry->run(body, entry->state);
     }
 }

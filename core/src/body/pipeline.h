@@ -2,7 +2,7 @@
 
 /* Features of a body: enabling them, and running those that act in a stage. */
 
-#include "body/body_impl.h"
+#include "body/world_state.h"
 
 /* Enables with its needs, all or nothing. When enabled already only returns the state. `state` may be NULL. */
 pli_status plii_feature_enable(pli_body* body, const plii_feature_class* klass, void** state);
@@ -25,7 +25,24 @@ int plii_feature_list(const pli_body* body, int capacity, pli_feature_cost* feat
 static inline bool plii_stage_is_empty(const pli_body* body, plii_stage stage) {
     return body->pipeline.begin[stage] == body->pipeline.begin[stage + 1];
 }
-void plii_run_entries(pli_body* body, plii_stage stage);
+static inline const plii_pipeline_entry* plii_substepped_entries(const plii_pipeline* pipeline) {
+    return &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT]];
+}
+static inline const plii_pipeline_entry* plii_colliding_entries(const plii_pipeline* pipeline) {
+    return plii_substepped_entries(pipeline) + pipeline->substepped_count;
+}
+void plii_run_stage_profiled(pli_body* body, plii_stage stage);
+/* Inline: bodies of a few nodes would notice. */
 static inline void plii_run_stage(pli_body* body, plii_stage stage) {
-    if (!plii_stage_is_empty(body, stage)) { plii_run_entries(body, stage); }
+    if (plii_stage_is_empty(body, stage)) { return; }
+    if (body->world->profile != NULL) {
+        plii_run_stage_profiled(body, stage);
+        return;
+    }
+    const plii_pipeline* pipeline = &body->pipeline;
+    const plii_pipeline_entry* const end = &pipeline->entries[pipeline->begin[stage + 1]];
+    for (const plii_pipeline_entry* entry = &pipeline->entries[pipeline->begin[stage]]; entry < end; ++entry) {
+        plii_thread.pass.feature = entry->klass;
+        entry->run(body, entry->state);
+    }
 }

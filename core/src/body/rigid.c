@@ -1,6 +1,6 @@
 /* Rigid proxies: state, shapes, and free motion for programs without a rigid-body engine. */
 
-#include "math/simd_float4.h"
+#include "body/rigid_lanes.h"
 
 #include "base/handle.h"
 #include "body/world_state.h"
@@ -103,9 +103,14 @@ static inline bool rigid_is_same_pose(const pli_transform* a, const pli_transfor
     return difference == 0;
 }
 
+static void rigid_note_pose(pli_rigid* rigid) {
+    ++rigid->pose_version;
+    rigid->are_shapes_placed = false;
+}
+
 static void rigid_store_state(pli_rigid* rigid, const pli_rigid_state* state) {
     const bool is_same_pose = rigid_is_same_pose(&rigid->state.pose, &state->pose);
-    if (!is_same_pose) { ++rigid->pose_version; }
+    if (!is_same_pose) { rigid_note_pose(rigid); }
     rigid->is_asleep = rigid->is_asleep && is_same_pose && plii_vec3_is_zero(state->linear_velocity) &&
                        plii_vec3_is_zero(state->angular_velocity);
     rigid->state = *state;
@@ -168,12 +173,14 @@ static void rigid_release(pli_rigid* rigid) {
     }
     plii_release(context, rigid->shapes, (size_t)rigid->shape_capacity * sizeof(pli_shape*));
     PLII_RELEASE(context, rigid->shape_poses, rigid->shape_pose_capacity);
+    PLII_RELEASE(context, rigid->shape_places, rigid->shape_place_capacity);
     plii_handle_release(context, rigid, PLII_HANDLE_RIGID, sizeof *rigid);
 }
 
 static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* shapes, const pli_transform* poses) {
     if (!PLII_RESERVE(rigid->context, &rigid->shapes, &rigid->shape_capacity, count) ||
-        !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count)) {
+        !PLII_RESERVE(rigid->context, &rigid->shape_poses, &rigid->shape_pose_capacity, count) ||
+        !PLII_RESERVE(rigid->context, &rigid->shape_places, &rigid->shape_place_capacity, count)) {
         return false;
     }
     /* Retain first: a shape may be in the old list and in the new one. */
@@ -186,6 +193,7 @@ static bool rigid_store_shapes(pli_rigid* rigid, int count, pli_shape* const* sh
     rigid->shape_count = count;
     rigid->world->needs_reserve = true;
     rigid->has_changed = true;
+    rigid->are_shapes_placed = rigid->are_shapes_measured = false;
     for (int i = 0; i < count; ++i) {
         rigid->shapes[i] = shapes[i];
         rigid->shape_poses[i] = poses != NULL ? poses[i] : pli_transform_identity();
@@ -314,11 +322,17 @@ bool pli_rigid_was_touched(const pli_rigid* rigid) {
     return plii_check_rigid(rigid, __func__) == PLI_OK && rigid->was_touched;
 }
 
+/* Against other threads of a step, where there may be some. */
+static bool rigid_lock(const pli_rigid* rigid) {
+    return rigid->context->parallel_for != NULL && plii_context_lock(rigid->context);
+}
+
 /* All who come here at once write the same, the first one does. */
 void plii_rigid_start_path(pli_rigid* rigid) {
     plii_rigid_path* path = &rigid->path;
-    const bool was_locked = plii_context_lock(rigid->context);
+    const bool was_locked = rigid_lock(rigid);
     if (!path->has_begun) {
+        rigid->is_in_step = true;
         path->shift = path->carried = plii_twist_zero();
         /* A static one is followed by nobody, and stays. */
         path->moved = path->drift = plii_twist_zero();
@@ -333,7 +347,7 @@ void plii_rigid_start_path(pli_rigid* rigid) {
 }
 
 void plii_rigid_start_touch(pli_rigid* rigid) {
-    const bool was_locked = plii_context_lock(rigid->context);
+    const bool was_locked = rigid_lock(rigid);
     if (!rigid->was_touched) {
         plii_rigid_keep_velocities(rigid);
         PLII_STORE(&rigid->was_touched, true);
@@ -352,11 +366,12 @@ void plii_rigid_end_path(pli_rigid* rigid, float dt) {
 }
 
 bool pli_rigid_get_shift(const pli_rigid* rigid, pli_vec3* shift, pli_vec3* rotation) {
+    static const plii_twist none;
     const bool has_shift = plii_check_rigid(rigid, __func__) == PLI_OK && rigid->path.has_begun;
-    const plii_twist twist = has_shift ? rigid->path.shift : plii_twist_zero();
-    if (shift != NULL) { *shift = twist.linear; }
-    if (rotation != NULL) { *rotation = twist.angular; }
-    return !plii_vec3_is_zero(twist.linear) || !plii_vec3_is_zero(twist.angular);
+    const plii_twist* twist = has_shift ? &rigid->path.shift : &none;
+    if (shift != NULL) { *shift = twist->linear; }
+    if (rotation != NULL) { *rotation = twist->angular; }
+    return !plii_vec3_is_zero(twist->linear) || !plii_vec3_is_zero(twist->angular);
 }
 
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index) {
@@ -376,7 +391,36 @@ static pli_bounds rigid_bounds_at(const pli_rigid* rigid, pli_transform pose) {
 }
 
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid) {
-    return rigid_bounds_at(rigid, rigid->state.pose);
+    return rigid->are_shapes_placed ? rigid->bounds : rigid_bounds_at(rigid, rigid->state.pose);
+}
+
+static void rigid_measure_shapes(pli_rigid* rigid) {
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        const pli_shape_def* def = &rigid->shapes[i]->def;
+        plii_shape_place* place = &rigid->shape_places[i];
+        const pli_transform none = pli_transform_identity();
+        place->is_centred = rigid_is_same_pose(&rigid->shape_poses[i], &none);
+        place->own_bounds = def->bounds(def->user);
+        const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(place->own_bounds.max, place->own_bounds.min), 0.5f);
+        place->least_extent = plii_min(half.x, plii_min(half.y, half.z));
+        place->radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
+    }
+    rigid->are_shapes_measured = true;
+}
+
+void plii_rigid_find_places(pli_rigid* rigid) {
+    if (!rigid->are_shapes_measured) { rigid_measure_shapes(rigid); }
+    plii_lanes_bounds all = {plii_float4_all(INFINITY), plii_float4_all(-INFINITY)};
+    for (int i = 0; i < rigid->shape_count; ++i) {
+        plii_shape_place* place = &rigid->shape_places[i];
+        place->pose = place->is_centred ? plii_lanes_rigid_pose(rigid) : plii_lanes_rigid_shape_pose(rigid, i);
+        place->bounds = plii_lanes_bounds_transform(&place->own_bounds, &place->pose.rotation, place->pose.origin);
+        all.low = plii_lanes_min(all.low, place->bounds.low);
+        all.high = plii_lanes_max(all.high, place->bounds.high);
+    }
+    plii_lanes_to_vec3(&rigid->bounds.min, all.low);
+    plii_lanes_to_vec3(&rigid->bounds.max, all.high);
+    rigid->are_shapes_placed = true;
 }
 
 /* A velocity that leads to the shift, instead of what the shift has in it. */
@@ -454,7 +498,8 @@ pli_status pli_rigid_integrate(pli_rigid* rigid, pli_vec3 gravity, float dt) {
     rigid->given_linear_velocity = state.linear_velocity;
     rigid->given_angular_velocity = state.angular_velocity;
     rigid->pull = waits ? pull : pli_vec3_make(0, 0, 0);
+    rigid->is_in_step = true;
     if (ends_step) { rigid->path.has_begun = false; }
-    ++rigid->pose_version;
+    rigid_note_pose(rigid);
     return PLI_OK;
 }

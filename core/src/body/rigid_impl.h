@@ -62,6 +62,7 @@ struct pli_rigid {
     bool is_sensor; /* pli_rigid_set_sensor */
     bool is_asleep;
     bool has_changed; /* its shapes, or whether it is there: what sleeps on it wakes */
+    bool is_in_step;  /* a path, a touch or a pull of this step or the next is to be taken back */
     bool was_touched, needs_reintegration;
     unsigned pose_version;                                  /* counts changes of the pose by its host */
     pli_vec3 given_linear_velocity, given_angular_velocity; /* of the last pli_rigid_set_state */
@@ -70,9 +71,13 @@ struct pli_rigid {
     int first_body;         /* of those that meet it in this step (world/groups.h) */
     pli_bounds step_bounds; /* where pairs of this step were looked for */
     pli_vec3 pull;          /* change of velocity by gravity in the next step */
-    int shape_count, shape_capacity, shape_pose_capacity;
+    int shape_count, shape_capacity, shape_pose_capacity, shape_place_capacity;
     pli_shape** shapes;
     pli_transform* shape_poses;
+    struct plii_shape_place* shape_places; /* [shape_count] in the world, see plii_rigid_place_shapes */
+    pli_bounds bounds;                     /* of all shapes, likewise */
+    bool are_shapes_placed;                /* since the pose or the shapes were changed */
+    bool are_shapes_measured;              /* since the shapes were */
     /* Of the feature that lets soft bodies sleep. */
     uint32_t sleep_group;    /* as of a body */
     unsigned seen_version;   /* of the pose, when it last was looked whether it wakes something */
@@ -86,6 +91,11 @@ static inline pli_status plii_check_rigid(const pli_rigid* rigid, const char* fu
 }
 /* World pose of shape `index`. */
 pli_transform plii_rigid_shape_transform(const pli_rigid* rigid, int index);
+void plii_rigid_find_places(pli_rigid* rigid);
+/* To be called before pairs meet, which threads may do side by side: fills shape_places and bounds. */
+static inline void plii_rigid_place_shapes(pli_rigid* rigid) {
+    if (!rigid->are_shapes_placed) { plii_rigid_find_places(rigid); }
+}
 /* World bounds over all shapes. */
 pli_bounds plii_rigid_bounds(const pli_rigid* rigid);
 /* Where velocities bring a body. */
@@ -113,10 +123,12 @@ static inline void plii_rigid_set_velocity(pli_rigid* rigid, plii_twist velocity
 }
 
 static inline void plii_rigid_begin_step(pli_rigid* rigid) {
+    if (!rigid->is_in_step) { return; }
     rigid->was_touched = rigid->needs_reintegration = rigid->path.has_begun = false;
     rigid->state.linear_velocity = pli_vec3_add(rigid->state.linear_velocity, rigid->pull);
     rigid->given_linear_velocity = pli_vec3_add(rigid->given_linear_velocity, rigid->pull);
     rigid->path.pull = rigid->pull;
+    rigid->is_in_step = !plii_vec3_is_zero(rigid->pull);
     rigid->pull = pli_vec3_make(0, 0, 0);
 }
 static inline void plii_rigid_keep_velocities(pli_rigid* rigid) {

@@ -1,5 +1,6 @@
 #include "body/substep_kinds.h"
 
+#include "body/pipeline.h"
 #include "body/substep_rigid.h"
 #include "body/world_state.h"
 
@@ -13,13 +14,9 @@ void plii_substep_kinds_insert(plii_substep_kinds* kinds, const plii_substep_cla
     kinds->states[place] = state;
 }
 
-static const plii_pipeline_entry* substep_kinds_of_features(const plii_pipeline* pipeline) {
-    return &pipeline->entries[pipeline->begin[PLII_STAGE_COUNT]];
-}
-
 static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits* limits) {
     const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* entries = substep_kinds_of_features(pipeline);
+    const plii_pipeline_entry* entries = plii_substepped_entries(pipeline);
     limits->count = 0;
     for (int i = 0; i < pipeline->substepped_count && limits->count < PLII_MAX_SUBSTEP_LIMITS; ++i) {
         const plii_substep_class* kind = entries[i].klass->substepped;
@@ -32,7 +29,7 @@ static void substep_kinds_find_limits(const pli_body* body, plii_substep_limits*
 
 void plii_substep_kinds_begin(pli_body* body, plii_substep_kinds* kinds, bool in_iterations) {
     const plii_pipeline* pipeline = &body->pipeline;
-    const plii_pipeline_entry* entries = substep_kinds_of_features(pipeline);
+    const plii_pipeline_entry* entries = plii_substepped_entries(pipeline);
     for (int i = 0; i < pipeline->substepped_count && kinds->count < PLII_MAX_SUBSTEP_KINDS; ++i) {
         const plii_substep_class* kind = entries[i].klass->substepped;
         if (in_iterations && !kind->is_in_iterations) { continue; }

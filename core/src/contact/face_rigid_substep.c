@@ -60,15 +60,20 @@ static void faces_begin(pli_body* body, void* data) {
     state->substeps.count = 0;
     for (int i = 0; i < state->count; ++i) { /* those without memory are left out in this step */
         const plii_rigid_face_contact* from = &state->contacts[i];
-        const plii_point_contact contact = {.normal = from->normal,
-                                            .offset =
-                                                faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start),
-                                            .surface = {from->rigid, from->arm},
-                                            .node_count = 3,
-                                            .nodes = {from->nodes[0], from->nodes[1], from->nodes[2]},
-                                            .weights = {from->weights.x, from->weights.y, from->weights.z},
-                                            .coefficient = state->def.friction * from->rigid->friction};
-        if (!plii_point_contacts_add(body, &state->substeps, &contact)) { return; }
+        plii_point_contact* contact = plii_point_contacts_add(body, &state->substeps);
+        if (contact == NULL) { return; }
+        contact->normal = from->normal;
+        contact->offset = faces_start_gap(body, from) - pli_vec3_dot(from->normal, from->start);
+        contact->surface = (plii_substep_rigid_point){from->rigid, from->arm};
+        contact->node_count = 3;
+        for (int k = 0; k < 3; ++k) {
+            contact->nodes[k] = from->nodes[k];
+        }
+        contact->weights[0] = from->weights.x;
+        contact->weights[1] = from->weights.y;
+        contact->weights[2] = from->weights.z;
+        contact->coefficient = state->def.friction * from->rigid->friction;
+        plii_point_contact_begin(body, contact);
     }
 }
 

@@ -127,7 +127,7 @@ static pli_status rigid_contacts_batch(const rigid_contacts_candidate* candidate
 /* As Bullet chooses the nodes. */
 static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* candidate) {
     const pli_body* body = candidate->body;
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
+    const plii_lanes_pose pose = candidate->rigid->shape_places[candidate->shape].pose;
     const pli_bounds local = plii_shape_source_bounds(candidate->rigid->shapes[candidate->shape]);
     const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
     pli_bounds search;
@@ -147,30 +147,24 @@ static pli_status rigid_contacts_collide_boxes(const rigid_contacts_candidate* c
 
 /* Where contacts are looked for once for many substeps, as far as the surface gets meanwhile; not farther than the
    plane of a contact stands for the shape. */
-static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, pli_bounds shape_bounds) {
+static float rigid_contacts_reach(const rigid_contacts_candidate* candidate, const plii_shape_place* place) {
     const pli_body* body = candidate->body;
     const pli_rigid* rigid = candidate->rigid;
     const float share = candidate->is_swept ? RIGID_CONTACTS_REACH : body->solver_class->contact_reach;
     const float own = body->collision_margin * share;
     if (!candidate->is_swept || rigid->kind == PLI_RIGID_STATIC) { return own; }
-    const pli_vec3 half = pli_vec3_scale(pli_vec3_sub(shape_bounds.max, shape_bounds.min), 0.5f);
-    const float size = plii_min(half.x, plii_min(half.y, half.z));
-    const float radius = plii_min(pli_vec3_length(half), PLI_MAX_COORDINATE); /* planes have no end */
     const float speed =
-        pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * radius;
-    return own + plii_min(speed * body->step.dt, 0.5f * size);
+        pli_vec3_length(rigid->state.linear_velocity) + pli_vec3_length(rigid->state.angular_velocity) * place->radius;
+    return own + plii_min(speed * body->step.dt, 0.5f * place->least_extent);
 }
 
 static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candidate) {
     if (candidate->boxes != NULL) { return rigid_contacts_collide_boxes(candidate); }
     const pli_body* body = candidate->body;
-    const pli_shape* shape = candidate->rigid->shapes[candidate->shape];
-    const plii_lanes_pose pose = plii_lanes_rigid_shape_pose(candidate->rigid, candidate->shape);
-    const pli_bounds local = shape->def.bounds(shape->def.user);
-    const plii_lanes_bounds bounds = plii_lanes_bounds_transform(&local, &pose.rotation, pose.origin);
-    candidate->reach = rigid_contacts_reach(candidate, local);
+    const plii_shape_place* place = &candidate->rigid->shape_places[candidate->shape];
+    candidate->reach = rigid_contacts_reach(candidate, place);
     const plii_float4 reach = plii_float4_all(body->collision_margin + candidate->reach);
-    const plii_float4 low = bounds.low - reach, high = bounds.high + reach;
+    const plii_float4 low = place->bounds.low - reach, high = place->bounds.high + reach;
     const plii_mask4 overlaps =
         (low <= plii_lanes_from_vec3(&body->bounds.max)) & (plii_lanes_from_vec3(&body->bounds.min) <= high);
     if ((plii_lanes_bits(overlaps) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { return PLI_OK; }
@@ -186,13 +180,13 @@ static pli_status rigid_contacts_collide_shape(rigid_contacts_candidate* candida
         if ((plii_lanes_bits(is_near) & PLII_LANES_XYZ) != PLII_LANES_XYZ) { continue; }
         if (anchored != NULL && anchored[i] != 0) { continue; }
         nodes[count] = i;
-        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&pose.inverse, x - pose.origin));
+        plii_lanes_to_vec3(&points[count++], plii_lanes_mat3_mul(&place->pose.inverse, x - place->pose.origin));
         if (count == RIGID_CONTACTS_BATCH) {
-            PLII_TRY(rigid_contacts_batch(candidate, &pose.rotation, count, nodes, points));
+            PLII_TRY(rigid_contacts_batch(candidate, &place->pose.rotation, count, nodes, points));
             count = 0;
         }
     }
-    return count > 0 ? rigid_contacts_batch(candidate, &pose.rotation, count, nodes, points) : PLI_OK;
+    return count > 0 ? rigid_contacts_batch(candidate, &place->pose.rotation, count, nodes, points) : PLI_OK;
 }
 
 static pli_status rigid_contacts_collide(pli_body* body, void* data, pli_rigid* rigid) {

@@ -130,14 +130,16 @@ static void rigid_groups_add(pli_body* body, plii_rigid_groups* groups, const pl
 static void rigid_substep_add(pli_body* body, plii_rigid_substeps* substeps, const plii_rigid_contact* from,
                               float friction) {
     const pli_vec3 arm = pli_vec3_sub(plii_xyz(body->positions[from->node]), from->rigid->path.begin.origin);
-    const plii_point_contact contact = {.normal = plii_xyz(from->normal),
-                                        .offset = from->normal.w,
-                                        .surface = {from->rigid, arm},
-                                        .node_count = 1,
-                                        .nodes = {from->node},
-                                        .weights = {1.0f},
-                                        .coefficient = friction};
-    (void)plii_point_contacts_add(body, &substeps->contacts, &contact);
+    plii_point_contact* contact = plii_point_contacts_add(body, &substeps->contacts);
+    if (contact == NULL) { return; }
+    contact->normal = plii_xyz(from->normal);
+    contact->offset = from->normal.w;
+    contact->surface = (plii_substep_rigid_point){from->rigid, arm};
+    contact->node_count = 1;
+    contact->nodes[0] = from->node;
+    contact->weights[0] = 1.0f;
+    contact->coefficient = friction;
+    plii_point_contact_begin(body, contact);
 }
 
 static void rigid_substep_restart(pli_body* body, void* data, const plii_substep* substep) {

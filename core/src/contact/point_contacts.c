@@ -14,23 +14,27 @@ static float point_inverse_mass(const pli_body* body, const plii_point_contact* 
     return sum;
 }
 
-bool plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts, const plii_point_contact* contact) {
-    if (!PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) { return false; }
+plii_point_contact* plii_point_contacts_add(pli_body* body, plii_point_contacts* contacts) {
+    if (contacts->count == contacts->capacity &&
+        !PLII_RESERVE(body->context, &contacts->items, &contacts->capacity, contacts->count + 1)) {
+        return NULL;
+    }
+    return &contacts->items[contacts->count++];
+}
+
+void plii_point_contact_begin(pli_body* body, plii_point_contact* contact) {
     const plii_substep_rigid_point* surface = &contact->surface;
     plii_substep_follow_rigid(body, surface->rigid);
-    plii_point_contact* added = &contacts->items[contacts->count++];
-    *added = *contact;
-    added->turn = pli_vec3_cross(surface->offset, contact->normal);
-    added->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
-    added->point_weight = point_inverse_mass(body, contact);
-    added->surface_weight = surface->rigid->state.inverse_mass + pli_vec3_dot(added->turn, added->spin);
-    return true;
+    contact->turn = pli_vec3_cross(surface->offset, contact->normal);
+    contact->spin = plii_rigid_spin_of(surface->rigid, contact->normal, surface->offset);
+    contact->point_weight = point_inverse_mass(body, contact);
+    contact->surface_weight = surface->rigid->state.inverse_mass + pli_vec3_dot(contact->turn, contact->spin);
 }
 
 // ------------------------------------------------------------------------------------------------------- the point
 
-static float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
-                          const plii_point_contact* contact) {
+static inline float point_height(const pli_body* body, const plii_substep* substep, const pli_vec4* displacements,
+                                 const plii_point_contact* contact) {
     float sum = contact->offset;
     for (int k = 0; k < contact->node_count; ++k) {
         const pli_vec3 x = plii_substep_place(body, substep, displacements, contact->nodes[k]);
@@ -39,7 +43,7 @@ static float point_height(const pli_body* body, const plii_substep* substep, con
     return sum;
 }
 
-static pli_vec3 point_motion(const plii_substep* substep, const plii_point_contact* contact) {
+static inline pli_vec3 point_motion(const plii_substep* substep, const plii_point_contact* contact) {
     pli_vec3 sum = pli_vec3_make(0, 0, 0);
     for (int k = 0; k < contact->node_count; ++k) {
         sum = pli_vec3_add(sum, pli_vec3_scale(plii_substep_motion(substep, contact->nodes[k]), contact->weights[k]));
@@ -54,11 +58,11 @@ static float point_raise(const plii_point_contact* contact, plii_twist motion) {
 static float point_raised(const plii_point_contact* contact) { /* in the substeps before this one */
     return point_raise(contact, contact->surface.rigid->path.moved);
 }
-static float point_raise_of_substep(const plii_point_contact* contact, const plii_substep* substep) {
+static inline float point_raise_of_substep(const plii_point_contact* contact, const plii_substep* substep) {
     return point_raise(contact, plii_substep_rigid_velocity(contact->surface.rigid)) * substep->dt;
 }
 /* kg m along the normal, against the surface. */
-static void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
+static inline void point_press_surface(const plii_point_contact* contact, float push, const plii_substep* substep) {
     /* Bodies on other threads may press on one that takes no impulses. */
     if (contact->surface.rigid->state.inverse_mass == 0.0f) { return; }
     plii_rigid_apply_along(contact->surface.rigid, contact->normal, contact->spin, -push * substep->inverse_dt);
@@ -163,7 +167,7 @@ static bool point_sweep_is_single(const plii_substep* substep) {
     return substep->is_first_sweep && substep->is_last_sweep;
 }
 
-static void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
+static inline void point_push(const plii_substep* substep, const plii_point_contact* contact, pli_vec3 push) {
     for (int k = 0; k < contact->node_count; ++k) {
         plii_substep_move(substep, contact->nodes[k], push, contact->weights[k]);
     }

@@ -26,13 +26,14 @@ static bool world_meets_rigid(const pli_body* body, const pli_rigid* rigid) {
 /* What a feature has no memory for is noted where it is asked for. */
 static void world_run_collide_rigid(pli_world* world, pli_body* body, pli_rigid* rigid) {
     plii_world_begin_body(body);
-    for (int i = 0; i < body->pipeline.feature_count; ++i) {
-        const plii_feature* feature = &body->pipeline.features[i];
-        if (feature->klass->collide_rigid == NULL || (rigid->is_sensor && !feature->klass->meets_sensors)) { continue; }
-        plii_thread.pass.feature = feature->klass;
-        plii_world_profile(world, "collide", feature->klass->name, true);
-        (void)feature->klass->collide_rigid(body, feature->state, rigid);
-        plii_world_profile(world, "collide", feature->klass->name, false);
+    const plii_pipeline_entry* entries = plii_colliding_entries(&body->pipeline);
+    for (int i = 0; i < body->pipeline.colliding_count; ++i) {
+        const plii_feature_class* klass = entries[i].klass;
+        if (rigid->is_sensor && !klass->meets_sensors) { continue; }
+        plii_thread.pass.feature = klass;
+        plii_world_profile(world, "collide", klass->name, true);
+        (void)klass->collide_rigid(body, entries[i].state, rigid);
+        plii_world_profile(world, "collide", klass->name, false);
     }
 }
 
@@ -49,6 +50,7 @@ pli_status pli_world_collide_rigid(pli_world* world, pli_body* body, pli_rigid* 
     PLII_TRY(plii_check_pair(world, body->world, rigid->world, __func__));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
+    plii_rigid_place_shapes(rigid);
     world_collide_rigid(world, body, rigid);
     return plii_world_end_call(world, &walk, before, __func__);
 }
@@ -113,6 +115,9 @@ pli_status pli_world_collide_rigids(pli_world* world, const pli_rigid_pair* pair
     PLII_TRY(world_check_pairs(world, pairs, count, __func__));
     plii_walk walk;
     const uint64_t before = plii_world_begin_call(world, &walk);
+    for (int i = 0; i < count; ++i) {
+        plii_rigid_place_shapes(pairs[i].rigid);
+    }
     world_pairs_task task = {world, pairs, count};
     plii_parallel_for(world->context, world_collide_range, &task, count, world_join_pairs(world, pairs, count));
     return plii_world_end_call(world, &walk, before, __func__);
@@ -155,7 +160,8 @@ static int64_t world_join_rigids(pli_world* world) {
 
 static void world_collide_rigids(pli_world* world) {
     for (int r = 0; r < world->rigid_count; ++r) {
-        world->rigids[r]->step_bounds = plii_rigid_bounds(world->rigids[r]);
+        plii_rigid_place_shapes(world->rigids[r]);
+        world->rigids[r]->step_bounds = world->rigids[r]->bounds;
     }
     const int count = world->body_count;
     const int grain = world->has_groups ? plii_groups_grain(count, world_join_rigids(world)) : count;

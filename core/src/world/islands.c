@@ -3,6 +3,7 @@
 #include "base/union_find.h"
 
 void plii_islands_start(pli_world* world) {
+    world->have_bodies_met = false;
     if (!world->has_islands) { return; }
     for (int i = 0; i < world->body_count; ++i) {
         world->bodies[i]->island = world->bodies[i]->island_next = NULL;
@@ -44,11 +45,14 @@ void plii_islands_find(pli_world* world) {
 
 // --------------------------------------------------------------------------------------------------------- solving
 
-static void islands_run(pli_body* first, void (*run)(pli_body* body)) {
-    for (pli_body* body = first; body != NULL; body = body->island_next) {
+/* Most bodies are alone. */
+static inline void islands_run(pli_body* first, void (*run)(pli_body* body)) {
+    pli_body* body = first;
+    do {
         plii_world_begin_body(body);
         run(body);
-    }
+        body = body->island_next;
+    } while (body != NULL);
 }
 
 static void islands_solve(pli_body* first) {
@@ -68,9 +72,6 @@ static void islands_solve(pli_body* first) {
 }
 
 void plii_islands_solve(pli_body* const* bodies, int count) {
-    for (int i = 0; i < count; ++i) {
-        bodies[i]->is_solved = false;
-    }
     for (int i = 0; i < count; ++i) {
         pli_body* body = bodies[i];
         const bool is_led = body->island != NULL && body->island != body;

@@ -227,7 +227,11 @@ static void snapshot_rigid(snapshot_walk* walk, pli_rigid* rigid) {
     SNAPSHOT_MEMBER(walk, rigid->rest_pose);
     SNAPSHOT_MEMBER(walk, rigid->rest_time);
     SNAPSHOT_MEMBER(walk, rigid->step_bounds);
-    if (walk->mode == SNAPSHOT_RESTORE) { rigid->path.next = NULL; }
+    if (walk->mode == SNAPSHOT_RESTORE) {
+        rigid->path.next = NULL;
+        rigid->is_in_step = true;
+        rigid->are_shapes_placed = false;
+    }
 }
 
 static void snapshot_world(snapshot_walk* walk, pli_world* world) {

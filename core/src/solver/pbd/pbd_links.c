@@ -4,8 +4,10 @@
 
 #include "body/body_impl.h"
 
-/* The inverse masses do not change, so they come from memory and not from the lanes that the link before has just
-   moved. */
+/* One link waits for the other, so what counts is the way from its positions to the next one's. The inverse masses do
+   not change, so they come from memory and not from the lanes that the link before has just moved; along a chain its
+   second node is taken as it is, without the way through memory; and sums and factors are in all lanes from the start.
+ */
 void plii_links_sweep(pli_body* body, void* state) {
     (void)state;
     pli_vec4* restrict positions = body->positions;
@@ -13,20 +15,27 @@ void plii_links_sweep(pli_body* body, void* state) {
     const plii_link_tag* restrict tags = body->link_tags;
     const pli_material* restrict materials = body->materials;
     const int count = body->link_count;
+    pli_vec4* moved = NULL; /* the second node of the link before, which is at */
+    plii_float4 place = plii_float4_all(0.0f);
     for (int i = 0; i < count; ++i) {
         pli_vec4 *first = &positions[links[i].nodes[0]], *second = &positions[links[i].nodes[1]];
         const int material = tags != NULL ? tags[i] & (PLII_LINK_TAG_BENDING - 1) : 0;
         const float mass_term = (first->w + second->w) / materials[material].linear_stiffness;
         if (!(mass_term > 0.0f)) { continue; }
-        const plii_float4 a = plii_float4_from(first), b = plii_float4_from(second);
-        const plii_float4 delta = b - a;
-        const float rest_squared = links[i].rest_length_squared, length_squared = plii_lanes_dot(delta, delta);
-        if (!(rest_squared + length_squared > PLII_EPSILON)) { continue; }
-        const float k = (rest_squared - length_squared) / (mass_term * (rest_squared + length_squared));
-        const plii_float4 move_a = plii_lanes_xyz(delta * plii_float4_all(k * first->w));
-        const plii_float4 move_b = plii_lanes_xyz(delta * plii_float4_all(k * second->w));
+        const plii_float4 a = first == moved ? place : plii_float4_from(first), b = plii_float4_from(second);
+        const plii_float4 delta = b - a, squares = delta * delta;
+        const plii_float4 length_squared =
+            plii_lanes_all_x(squares) + plii_lanes_all_y(squares) + plii_lanes_all_z(squares);
+        const plii_float4 rest_squared = plii_float4_all(links[i].rest_length_squared);
+        const plii_float4 sum = rest_squared + length_squared;
+        if (!(plii_lanes_first(sum) > PLII_EPSILON)) { continue; }
+        const plii_float4 k = (rest_squared - length_squared) / (plii_float4_all(mass_term) * sum);
+        const plii_float4 move_a = plii_lanes_xyz(delta * (k * plii_float4_all(first->w)));
+        const plii_float4 move_b = plii_lanes_xyz(delta * (k * plii_float4_all(second->w)));
+        place = b + move_b;
+        moved = second;
         plii_float4_to(first, a - move_a);
-        plii_float4_to(second, b + move_b);
+        plii_float4_to(second, place);
     }
 }
 
