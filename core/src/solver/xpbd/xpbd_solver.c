@@ -4,6 +4,7 @@
 
 #include "math/simd_float4.h"
 
+#include "body/all_features.h"
 #include "body/pipeline.h"
 #include "body/substep_kinds.h"
 #include "body/substep_rigid.h"
@@ -23,8 +24,6 @@ typedef struct xpbd_state {
     plii_substep_kinds kinds;                                      /* that only this solver has */
     pli_vec4 *displacements, *start_displacements, *accelerations; /* [node_count] */
 } xpbd_state;
-
-static const plii_feature_class xpbd_class;
 
 // -------------------------------------------------------------------------------------------------------- the step
 
@@ -65,7 +64,7 @@ static void xpbd_integrate_free(int begin, int end, void* data) {
 }
 
 static void xpbd_predict(pli_body* body, float dt) {
-    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     plii_step* step = &body->step;
     step->dt = dt * body->solver.time_scale;
     step->inverse_dt = 1.0f / step->dt;
@@ -129,7 +128,7 @@ static void xpbd_substeps(pli_body* body, const xpbd_state* state, const plii_su
 }
 
 static void xpbd_solve(pli_body* body) {
-    const xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    const xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     const plii_step* step = &body->step;
     const float parts = (float)state->def.substeps;
     plii_substep_kinds kinds = state->kinds;
@@ -168,16 +167,23 @@ static const plii_feature_array xpbd_arrays[] = {
 };
 
 static const plii_state_part xpbd_parts[] = {
-    PLII_STATE(xpbd_state, def, PLII_SAVED),
-    PLII_STATE(xpbd_state, had_links, PLII_LEFT),
+    PLII_STATE_OF(xpbd_state, def, PLII_SAVED, "2iu"),
+    PLII_STATE_OF(xpbd_state, had_links, PLII_FILED, "B"),
     PLII_STATE(xpbd_state, kinds, PLII_LEFT),
     {0},
 };
 
-static const plii_feature_class xpbd_class = {
+static bool xpbd_is_sound(const pli_body* body, const void* data) {
+    const xpbd_state* state = data;
+    (void)body;
+    return state->def.substeps >= 1 && state->def.sweeps >= 1;
+}
+
+const plii_feature_class plii_xpbd_class = {
     .name = "XPBD solver",
     .state_size = sizeof(xpbd_state),
     .state_parts = xpbd_parts,
+    .is_sound = xpbd_is_sound,
     .arrays = xpbd_arrays,
     .enable = xpbd_enable,
     .disable = xpbd_disable,
@@ -204,7 +210,7 @@ static void xpbd_remove_kind(pli_body* body, plii_substep_kinds* kinds, int plac
 
 pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind, const char* function, void** state) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
-    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
     if (solver == NULL) {
         return plii_fail(body->context, PLI_ERROR_WRONG_STATE, function,
                          "the body is not stepped by XPBD, call pli_body_enable_xpbd first");
@@ -218,7 +224,7 @@ pli_status plii_xpbd_enable_kind(pli_body* body, const plii_substep_class* kind,
 
 pli_status plii_xpbd_disable_kind(pli_body* body, const plii_substep_class* kind, const char* function) {
     PLII_TRY(plii_check_body_idle(body, function));
-    xpbd_state* solver = plii_feature_state(body, &xpbd_class);
+    xpbd_state* solver = plii_feature_state(body, &plii_xpbd_class);
     const int place = solver != NULL ? xpbd_find_kind(&solver->kinds, kind) : PLI_NULL_INDEX;
     if (place == PLI_NULL_INDEX) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, function));
@@ -249,7 +255,7 @@ pli_status pli_body_enable_xpbd(pli_body* body, const pli_xpbd_def* def) {
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     const bool is_new = body->solver_class != &xpbd_solver;
     void* data = NULL;
-    PLII_TRY(plii_feature_enable(body, &xpbd_class, &data));
+    PLII_TRY(plii_feature_enable(body, &plii_xpbd_class, &data));
     xpbd_state* state = data;
     if (is_new) {
         state->had_links = plii_feature_is_enabled(body, &plii_links_class);
@@ -271,7 +277,7 @@ static void xpbd_leave(pli_body* body) {
 
 pli_status pli_body_disable_xpbd(pli_body* body) {
     PLII_TRY(plii_check_body_idle(body, __func__));
-    xpbd_state* state = plii_feature_state(body, &xpbd_class);
+    xpbd_state* state = plii_feature_state(body, &plii_xpbd_class);
     if (state == NULL) { return PLI_OK; }
     PLII_TRY(plii_solver_check_change(body, &xpbd_solver, __func__));
     if (state->had_links) { PLII_TRY(plii_feature_enable(body, &plii_links_class, NULL)); }
@@ -279,6 +285,6 @@ pli_status pli_body_disable_xpbd(pli_body* body) {
         xpbd_remove_kind(body, &state->kinds, state->kinds.count - 1);
     }
     xpbd_leave(body);
-    plii_feature_disable(body, &xpbd_class);
+    plii_feature_disable(body, &plii_xpbd_class);
     return PLI_OK;
 }
