@@ -12,7 +12,7 @@ typedef enum plii_file_mode {
     PLII_FILE_REPOINT /* what was read, from the bodies it was read for to others */
 } plii_file_mode;
 
-/* A call of the user's where PLII_FILE_READ puts pointers to. */
+/* A walk over a file, or over a world that becomes one. */
 typedef struct plii_file {
     plii_file_mode mode;
     pli_context* context;
@@ -23,11 +23,12 @@ typedef struct plii_file {
     int body_count, rigid_count;
     const pli_world* new_world; /* REPOINT: where they lead then */
     pli_rigid* const* new_rigids;
-    const pli_body* body;                                                      /* that is walked over, or NULL */
-    int body_index;                                                            /* of it, for messages */
-    int rigid_index;                                                           /* likewise */
-    const char* what;                                                          /* is walked over, for messages */
-    void (*begin_part)(const char* part, int body, size_t offset, void* user); /* WRITE; or NULL */
+    const pli_body* body; /* that is walked over, or NULL */
+    int body_index;       /* of it, for messages */
+    int rigid_index;      /* likewise */
+    const char* what;     /* is walked over, for messages */
+    /* In WRITE, or NULL. */
+    void (*begin_part)(const char* part, int body, size_t offset, void* user);
     void* begin_user;
     unsigned char* to;
     const unsigned char* from;
