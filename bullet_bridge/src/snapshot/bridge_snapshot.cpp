@@ -3,7 +3,7 @@
 
 #include "bridge_moment.h"
 
-#include "accumulator.h"
+#include "../accumulator.h"
 
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 

@@ -6,7 +6,7 @@
 
 #include "pliant_bullet/snapshot.h"
 
-#include "bridge_impl.h"
+#include "../bridge_impl.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
