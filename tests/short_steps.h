@@ -30,7 +30,8 @@ static inline bool has_short_steps(const pli_body* body) {
     for (int i = 0; i < body->pipeline.feature_count; ++i) {
         const plii_feature* feature = &body->pipeline.features[i];
         if (feature->klass == &plii_xpbd_class) {
-            const pli_xpbd_def* def = feature->state;
+            const void* state = (const char*)feature->state + feature->klass->state_parts[0].offset; /* its def */
+            const pli_xpbd_def* def = state;
             is_short = is_short && def->substeps < MOST && def->sweeps < MOST;
         }
         if (feature->klass == &plii_implicit_class) {

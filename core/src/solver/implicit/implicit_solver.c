@@ -297,8 +297,12 @@ static void implicit_begin(pli_body* body) {
 }
 
 static void implicit_sweep(pli_body* body) {
-    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
     plii_run_stage(body, PLII_STAGE_POSITION);
+}
+
+static void implicit_couple(pli_body* body) {
+    implicit_state* state = plii_feature_state(body, &plii_implicit_class);
+    plii_run_stage(body, PLII_STAGE_COUPLE);
     implicit_project_moved_nodes(body, &state->constraints);
 }
 
@@ -317,8 +321,10 @@ static void implicit_end(pli_body* body) {
 
 static const plii_solver_class implicit_solver = {.name = "implicit",
                                                   .predict = implicit_predict,
+                                                  .pace = plii_solver_iterations,
                                                   .begin = implicit_begin,
                                                   .sweep = implicit_sweep,
+                                                  .couple = implicit_couple,
                                                   .end = implicit_end,
                                                   .solves_constraints = true,
                                                   .contact_reach = IMPLICIT_CONTACT_REACH};
